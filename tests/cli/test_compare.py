@@ -163,7 +163,7 @@ def test_plain_output_is_one_line_a_drive(infinivar, write):
     assert (outcome.code, outcome.err) == (0, "")
     verdict, left_out, table, *_, report = outcome.out.splitlines()
     assert "covers 100 %" in verdict
-    assert left_out == "Cylinder bearings not counted."
+    assert left_out == "Not counted: cylinder bearings."
     assert table.startswith("What this verdict hangs on (mean loss over the required region")
     assert report.startswith("Report: ")
 

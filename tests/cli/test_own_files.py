@@ -1,5 +1,7 @@
 """Files as users have them: digitised phases, open cycles, changed shapes, two files, other spellings, empty cells."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,35 @@ def test_a_digitised_phase_is_clipped_and_said(tmp_path):
     assert phase[1:-1] == pytest.approx(-0.0015 + 1.0045 * SHARE[1:-1], abs=1e-6)
     assert "phase beyond the cycle by up to 0.3 % clipped, as digitising explains: lines 2, 102" in table.remarks
     assert iv.Recording.read(str(tmp_path / "a.csv"), cycle_time=1.1).period == 1.1
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "kept"),
+    [((-0.4, -0.2), (100.2, 100.4), 101), ((-0.4, -0.2, 0.0), (100.0, 100.3), 101), ((-0.2,), (), 100)],
+)
+def test_of_several_rows_beyond_the_cycle_one_stays(tmp_path, before, after, kept):
+    """A curve read off a page has a few points beyond its axis."""
+    phases = [*before, *np.linspace(1.0, 99.0, 99), *after]
+    rows = [f"{phase},{10.0 * math.sin(2.0 * math.pi * phase / 100.0)}" for phase in phases]
+    file = tmp_path / "curve.csv"
+    file.write_text("\n".join(["phase [%],angle [deg]", *rows]), "utf-8")
+    table = iv.read_table(file)
+    phase = table.columns["phase"].values
+    assert len(table) == kept
+    assert phase[0] == 0.0
+    assert np.all(np.diff(phase) > 0.0)
+    assert any("as digitising explains: lines 2" in remark or "line 2" in remark for remark in table.remarks)
+
+
+def test_a_row_that_is_left_out_is_no_comment(tmp_path):
+    rows = [f"{0.01 * row},{math.sin(row)}" for row in range(50)]
+    rows[10] = "0.1,"
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["time [s],position [mm]", *rows[:20], "# a pause", *rows[20:]]), "utf-8")
+    table = iv.read_table(file, leave_out=True)
+    assert [remark for remark in table.remarks if "comment" in remark] == [
+        "1 comment between the rows not read: line 22"
+    ]
 
 
 def test_strides_of_a_digitised_phase_are_clipped(tmp_path):

@@ -239,7 +239,9 @@ def test_limits_of_springs_and_linkage_are_events():
     deflection = found["drive_position_m"] - found["position_m"]
     np.testing.assert_allclose(found["series_spring_deflection_m"], deflection, atol=1e-9)
     over = next(event for event in result.events if event.limit == Limit.SPRING)
-    assert over.worst == pytest.approx(np.abs(deflection).max() / 0.002, rel=1e-6)
+    # The peak lies between outputs 0.3 ms apart: of an 8 N push at 2 Hz, (w dt)^2/8 = 2e-6 above them.
+    assert over.worst == pytest.approx(np.abs(deflection).max() / 0.002, rel=3e-6)
+    assert over.worst >= np.abs(deflection).max() / 0.002
 
     narrow = replace(TABLE, angles=(-0.1, -0.05, 0.0, 0.05, 0.1))
     swing = Scenario(duration=0.5, load_inertia=0.004, motion=Sinusoid(angle=0.2, frequency=1.0))

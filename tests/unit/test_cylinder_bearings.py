@@ -447,3 +447,16 @@ def test_verdict_on_machines_says_what_is_not_counted():
     verdicts = [iv.compare(replace(study, drives={**study.drives, "one-motor": arm})).verdict for arm in (one, bare)]
     assert "not counted" not in verdicts[0].lower()
     assert verdicts[1].endswith("Not counted: cylinder bearings of two legs, one motor (none are stated).")
+
+
+def test_loads_that_are_unknown_leave_the_friction_unknown():
+    """Where a wheel slips its torque is nan; the bearings' friction is then nan, and not that of no load."""
+    wheel = WheelLoad(preload=2200.0, torque=np.array([1.0, np.nan]), force=np.array([10.0, np.nan]), radius=0.05)
+    moment = CylinderBearings(friction_coefficient=0.0015, bore=0.02).moment([wheel], 14.0)
+    assert np.isfinite(moment[0])
+    assert np.isnan(moment[1])
+
+
+def test_a_wrong_number_of_azimuths_is_named_by_its_key():
+    with pytest.raises(ParameterError, match=r"cylinder_bearings\.azimuths must be 6, one for each leg, got 2 values"):
+        CylinderBearings(torque=0.1, azimuths=(0.0, 1.0)).around(6)

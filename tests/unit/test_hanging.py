@@ -223,3 +223,51 @@ def test_the_verdict_of_a_search_has_the_table_as_well(shipped, tmp_path):
     standby = next(row for row in hanging.rows if row.choice == "standby per amplifier")
     assert standby.figures["geared"] == pytest.approx(sizing.best.power + 1.0, rel=1e-6)
     assert sizing.to_dict()["hangs_on"]["decided"]
+
+
+def test_simulated_energies_are_a_row(tmp_path):
+    """What controllers make of a motion is open, too: prescribed energy plus what the simulation of the cycle adds."""
+    file = tmp_path / "geared.toml"
+    file.write_text(
+        """
+title = "Geared"
+[drives.large]
+base = "faulring2006.motor2-gear4"
+[drives.small]
+base = "faulring2006.motor2-gear4"
+gearhead.ratio = 5.0
+[duty.shake]
+shape = "reaches"
+distance = "20 mm"
+time = "0.4 s"
+pause = "0.1 s"
+load_mass = "0.5 kg"
+""",
+        "utf-8",
+    )
+    found = iv.compare(iv.load_study(file))
+    (row,) = (row for row in found.hangs_on.rows if row.choice == "motion")
+    (duty,) = found.duty.values()
+    for name, ways in duty.two_ways.items():
+        assert row.figures[name] == pytest.approx(
+            duty.results[name].energy + ways.followed - ways.prescribed, rel=1e-12
+        )
+    assert not any(row.choice == "motion" for row in iv.compare(iv.load_study(file), quick=True).hangs_on.rows)
+
+
+def test_friction_of_slow_parts_of_a_path_is_a_row(found):
+    comparison = found["two_joint_arm"]
+    (row,) = (row for row in comparison.hangs_on.rows if row.choice == "friction at low speed")
+    for name, one in comparison.results.items():
+        assert row.figures[name] == pytest.approx(one.controlled_power, rel=1e-12)
+        (path,) = one.paths.values()
+        assert one.controlled_power - one.mean_power == pytest.approx(
+            one.shares["paths.reach"] * (path.controlled_power - path.mean_power), rel=1e-9
+        )
+
+
+def test_answers_beyond_ten_are_counted(shipped):
+    knee = iv.compare(shipped["knee_walking"], quick=True).hangs_on
+    assert len(knee.rows) == 10
+    assert knee.more > 0
+    assert knee.to_dict()["more"] == knee.more

@@ -301,7 +301,7 @@ def compare(
         return replace(found, hangs_on=hanging_machines(found))
     made = compare_drives(study, quick=quick, engine=engine, progress=progress)
     covers = {name: one.covers for name, one in made.results.items()}
-    return replace(made, hangs_on=hanging_drives(study, made._judged, covers))
+    return replace(made, hangs_on=hanging_drives(study, made._judged, covers, made.duty))
 
 
 def compare_drives(

@@ -11,8 +11,9 @@ import numpy as np
 
 from infinivar._core.fields import value_at, with_values
 from infinivar.analysis.cycles.cylinder_policy import RANGE, best_common_speed
+from infinivar.analysis.cycles.duty_comparison import DutyComparison
 from infinivar.analysis.cycles.duty_cycle import energy_and_feasibility
-from infinivar.analysis.hanging import Hanging, Judged, hang
+from infinivar.analysis.hanging import Answered, Hanging, Judged, hang
 from infinivar.analysis.machine_tasks import Prepared
 from infinivar.analysis.machines import MachineComparison, decided_machine, judged_machine, tasks_and_paths
 from infinivar.analysis.region import covers, covers_with_loss
@@ -31,8 +32,13 @@ _COARSE = 21
 
 CYLINDER_SPEED = "cylinder speed"
 
+SLOW_FRICTION = "friction at low speed"
+"""Of machines on a path: simulated, it falls below their stick speed, as if a slow part were held without a controller's work."""
 
-def hanging_drives(study: Study, used: Mapping[str, Judged], covers: Mapping[str, bool]) -> Hanging:
+
+def hanging_drives(
+    study: Study, used: Mapping[str, Judged], covers: Mapping[str, bool], duty: Mapping[str, DutyComparison]
+) -> Hanging:
     """What the verdict on drives of one axis hangs on, from what decides between them and whether each covers the requirement."""
     figure, unit = _figure(study)
 
@@ -45,7 +51,28 @@ def hanging_drives(study: Study, used: Mapping[str, Judged], covers: Mapping[str
 
     asked = [one for one in variants(study) if study.duty or one.scope != "motion"]
     answers = [*asked, *best_speeds(study)]
-    return hang(answers, judge, used, study.titles, figure, unit)
+    return hang(answers, judge, used, study.titles, figure, unit, _simulated(study, used, duty))
+
+
+def _simulated(study: Study, used: Mapping[str, Judged], duty: Mapping[str, DutyComparison]) -> Iterator[Answered]:
+    """Yield what decides if the motion is simulated with its controllers, where all feasible drives were."""
+    ways = {name: [found.two_ways[name] for found in duty.values()] for name, one in used.items() if one.able}
+    if not duty or not ways or any(isinstance(way, str) for found in ways.values() for way in found):
+        return
+    changed = {}
+    for name, found in ways.items():
+        more = [way.followed - way.prescribed for way in found if not isinstance(way, str)]
+        if study.shares:
+            periods = [cycle.duty.period for cycle in duty.values()]
+            more = [
+                sum(
+                    map(
+                        _times, study.shares.values(), (one / period for one, period in zip(more, periods, strict=True))
+                    )
+                )
+            ]
+        changed[name] = Judged(True, tuple(map(sum, zip(used[name].values, more, strict=True))))
+    yield ("motion", "prescribed", "simulated with its controllers"), {**used, **changed}
 
 
 def hanging_machines(comparison: MachineComparison) -> Hanging:
@@ -70,7 +97,9 @@ def hanging_machines(comparison: MachineComparison) -> Hanging:
 
     used = {name: judged_machine(one) for name, one in comparison.results.items()}
     figure = "mean power in mixed use" if study.machine_shares else "mean power, sum over tasks and paths"
-    return hang([*variants(study), *_at_least_loss(study, best)], judge, used, study.titles, figure, "W")
+    slow = {name: judged_machine(one, "controlled_power") for name, one in comparison.results.items()}
+    also = [((SLOW_FRICTION, "in full", "as simulated"), slow)]
+    return hang([*variants(study), *_at_least_loss(study, best)], judge, used, study.titles, figure, "W", also)
 
 
 def _figure(study: Study) -> tuple[str, str]:
@@ -109,7 +138,8 @@ def _times(share: float, power: float) -> float:
 def _at_least_loss(study: Study, best: Callable[[str, Any], float | None]) -> Iterator[Variant]:
     """Yield the study with its cylinders at the constant speed of least loss, which is free, as the wheel converts it.
 
-    A source states it for one machine and one use; so it is no value of the machine, and nothing but the search settles it.
+    A source states it for one machine and one use; so it is no value of the machine, and nothing but the search settles it. With
+    duty cycles it is that of the motion alone: the region that is required beside them keeps the speed of the study.
     """
     changed, used, instead = {}, [], []
     for name, drive in study.drives.items():
@@ -121,7 +151,8 @@ def _at_least_loss(study: Study, best: Callable[[str, Any], float | None]) -> It
         used.append(f"{plain(abs(value_at(drive, path)), 3)} rad/s")
         instead.append(f"{plain(abs(speed), 3)}")
     if changed:
-        words = f"least loss: {', '.join(instead)} rad/s"
+        where = " in motion" if study.duty and study.requirement is not None else ""
+        words = f"least loss{where}: {', '.join(instead)} rad/s"
         yield Variant(CYLINDER_SPEED, ", ".join(dict.fromkeys(used)), words, changed, "run")
 
 

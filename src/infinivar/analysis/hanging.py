@@ -44,6 +44,10 @@ class Judged(NamedTuple):
         return sum(self.values)
 
 
+Answered = tuple[tuple[str, str, str], Mapping[str, Judged]]
+"""Choice, what is used and what instead, in words; and what decides with that answer, by drive."""
+
+
 def winner(judged: Mapping[str, Judged]) -> str | None:
     """The able drive with the least of each value; None if no drive is able, or none has the least of each."""
     able = {name: one for name, one in judged.items() if one.able}
@@ -93,6 +97,7 @@ class Hanging(Result):
     used : HangingRow    With what the study has.
     rows                 At most ten: those that flip the winner first, then those that come nearest to it.
     tried : int          Answers tried, with those that change no figure.
+    more : int           Answers with an effect that are not among the rows.
     """
 
     figure: str
@@ -101,6 +106,7 @@ class Hanging(Result):
     used: HangingRow
     rows: tuple[HangingRow, ...]
     tried: int
+    more: int = 0
 
     @property
     def flips(self) -> tuple[HangingRow, ...]:
@@ -132,7 +138,7 @@ class Hanging(Result):
 
     def _won(self, row: HangingRow) -> str:
         if row.winner is not None:
-            return f"{self.titles[row.winner]} {'wins' if len(self.titles) > 1 else 'is able'}"
+            return f"{self.titles[row.winner]} {'wins' if len(self.titles) > 1 else 'is feasible'}"
         return "none leads" if any(row.able.values()) else "none is feasible"
 
     @property
@@ -175,6 +181,7 @@ class Hanging(Result):
             "figure": self.figure,
             "unit": self.unit,
             "tried": self.tried,
+            "more": self.more,
             "used": _row(self.used),
             "rows": [_row(row) for row in self.rows],
         }
@@ -237,6 +244,7 @@ def hang(
     titles: Mapping[str, str],
     figure: str,
     unit: str,
+    also: Iterable[Answered] = (),
 ) -> Hanging:
     """Decide again with each variant; drives that it does not change are not computed again.
 
@@ -247,24 +255,25 @@ def hang(
     used : name to Judged          With what the study has.
     titles : name to text
     figure, unit : str             What decides, and its unit.
+    also : iterable of Answered    Answers of which what decides is known.
 
     Returns
     -------
     Hanging   Without variants of which a drive cannot be judged.
     """
-    answered = []
+    answered: list[Answered] = []
     for variant in variants:
         try:
             changed = {name: judge(name, drive, variant) for name, drive in variant.drives.items()}
         except InputError:
             continue  # such a drive cannot move as asked, which says nothing about the verdict
         answered.append(((variant.choice, variant.used, variant.instead), {**used, **changed}))
-    return decided_again(used, answered, titles, figure, unit)
+    return decided_again(used, [*answered, *also], titles, figure, unit)
 
 
 def decided_again(
     used: Mapping[str, Judged],
-    answered: Iterable[tuple[tuple[str, str, str], Mapping[str, Judged]]],
+    answered: Iterable[Answered],
     titles: Mapping[str, str],
     figure: str,
     unit: str,
@@ -285,6 +294,7 @@ def decided_again(
         used=_made(("as used", "", ""), used, won, flips=False),
         rows=tuple(rows[:MOST]),
         tried=tried,
+        more=max(0, len(rows) - MOST),
     )
 
 
@@ -322,3 +332,5 @@ def told(hanging: Hanging | None) -> Iterator[str]:
         return
     yield f"What this verdict hangs on ({hanging.figure}; in brackets: infeasible):"
     yield from (f"  {line}" for line in hanging.lines)
+    if hanging.more:
+        yield f"  {hanging.more} more with an effect on figures"

@@ -81,6 +81,11 @@ class TaskResult(Result):
         return float(self.steady.power_in)
 
     @property
+    def controlled_power(self) -> float:
+        """The same as the mean power: a machine that passes at its twist, or holds, has no slow part of its motion. [W]"""
+        return self.mean_power
+
+    @property
     def steering_power(self) -> float:
         """What steering loses; 0 where it does not count. [W]"""
         return _steering(self.losses)

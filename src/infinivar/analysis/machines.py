@@ -56,6 +56,11 @@ class MachineResult(Result):
         """The same of steady points. [W]"""
         return self._weighed("steady_power")
 
+    @property
+    def controlled_power(self) -> float:
+        """The same with the friction of simulations. [W]"""
+        return self._weighed("controlled_power")
+
     def _weighed(self, name: str) -> float:
         if not self.shares:
             return float("nan")
@@ -181,10 +186,10 @@ class MachineComparison(Result):
         }
 
 
-def judged_machine(found: MachineResult) -> Judged:
+def judged_machine(found: MachineResult, power: str = "mean_power") -> Judged:
     """What decides on a machine: its mean power in mixed use, or in each task and path without shares."""
-    values = (found.mean_power,) if found.shares else tuple(one.mean_power for one in found.found.values())
-    return Judged(found.feasible, values)
+    judged = (found,) if found.shares else found.found.values()
+    return Judged(found.feasible, tuple(getattr(one, power) for one in judged))
 
 
 def decided_machine(drive: Any, asked: Prepared, shares: Mapping[str, float]) -> Judged:

@@ -8,13 +8,14 @@ import numpy as np
 
 from infinivar.axis import Axis
 from infinivar.bondgraph.audit import Trajectory
+from infinivar.bondgraph.march import Instants
 from infinivar.drivetrain.graphs.output_pieces import names
 from infinivar.drivetrain.output import Output, Place
 from infinivar.limits import Demand, Limit
 from infinivar.parts.linkage import Linkage
 
 
-def load_columns(run: Trajectory, output: Output, axis: Axis) -> dict[str, Any]:
+def load_columns(run: Trajectory | Instants, output: Output, axis: Axis) -> dict[str, Any]:
     """Position and speed of the load, under their names along a line or about a joint."""
     position, speed, _ = axis.columns
     of = ("load", "load_rate") if output.chain else ("l", "ldot")
@@ -46,7 +47,7 @@ def columns(run: Trajectory, output: Output, axis: Axis) -> dict[str, Any]:
     return found
 
 
-def demands(run: Trajectory, output: Output) -> dict[Demand, Any]:
+def demands(run: Trajectory | Instants, output: Output) -> dict[Demand, Any]:
     """Travel of springs and range of the linkage over their allowance, over time."""
     found: dict[Demand, Any] = {}
     for place in output.chain:
@@ -61,7 +62,7 @@ def demands(run: Trajectory, output: Output) -> dict[Demand, Any]:
     return found
 
 
-def _deflection(run: Trajectory, place: Place) -> Any:
+def _deflection(run: Trajectory | Instants, place: Place) -> Any:
     """Deflection of a spring; the state of a linear one is its deflection from the free state, if it has one."""
     assert not isinstance(place.part, Linkage)
     name = names(place).elastic

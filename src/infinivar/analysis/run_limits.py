@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, result
 from infinivar.limits import LEADING, ROOT_MEAN_SQUARE, Demand, Limit
 from infinivar.units import plain, times
@@ -63,7 +64,9 @@ def begins(event: Event) -> float:
     return round(event.start, 7)
 
 
-def events(time: Any, utilisation: Mapping[Demand, Any], settled: int = 0) -> tuple[Event, ...]:
+def events(
+    time: Any, utilisation: Mapping[Demand, Any], settled: int = 0, peaks: Mapping[Demand, Any] = FrozenDict()
+) -> tuple[Event, ...]:
     """Find the intervals in which a demand exceeds its allowance.
 
     Parameters
@@ -71,15 +74,21 @@ def events(time: Any, utilisation: Mapping[Demand, Any], settled: int = 0) -> tu
     time : (n,) float                       [s]
     utilisation : Demand to (n,) float      Demand over allowance. [-]
     settled : int                           Instant at which the settling time ends; an interval across it is split.
+    peaks : Demand to (n,) float            Largest demand since the instant before, where it is known.
 
     Returns
     -------
     tuple of Event   By start time. Intervals in which no demand exceeds 1 by more than `TOLERANCE` are left out, except those
         of slip and of a linkage out of reach.
     """
-    found = list(_events(time[settled:], {key: demand[settled:] for key, demand in utilisation.items()}))
+    most = {key: np.maximum(demand, peaks.get(key, demand)) for key, demand in utilisation.items()}
+    # The peak of the instant at which the settling time ends lies before it.
+    late = {
+        key: np.append(demand[settled : settled + 1], most[key][settled + 1 :]) for key, demand in utilisation.items()
+    }
+    found = list(_events(time[settled:], late))
     if settled:
-        early = {key: demand[: settled + 1] for key, demand in utilisation.items()}
+        early = {key: demand[: settled + 1] for key, demand in most.items()}
         found += [replace(event, settling=True) for event in _events(time[: settled + 1], early)]
     return tuple(sorted(found, key=begins))
 
@@ -122,13 +131,26 @@ def first_settled(time: np.ndarray, settling_time: float | None) -> int:
     return min(int(np.searchsorted(time, settling_time * (1.0 - ROUNDING))), len(time) - 1)
 
 
-def root_mean_squares(time: Any, utilisation: Mapping[Demand, Any], settled: int = 0) -> dict[Demand, float]:
-    """Root mean square of the demands that it limits, over the run after settling; arguments of `events`. [-]"""
+def root_mean_squares(
+    time: Any, utilisation: Mapping[Demand, Any], settled: int = 0, squares: Mapping[Demand, Any] = FrozenDict()
+) -> dict[Demand, float]:
+    """Root mean square of the demands that it limits, over the run after settling; arguments of `events`. [-]
+
+    `squares` are integrals of the squares since the instant before, (n,) [s], where they are known.
+    """
     return {
-        key: math.sqrt(mean(time[settled:], demand[settled:] ** 2))
+        key: math.sqrt(
+            lasting(time, squares[key], settled) if key in squares else mean(time[settled:], demand[settled:] ** 2)
+        )
         for key, demand in utilisation.items()
         if key[0] in ROOT_MEAN_SQUARE
     }
+
+
+def lasting(time: Any, sums: Any, settled: int = 0) -> float:
+    """Mean over the run after settling, from integrals since the instant before each; 0 if no time is left."""
+    span = float(time[-1] - time[settled])
+    return float(np.sum(sums[settled + 1 :])) / span if span > 0.0 else 0.0
 
 
 def mean(time: Any, values: Any) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Mapping
 from typing import Any, overload
@@ -15,6 +16,7 @@ from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory
 from infinivar.bondgraph.graph import JUNCTIONS, TWO_PORTS
+from infinivar.bondgraph.march import Instants, Watch
 from infinivar.bondgraph.solver import RTOL, solve
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
@@ -31,7 +33,10 @@ from infinivar.transmission import creepage, turning
 from infinivar.units import plain
 
 STEPS = 1000
-"""Default number of output steps of a run."""
+"""Default number of output steps of a run; limits are judged between them as well."""
+
+_ERROR = "position error"
+"""Key of what is watched besides limits."""
 
 
 @result
@@ -51,6 +56,7 @@ class Simulation(Result):
     events            Intervals in which a demand exceeds its allowance, by start time.
     root_mean_squares Root mean square of each demand that it limits, over the run after its settling time: current of each
         motor over its continuous current, output torque of the gearhead over its continuous torque. [-]
+    largest_error     Largest position error of the load, between outputs as well. [m], [rad]
     """
 
     drive: CoboticDrive | ConventionalDrive
@@ -60,6 +66,7 @@ class Simulation(Result):
     columns: Mapping[str, Any]
     events: tuple[Event, ...]
     root_mean_squares: Mapping[Demand, float]
+    largest_error: float = 0.0
 
     @property
     def complete(self) -> bool:
@@ -117,7 +124,7 @@ class Simulation(Result):
         if self.scenario.link == "controlled" and self.scenario.steering == "controlled":
             axis, error = self.drive.axis, self.position_error
             scale, unit = (1.0, "rad") if axis.rotary else (1e3, "mm")
-            most, last = (plain(scale * float(part), 2) for part in (np.max(error), error[-1]))
+            most, last = (plain(scale * float(part), 2) for part in (self.largest_error, error[-1]))
             limits += f"; {axis.position} error {most} {unit} at most, {last} {unit} at the end"
         spent = self._supplied(0)
         energy = f"{plain(spent)} J from the supply"
@@ -147,7 +154,7 @@ class Simulation(Result):
             **({"warnings": list(self.warnings)} if self.warnings else {}),
             "complete": self.complete,
             "feasible": self.feasible,
-            f"largest_position_error_{self.drive.axis.position_unit}": float(np.max(self.position_error)),
+            f"largest_position_error_{self.drive.axis.position_unit}": self.largest_error,
             "rms_current_over_continuous": self.heating,
             "rms_gear_torque_over_continuous": self._means(Limit.GEAR),
             "duration_s": float(run.time[-1]),
@@ -235,22 +242,28 @@ def simulate(
         raise ParameterError(fault)
     machine = closed_loop(drive, scenario)
     try:
-        run = _run(machine, scenario, progress)
+        run = _run(machine, scenario, progress, functools.partial(_watched, drive, scenario))
     except ClosureError as problem:
         if scenario.tolerance <= RTOL:
             raise
         raise ParameterError(f"tolerance must be smaller than {scenario.tolerance:g}: {problem}") from problem
     columns = _columns(drive, scenario, run)
     settled = _settled(scenario, run)
-    utilisation = _utilisation(drive, run, columns, settled)
+    utilisation = _utilisation(drive, run.instants)
+    for limit, what in [key for key in utilisation if key[0] == Limit.LIFE]:
+        # The rated life limits the cubic mean over the whole run.
+        lasting = np.cbrt(run_limits.lasting(run.time, run.cubes[limit, what], settled))
+        utilisation[limit, what] = np.where(np.arange(len(run.time)) < settled, 0.0, lasting)
+    peaks = {key: peak for key, peak in run.peaks.items() if key in utilisation and key[0] != Limit.LIFE}
     return Simulation(
         drive=drive,
         scenario=scenario,
         title=title,
         trajectory=run,
         columns=columns,
-        events=run_limits.events(run.time, utilisation, settled),
-        root_mean_squares=FrozenDict(run_limits.root_mean_squares(run.time, utilisation, settled)),
+        events=run_limits.events(run.time, utilisation, settled, peaks),
+        root_mean_squares=FrozenDict(run_limits.root_mean_squares(run.time, utilisation, settled, run.squares)),
+        largest_error=float(max(np.max(run.peaks[_ERROR]), _error(drive, scenario, run.instants).max())),
     )
 
 
@@ -262,7 +275,7 @@ def _settled(scenario: Scenario, run: Trajectory) -> int:
     return min(int(np.searchsorted(run.time, scenario.settling_time - rounding)), len(run.time) - 1)
 
 
-def _run(machine: Plant, scenario: Scenario, progress: Callable[[float], None] | None) -> Trajectory:
+def _run(machine: Plant, scenario: Scenario, progress: Callable[[float], None] | None, watch: Watch) -> Trajectory:
     step = scenario.output_step or scenario.duration / STEPS
     count = max(round(scenario.duration / step), 1)
     return solve(
@@ -276,7 +289,21 @@ def _run(machine: Plant, scenario: Scenario, progress: Callable[[float], None] |
         # The current loops settle within a fraction of a sample.
         energies_as_states=scenario.electrical == "voltage",
         progress=progress,
+        watch=watch,
     )
+
+
+def _watched(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, at: Instants) -> dict[Demand | str, Any]:
+    """What is judged at each instant, however far apart the outputs are."""
+    return {**_utilisation(drive, at), _ERROR: _error(drive, scenario, at)}
+
+
+def _error(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, at: Instants) -> Any:
+    """Position error of the load. [m], [rad]"""
+    position = output_histories.load_columns(at, drive.output, drive.axis)[drive.axis.columns[0]]
+    if scenario.link == "free":
+        return 0.0 * position
+    return np.abs(position - np.array([scenario.path.at(time).position for time in at.time.tolist()]))
 
 
 def _columns(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, run: Trajectory) -> dict[str, Any]:
@@ -302,7 +329,7 @@ def _columns(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, run: T
             "cylinder_speed_rad_s": run.signals["omega"],
             "steering_current_A": steering_current,
             "steering_voltage_V": steering_voltage,
-            "slip_ratio": run.at("transmission.creep")[0] / drive.transmission.groups(drive.cylinder_speed).slip_force,
+            "slip_ratio": _slip_ratio(drive, run.instants),
         }
         supplied.append(run.power("steering.source"))
     amplifiers = [drive.amplifier, *([drive.steering_amplifier] if cobotic else [])]
@@ -312,10 +339,8 @@ def _columns(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, run: T
     return columns
 
 
-def _utilisation(
-    drive: CoboticDrive | ConventionalDrive, run: Trajectory, columns: Mapping[str, Any], settled: int
-) -> dict[Demand, Any]:
-    """Demand over allowance of every limit, over time."""
+def _utilisation(drive: CoboticDrive | ConventionalDrive, run: Instants) -> dict[Demand, Any]:
+    """Demand over allowance of every limit, over time; of the rated life that of each instant."""
     found: dict[Demand, Any] = {}
 
     def motor(part: Motor, what: str, prefix: str) -> None:
@@ -329,7 +354,7 @@ def _utilisation(
     prefix = "cylinder." if cobotic else ""
     if cobotic:
         # The larger demand of force and creepage; in slip only the creepage grows.
-        found[Limit.SLIP, "wheel"] = np.maximum(_creep_demand(drive, run), np.abs(columns["slip_ratio"]))
+        found[Limit.SLIP, "wheel"] = np.maximum(_creep_demand(drive, run), np.abs(_slip_ratio(drive, run)))
         if drive.transmission.steering_range < 0.5 * math.pi:
             found[Limit.STEERING, "wheel"] = np.abs(run.signals["phi"]) / drive.transmission.steering_range
         assert drive.steering is not None
@@ -340,11 +365,16 @@ def _utilisation(
     for limit, demand in drive.gearhead.utilisation(run.efforts[out.tail, out.head], output_speed).items():
         found[limit, "gearhead"] = demand
     if not cobotic:
-        found.update(_stage_utilisation(drive, run, settled))
+        found.update(_stage_utilisation(drive, run))
     return {**found, **output_histories.demands(run, drive.output)}
 
 
-def _creep_demand(drive: CoboticDrive, run: Trajectory) -> Any:
+def _slip_ratio(drive: CoboticDrive, run: Instants) -> Any:
+    """Lateral force over the slip force, over time."""
+    return run.at("transmission.creep")[0] / drive.transmission.groups(drive.cylinder_speed).slip_force
+
+
+def _creep_demand(drive: CoboticDrive, run: Instants) -> Any:
     """Creepage over that of full slip, over time."""
     parameters = {symbol: parameter.value for symbol, parameter in run.graph.parameters.items()}
     groups = drive.transmission.groups(drive.cylinder_speed)
@@ -360,13 +390,10 @@ def _creep_demand(drive: CoboticDrive, run: Trajectory) -> Any:
     return np.abs(creepage.scaled_creepage(u, v, **contact)) / full
 
 
-def _stage_utilisation(drive: ConventionalDrive, run: Trajectory, settled: int) -> dict[Demand, Any]:
-    """Demand over allowance of the output stage, over time; of the rated life over the whole run after settling."""
+def _stage_utilisation(drive: ConventionalDrive, run: Instants) -> dict[Demand, Any]:
+    """Demand over allowance of the output stage, over time."""
     stage, inner = drive.stage, (*JUNCTIONS, *TWO_PORTS)
     last = stage.title if stage.axis.rotary else f"r_{stage.title}"
     (out,) = (b for b in run.graph.bonds_of(last) if b.tail == last and run.graph[b.head].kind in inner)
     found = stage.utilisation(force=run.efforts[out.tail, out.head], speed=run.signals["ldot"])
-    if Limit.LIFE in found:
-        lasting = np.cbrt(run_limits.mean(run.time[settled:], found[Limit.LIFE][settled:] ** 3))
-        found[Limit.LIFE] = np.where(np.arange(len(run.time)) < settled, 0.0, lasting)
     return {(limit, stage.title): demand for limit, demand in found.items()}

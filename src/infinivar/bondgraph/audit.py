@@ -8,6 +8,7 @@ stored; this detects integration errors.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from infinivar._core.result import Result, result
@@ -15,7 +16,7 @@ from infinivar.bondgraph.graph import JUNCTIONS, SOURCES, TWO_PORTS, BondGraph, 
 from infinivar.errors import AuditError
 
 if TYPE_CHECKING:
-    from infinivar.bondgraph.march import March
+    from infinivar.bondgraph.march import Instants, March
     from infinivar.bondgraph.model import Model
 
 CLOSURE = 1e-6
@@ -66,6 +67,8 @@ class Trajectory(Result):
     passed               Cumulative energy through each bond along its half arrow, by (tail, head). [J]
     residual             Cumulative residual of the energy balance, over the energy moved in the whole motion. [-]
     outcome              "" if the motion is complete, else the reason and what to try.
+    peaks                Largest of each demand that was watched, since the output before. [-]
+    squares, cubes       Integrals of their squares and cubes since then. [s]
     """
 
     graph: BondGraph
@@ -83,6 +86,9 @@ class Trajectory(Result):
     passed: Mapping[tuple[str, str], Any]
     residual: Any
     outcome: str
+    peaks: Mapping[Any, Any] = field(default_factory=dict)
+    squares: Mapping[Any, Any] = field(default_factory=dict)
+    cubes: Mapping[Any, Any] = field(default_factory=dict)
 
     @property
     def closure(self) -> float:
@@ -91,10 +97,23 @@ class Trajectory(Result):
 
         return float(np.max(np.abs(self.residual)))
 
+    @property
+    def instants(self) -> Instants:
+        """The outputs as `Instants`."""
+        from infinivar.bondgraph.march import Instants
+
+        return Instants(
+            graph=self.graph,
+            time=self.time,
+            states=self.states,
+            signals=self.signals,
+            efforts=self.efforts,
+            flows=self.flows,
+        )
+
     def at(self, name: str) -> tuple[Any, Any]:
         """Effort and flow of a one-port, or of any other element at its first bond."""
-        bond = self.graph.bonds_of(self.graph[name].name)[0]
-        return self.efforts[bond.tail, bond.head], self.flows[bond.tail, bond.head]
+        return self.instants.at(name)
 
     def energy(self, name: str) -> ElementEnergy:
         """Cumulative energy received, delivered, supplied, lost and stored by an element."""
@@ -182,6 +201,7 @@ def audited(
         passed=dict(zip(made.bonds, passed.T, strict=True)),
         residual=residual,
         outcome=outcome,
+        **{name: run.between(name) for name in ("peaks", "squares", "cubes")},
     )
     if not result.closure <= closure:
         worst = max(graph.elements, key=lambda element: _missing(result, element.name))

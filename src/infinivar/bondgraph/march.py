@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from infinivar.bondgraph.graph import BondGraphError
+from infinivar.bondgraph.graph import BondGraph, BondGraphError
 from infinivar.bondgraph.inputs import Constant, Controller, Input
 from infinivar.bondgraph.model import Model
 from infinivar.bondgraph.namespaces import FloatNamespace
@@ -25,6 +26,52 @@ _MOST_NODES = 8192
 """Nodes whose powers are summed at once; as many are held, however long the motion."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Instants:
+    """What a graph does at many instants; arrays (n,), SI. Efforts and flows by the (tail, head) of the bonds."""
+
+    graph: BondGraph
+    time: Any
+    states: Mapping[str, Any]
+    signals: Mapping[str, Any]
+    efforts: Mapping[tuple[str, str], Any]
+    flows: Mapping[tuple[str, str], Any]
+
+    def at(self, name: str) -> tuple[Any, Any]:
+        """Effort and flow of a one-port, or of any other element at its first bond."""
+        bond = self.graph.bonds_of(self.graph[name].name)[0]
+        return self.efforts[bond.tail, bond.head], self.flows[bond.tail, bond.head]
+
+
+Watch = Callable[[Instants], Mapping[Any, Any]]
+"""Demands over allowances at many instants, by any key."""
+
+
+class Watched:
+    """Demands between output times: their peaks and the integrals of their powers, however far apart the outputs are."""
+
+    def __init__(self, outputs: int) -> None:
+        """Know nothing yet."""
+        self.outputs = outputs
+        self.peaks: dict[Any, np.ndarray] = {}
+        """Largest demand since the output before; 0 where there is none. (n,) [-]"""
+        self.squares: dict[Any, np.ndarray] = {}
+        """Integral of the squared demand since then. (n,) [s]"""
+        self.cubes: dict[Any, np.ndarray] = {}
+        """The same of its cube. (n,) [s]"""
+
+    def add(self, demands: Mapping[Any, Any], rows: np.ndarray, widths: np.ndarray) -> None:
+        """Count demands (m nodes) of intervals with the output that ends them, by its row."""
+        for key, demand in demands.items():
+            values = np.broadcast_to(demand, (len(rows) * len(_NODES),)).reshape(-1, len(_NODES))
+            np.maximum.at(self._of(self.peaks, key), rows, np.max(values, axis=1))
+            for sums, power in ((self.squares, 2), (self.cubes, 3)):
+                np.add.at(self._of(sums, key), rows, _mean(values**power) * widths)
+
+    def _of(self, kept: dict[Any, np.ndarray], key: Any) -> np.ndarray:
+        return kept.setdefault(key, np.zeros(self.outputs))
+
+
 class March:
     """One integration in progress: results at the output times reached so far."""
 
@@ -37,8 +84,11 @@ class March:
         times: Any,
         start: list[float],
         energies_too: bool,
+        graph: BondGraph,
+        watch: Watch | None = None,
     ) -> None:
         """Start at the first of `times`; `energies_too` integrates energies as states instead of by quadrature."""
+        self.graph, self.watch, self.watched = graph, watch, Watched(len(times) + 1)
         self.made, self.parameters = made, parameters
         self.times, self.outside, self.controller = times, outside, controller
         self.count, self.energies_too = len(start), energies_too
@@ -49,7 +99,8 @@ class March:
         self.reached = 0
         self.measured = made.function("measured", FloatNamespace, parameters)
         self.memory: Any = None
-        self.nodes: list[tuple[Any, Any, Any]] = []
+        self.nodes: list[tuple[Any, Any, Any, Any]] = []
+        """States, inputs, rates of inputs, and times."""
         self.widths: list[Any] = []
         self.passed = 0
         """Number of intervals completed."""
@@ -113,7 +164,7 @@ class March:
         moving = [functions[self.made.inputs.index(name)] for name in self.made.rates]
         states = rows.reshape(len(wanted), stride, rows.shape[1])[:, :-1, : self.count]
         states = states.reshape(len(between), self.count)
-        self.nodes.append((states, _over(functions, between), _over(moving, between, rate=True)))
+        self.nodes.append((states, _over(functions, between), _over(moving, between, rate=True), between))
         self.widths.append(widths)
         if (self.passed - self.summed) * len(_NODES) >= _MOST_NODES:
             self._sum()
@@ -122,8 +173,11 @@ class March:
 
     def _bounds(self, samples: np.ndarray) -> np.ndarray:
         """Bounds of the segments."""
-        breaks = np.fromiter((at for given in self.outside.values() for at in given.breaks), dtype=float)
-        return np.unique(np.concatenate([self.times[[0, -1]], self._inside(breaks), samples]))
+        found = np.fromiter((at for given in self.outside.values() for at in given.breaks), dtype=float)
+        breaks = self._inside(found)
+        if len(samples):
+            breaks = self._snapped(breaks, samples)
+        return np.unique(np.concatenate([self.times[[0, -1]], breaks, samples]))
 
     def _samples(self) -> np.ndarray:
         """Sample times of the controller after the first."""
@@ -136,10 +190,14 @@ class March:
         """Instants within the motion, snapped to output times that differ only by rounding."""
         times = self.times
         close = _SAME_TIME * (times[-1] - times[0])
-        found = found[(found > times[0] + close) & (found < times[-1] - close)]
-        right = np.clip(np.searchsorted(times, found), 1, len(times) - 1)
-        nearest = np.where(found - times[right - 1] < times[right] - found, times[right - 1], times[right])
-        return np.where(np.abs(found - nearest) <= close, nearest, found)
+        return self._snapped(found[(found > times[0] + close) & (found < times[-1] - close)], times)
+
+    def _snapped(self, found: np.ndarray, known: np.ndarray) -> np.ndarray:
+        """Instants, those that differ from a known one only by rounding moved there."""
+        places = np.clip(np.searchsorted(known, found), 1, max(len(known) - 1, 1))
+        low, high = known[places - 1], known[np.minimum(places, len(known) - 1)]
+        nearest = np.where(found - low < high - found, low, high)
+        return np.where(np.abs(found - nearest) <= _SAME_TIME * (self.times[-1] - self.times[0]), nearest, found)
 
     def _functions(self, held: Mapping[str, float]) -> list[Input]:
         functions: list[Input] = []
@@ -175,18 +233,37 @@ class March:
         if not self.nodes or not len(self.total):
             self.nodes, self.widths, self.summed = [], [], self.passed
             return
-        states, inputs, rates = (np.concatenate(parts) for parts in zip(*self.nodes, strict=True))
+        states, inputs, rates, times = (np.concatenate(parts) for parts in zip(*self.nodes, strict=True))
         values = self.made.function("outputs", np, self.parameters)(tuple(states.T), tuple(inputs.T), tuple(rates.T))
         bonds = len(self.made.bonds)
         passed = [effort * flow for effort, flow in zip(values[:bonds], values[bonds : 2 * bonds], strict=True)]
         powers = [*passed, *values[len(values) - self.extra :]]
         widths = np.concatenate(self.widths)
         sums = [_mean(np.broadcast_to(power, len(states)).reshape(-1, len(_NODES))) * widths for power in powers]
+        if self.watch is not None:
+            ends = np.arange(self.summed + 1, self.passed + 1)
+            rows = np.searchsorted(self.passed_at[: self.reached], ends)
+            self.watched.add(self.watch(self._instants(times, states, values)), rows, widths)
         grown = np.cumsum(np.vstack([self.total, np.array(sums).T]), axis=0)
         fresh = slice(int(np.searchsorted(self.passed_at[: self.reached], self.summed, side="right")), self.reached)
         self.passed_energy[fresh] = grown[self.passed_at[fresh] - self.summed]
         self.total, self.summed = grown[-1], self.passed
         self.nodes, self.widths = [], []
+
+    def between(self, name: str) -> dict[Any, Any]:
+        """Peaks, squares or cubes of the demands watched, at the outputs reached. (n,)"""
+        return {key: values[: self.reached] for key, values in getattr(self.watched, name).items()}
+
+    def _instants(self, times: np.ndarray, states: np.ndarray, values: Any) -> Instants:
+        """Nodes by name, from what the model's function of outputs returns."""
+        made, given = self.made, iter(values)
+
+        def take(names: Any) -> dict[Any, Any]:
+            return {name: np.broadcast_to(next(given), times.shape) for name in names}
+
+        efforts, flows, signals = take(made.bonds), take(made.bonds), take(made.signals)
+        known = dict(zip(made.states, states.T, strict=True))
+        return Instants(graph=self.graph, time=times, states=known, signals=signals, efforts=efforts, flows=flows)
 
     def inputs(self) -> tuple[Any, Any]:
         """Inputs and their rates at the output times reached. (n, inputs), (n, rates)"""

@@ -17,7 +17,7 @@ from typing import Any
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory, audited
 from infinivar.bondgraph.graph import BondGraph, BondGraphError
 from infinivar.bondgraph.inputs import Constant, Controller, Input
-from infinivar.bondgraph.march import March
+from infinivar.bondgraph.march import March, Watch
 from infinivar.bondgraph.model import model
 from infinivar.bondgraph.steppers import Method, stepper
 from infinivar.errors import nearest
@@ -40,6 +40,7 @@ def solve(
     closure: float = CLOSURE,
     energies_as_states: bool = False,
     progress: Callable[[float], None] | None = None,
+    watch: Watch | None = None,
 ) -> Trajectory:
     """Motion of a graph from given initial states.
 
@@ -60,6 +61,8 @@ def solve(
     energies_as_states : bool             Integrate energies together with the motion, for fast changes between output
         times and samples; about twice as slow.
     progress : callable                   Called with the completed fraction.
+    watch : callable                      Demands by key, from `Instants`: evaluated at the nodes between output times, for
+        `Trajectory.watched`.
 
     Returns
     -------
@@ -95,7 +98,7 @@ def solve(
     absolute = np.array([rtol * (scales or {}).get(name, 1.0) for name in made.states])
 
     def attempt(energies_too: bool) -> Trajectory:
-        run = March(made, parameters, outside, controller, times, start, energies_too)
+        run = March(made, parameters, outside, controller, times, start, energies_too, graph, watch)
         step = stepper(method, made, parameters, rtol, absolute, energies_too) if made.states else _nothing_moves
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the outcome reports a solver failure

@@ -38,5 +38,5 @@ def not_counted(drives: Mapping[str, Any], titles: Mapping[str, str]) -> str:
             found.setdefault(what, []).append(titles.get(name, name))
     if not found:
         return ""
-    named = "; ".join(what if len(drives) == 1 else f"{what} of {', '.join(of)}" for what, of in found.items())
-    return f"{named[0].upper()}{named[1:]} not counted."
+    named = "; ".join(what if len(drives) == 1 else f"{what} of {' and '.join(of)}" for what, of in found.items())
+    return f"Not counted: {named}."

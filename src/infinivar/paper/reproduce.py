@@ -10,7 +10,7 @@ from infinivar._core.result import Result, result
 from infinivar.errors import InputError
 from infinivar.paper.claims import contact, design, element, plants, shaking, system
 from infinivar.paper.claims.claim import Claim, Machine, Varied, statements
-from infinivar.paper.claims.verdict import Finding, Found, counted, row
+from infinivar.paper.claims.verdict import Finding, Found, counted, row, turned
 from infinivar.paper.displays import display_claims
 from infinivar.paper.figures import FIGURES
 from infinivar.parts.bearing import Bearing
@@ -37,8 +37,8 @@ STEERED = (*shaking.CHECKS, "S5")
 """Checks of drives that steer while they move, which are repeated with steering as spin."""
 
 
-HELD = ("B1", "B2", "B3", "B4")
-"""Checks of the cobotic drive in steady operation, which are repeated with friction of the cylinder's bearings."""
+HELD = ("B1", "B2", "B3", "B4", *shaking.CHECKS)
+"""Checks of the cobotic drive, which are repeated with friction of the cylinder's bearings."""
 
 
 @result
@@ -77,7 +77,7 @@ class Reproduction(Result):
             claim.id: variant.verdict != claim.shown
             for claim in self.claims
             for variant in claim.variants
-            if variant.assuming == assuming and variant.kind == "contrary"
+            if variant.assuming == assuming
         }
         if not changed:
             return f"{words}, no computed value changes."
@@ -113,13 +113,15 @@ def _beside(check: Callable[[Machine], Finding], machine: Machine, others: Mappi
     """The finding of a check; among its variants those on machines with other laws, if their results differ.
 
     The paper states its creep law and its resistance to steering, so other laws do not count in the verdict. Of the cylinder's
-    bearings it states nothing but that they lose power: the claim's list shows what they change.
+    bearings it states nothing but that they lose power: they count as a value that it leaves open.
     """
     found = check(machine)
     for assuming, changed in others.items():
-        other = row("contrary", assuming, _shown(check, changed))
+        other = row("value" if assuming == _BY_BEARINGS else "contrary", assuming, _shown(check, changed))
         if (other.computed, other.verdict) != (found.computed, found.shown):
             found = found._replace(variants=(*found.variants, other))
+            if found.verdict == found.shown and turned(found.shown, [other]):
+                found = found._replace(verdict="undecidable", why=f"Not with {assuming}. {found.why}")
     return found
 
 

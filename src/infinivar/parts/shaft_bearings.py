@@ -130,9 +130,9 @@ _WANTED = "deep_groove or angular_contact, which carry load across and along the
 
 
 def size(xp: Any, *components: Array) -> Array:
-    """Size of a vector, with a finite gradient (0) at zero."""
+    """Size of a vector, with a finite gradient (0) at zero; nan of a part that is nan."""
     square = sum(one * one for one in components)
-    return xp.where(square > 0, xp.sqrt(xp.where(square > 0, square, 1.0)), 0.0)
+    return xp.where(square > 0, xp.sqrt(xp.where(square > 0, square, 1.0)), 0.0 * square)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -189,7 +189,12 @@ class CylinderBearings(ShaftBearings):
         """
         if self.azimuths is None:
             return tuple(2.0 * math.pi * place / count for place in range(count))
-        require(len(self.azimuths) == count, "azimuths", f"{len(self.azimuths)} values", f"{count}, one for each leg")
+        require(
+            len(self.azimuths) == count,
+            "cylinder_bearings.azimuths",
+            f"{len(self.azimuths)} values",
+            f"{count}, one for each leg",
+        )
         return self.azimuths
 
     def reactions(self, wheels: Sequence[WheelLoad]) -> Reactions:

@@ -128,6 +128,10 @@ class Sizing(Result):
             said += self._at_ends(design)
         left_out = not_counted({one.template: one.drive for one in self.best_of.values()}, self.study.titles)
         said += [left_out[:1].lower() + left_out[1:].rstrip(".")] if left_out else []
+        if self.hangs_on is not None and self.hangs_on.rows:
+            said.append(
+                "what the verdict hangs on is judged by the designs found: a search with another answer may find better ones"
+            )
         if self.best is not None and self.best.unchecked:
             named = ", ".join(demand_words(*demand) for demand in self.best.unchecked)
             said.append(f"not checked for the best design, as its data sheets state no value: {named}")

@@ -22,6 +22,9 @@ from infinivar.motion.files.sheet import Source, fault, shown
 from infinivar.motion.files.table import ROLES, SIGNED, Column, RecordedTable
 
 _MOST_BYTES = 200_000_000
+_AT_END = 1e-9
+"""Phase within which a row is at an end of the cycle. [-]"""
+
 _DIGITISED = 0.005
 """Share of a cycle by which a phase may exceed it, as one read off a printed curve does: 1 mm of an axis of 200 mm."""
 
@@ -91,16 +94,20 @@ def read_table(
         )
     leave_out = leave_out and ("time" in chosen or "phase" in chosen)
     raw, lines, said = source.numbers([one.place for one in chosen.values()], blank=leave_out)
+    seen = lines
     raw, lines, empty = _filled(raw, lines, list(chosen))
     if empty and len(lines) < _FEWEST:
         line, cells = next(iter(empty.items()))
         raise InputError(f"{source.file}: {source.place} {line}, {cells}; without such rows, {len(lines)} are left")
     made, clipped = {}, ()
+    if "phase" in chosen:
+        place, factor = list(chosen).index("phase"), chosen["phase"].factor * (-1.0 if "phase" in flip else 1.0)
+        phase, kept, clipped = _clipped(raw[:, place] * factor, lines, source.place)
+        raw[:, place] = phase / factor
+        raw, lines = raw[kept], lines[kept]
     for place, (role, one) in enumerate(chosen.items()):
         factor = one.factor * (body_mass if one.per_kg and body_mass is not None else 1.0)
         values = raw[:, place] * (-factor if role in flip else factor)
-        if role == "phase":
-            values, clipped = _clipped(values, lines, source.place)
         _check_values(source, role, one, values, lines)
         made[role] = Column(role=role, heading=source.headings[one.place].text, unit=one.unit, values=values)
     used = {one.place for one in chosen.values()}
@@ -113,7 +120,7 @@ def read_table(
         place=source.place,
         top=source.top,
         remarks=(
-            *source.passed_over(lines),
+            *source.passed_over(seen),
             *clipped,
             *(f"sign of the {spoken(role)} reversed" for role in flip),
             *(
@@ -279,17 +286,26 @@ def _check_body_mass(source: Source, chosen: Mapping[str, Chosen], body_mass: fl
         raise InputError(f"{source.file}: {source.top}{said}; body_mass does not apply, remove it from the study")
 
 
-def _clipped(values: np.ndarray, lines: np.ndarray, place: str) -> tuple[np.ndarray, tuple[str, ...]]:
-    """A phase within the cycle where it exceeds it by what digitising explains, and a remark; single rows at its ends only."""
-    beyond = np.maximum(-values, values - 1.0)
-    wrong = np.flatnonzero(beyond > 1e-9)
-    in_a_row = (np.diff(wrong) == 1) & (np.diff(values[wrong]) > 0.0)
-    if not wrong.size or np.max(beyond) > _DIGITISED or np.any(in_a_row):
-        return values, ()
-    most = f"{units.plain(100.0 * float(np.max(beyond)), 3)} %"
+def _clipped(values: np.ndarray, lines: np.ndarray, place: str) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
+    """A phase within the cycle where it exceeds it by what digitising explains, the rows that stay, and a remark.
+
+    Of several rows beyond the same end, that next to the cycle stays, unless a row is at the end itself.
+    """
+    low, high = values < -_AT_END, values > 1.0 + _AT_END
+    wrong = np.flatnonzero(low | high)
+    kept = np.ones(len(values), dtype=bool)
+    if not wrong.size or np.max(np.maximum(-values, values - 1.0)) > _DIGITISED:
+        return values, kept, ()
+    rises = np.diff(values) > 0.0
+    kept[:-1] &= ~(low[:-1] & rises & (values[1:] <= _AT_END))
+    kept[1:] &= ~(high[1:] & rises & (values[:-1] >= 1.0 - _AT_END))
+    most = f"{units.plain(100.0 * float(np.max(np.maximum(-values, values - 1.0))), 3)} %"
     where = f"{place}{'' if wrong.size == 1 else 's'} {', '.join(map(str, lines[wrong].tolist()))}"
-    return np.clip(values, 0.0, 1.0), (
-        f"phase beyond the cycle by up to {most} clipped, as digitising explains: {where}",
+    done = "clipped" if kept.all() else "clipped or left out"
+    return (
+        np.clip(values, 0.0, 1.0),
+        kept,
+        (f"phase beyond the cycle by up to {most} {done}, as digitising explains: {where}",),
     )
 
 
