@@ -1,12 +1,14 @@
 """What a march keeps of its steps: the events found from it are those of all steps, and it grows with the events only."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import infinivar as iv
 from infinivar.analysis import marching, run_limits
 from infinivar.analysis.sessions.session_result import touches
+from machines_to_move import MACHINES
 
 KEYS = ((iv.Limit.SLIP, "wheel 1"), (iv.Limit.PEAK, "motor"))
 LEVELS = st.sampled_from([0.2, 0.9, 1.0, 1.0 + 5e-10, 1.5, 2.0, np.inf])
@@ -41,3 +43,16 @@ def test_steps_within_limits_leave_nothing_behind():
         log.sample(float(at), {"motor": 0.3 + 0.1 * np.sin(at)})
     assert len(log.instants) <= 3
     assert len(log.sampled) == 1
+
+
+@pytest.mark.parametrize("name", ["arm", "serial arm", "planar"])
+def test_motors_are_judged_at_every_sample(name):
+    """However far apart the results are: a limit passed between them counts, and so does the current there."""
+    machine, how = MACHINES[name]
+    fine, coarse = (
+        iv.simulate_machine(machine, iv.MachineScenario(**{**how, "duration": 0.05, "output_step": step}))
+        for step in (0.001, 0.05)
+    )
+    assert coarse.root_mean_squares == pytest.approx(fine.root_mean_squares, rel=1e-12)
+    worst = [{(one.limit, one.what): one.worst for one in run.events} for run in (fine, coarse)]
+    assert worst[1] == pytest.approx(worst[0], rel=1e-12)

@@ -6,7 +6,7 @@ Runs under a scenario and sessions with a user are marched alike; they differ in
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Protocol
 
@@ -27,6 +27,9 @@ _RESULTS = 1000
 
 _NEARLY = 0.99
 """Reach of a rod over its length, beyond which a run that stops has reached the end of it."""
+
+_MOST_SAMPLES = 1024
+"""Samples whose motors are judged at once; as many are held, however long the run."""
 
 _HALVINGS = 40
 """Of the step in which a demand passes its allowance."""
@@ -60,6 +63,12 @@ class _Log:
     """Whether the last instant stays whatever follows."""
     sampled: list[tuple[float, dict[str, float]]] = field(default_factory=list)
     """Samples at which what is saturated changes."""
+    ended: list[tuple[float, float, int, np.ndarray, Inputs]] = field(default_factory=list)
+    """Samples whose motors are not judged yet: begin, end, the result that follows, state at the end, and inputs."""
+    peaks: dict[Demand, dict[int, float]] = field(default_factory=dict)
+    """Largest demand of each motor's limits since the result before, by number of the result. [-]"""
+    squares: dict[Demand, dict[int, float]] = field(default_factory=dict)
+    """Integral of the squared demand since then. [s]"""
 
     def watch(self, time: float, demand: np.ndarray, needed: bool) -> None:
         """Add an instant, and drop the last one if it says nothing that its neighbours do not.
@@ -185,6 +194,9 @@ class March:
                     f"stopped at {float(problem.args[0]):.6g} s: {self._why(problem.args[1], marching.last, state)}"
                 )
                 break
+            log.ended.append((begin, end, len(log.times), state, inputs.copy()))
+            if len(log.ended) >= _MOST_SAMPLES:
+                self._judge_motors()
             if place + 1 in kept:
                 keep(end)
                 progress(end / self.duration)
@@ -246,14 +258,30 @@ class March:
             return "the integration takes too many steps; contacts or forces are too stiff or large for the masses they move"
         return "the integration fails; try a larger stick_speed"
 
+    def _judge_motors(self) -> None:
+        """Demands of the motors in the samples since the last call, which are then dropped."""
+        log = self.log
+        if not log.ended:
+            return
+        begins, ends, results, states, inputs = zip(*log.ended, strict=True)
+        log.ended = []
+        widths = np.subtract(ends, begins).tolist()
+        columns = self._columns(np.array(ends), np.array(states), inputs)
+        for key, demand in self._motor_demands(columns).items():
+            peaks, squares = log.peaks.setdefault(key, {}), log.squares.setdefault(key, {})
+            for result, width, value in zip(results, widths, demand.tolist(), strict=True):
+                peaks[result] = max(peaks.get(result, 0.0), value)
+                squares[result] = squares.get(result, 0.0) + width * value * value
+
     def _record(self, outcome: str) -> Record:
         system, log = self.system, self.log
+        self._judge_motors()
         states, time, energies = np.array(log.states), np.array(log.times), np.array(log.energies)
         stored = system.energies(time, states)
         count = len(system.sources)
         supplied, lost = energies[:, :count], energies[:, count:]
         residual = _residual(supplied, lost, stored)
-        columns = self._columns(time, states)
+        columns = self._columns(time, states, log.inputs)
         early = run_limits.first_settled(time, self.settling_time)
         instants, demands = np.array(log.instants), np.array(log.demands)
         names = system.mechanics.demands
@@ -267,8 +295,12 @@ class March:
                 if limit == Limit.SLIP:
                     columns[f"slip_demand_{what.replace(' ', '_')}"] = demands[rows, place]
         others = self._motor_demands(columns)
+        peaks, squares = (
+            {key: np.array([values.get(row, 0.0) for row in range(len(time))]) for key, values in known.items()}
+            for known in (log.peaks, log.squares)
+        )
         found = tuple(
-            sorted((*found, *run_limits.events(time, others, early), *self._saturation()), key=run_limits.begins)
+            sorted((*found, *run_limits.events(time, others, early, peaks), *self._saturation()), key=run_limits.begins)
         )
         return Record(
             time=time,
@@ -279,14 +311,14 @@ class March:
             stored=dict(zip(system.storages, stored.T, strict=True)),
             residual=residual,
             events=found,
-            root_mean_squares=run_limits.root_mean_squares(time, others, early),
+            root_mean_squares=run_limits.root_mean_squares(time, others, early, squares),
             outcome=outcome,
             instants=instants,
             watched=demands[:, len(names) :] if log.instants else np.zeros((0, 0)),
         )
 
-    def _columns(self, time: np.ndarray, states: np.ndarray) -> dict[str, np.ndarray]:
-        system, mechanics, inputs = self.system, self.system.mechanics, self.log.inputs
+    def _columns(self, time: np.ndarray, states: np.ndarray, inputs: Sequence[Inputs]) -> dict[str, np.ndarray]:
+        system, mechanics = self.system, self.system.mechanics
         first, second, _ = system.places
         names = [*mechanics.configuration, *mechanics.coordinates]
         columns = {name: states[:, place] for place, name in enumerate(names)}
@@ -327,7 +359,7 @@ class March:
         return tuple(f"motor_{place + 1}" for place in range(len(motor.coordinates)))
 
     def _motor_demands(self, columns: Mapping[str, np.ndarray]) -> dict[Demand, Any]:
-        """Demand over allowance of the motors at the results."""
+        """Demand over allowance of the motors, from currents, voltages and rates."""
         system, found = self.system, {}
         of_motor = system.links.drive.motor if system.links is not None else None
         of_motor = system.motor.motor if system.motor is not None else of_motor
