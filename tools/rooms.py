@@ -1,7 +1,7 @@
-"""Print the code lines and files of each room of the package, and who asks which kind a machine or drive is.
+"""Print the code lines and files of each room of the package, and who asks which kind a machine is.
 
-``python tools/rooms.py``. Code lines have a token that is neither a comment nor part of a docstring of a module, class or function. The figures show whether
-ideas have merged; nothing is enforced, as denser code is not smaller code.
+``python tools/rooms.py``. Code lines have a token that is neither a comment nor part of a docstring of a module, class or
+function. The figures show whether ideas have merged; nothing is enforced, as denser code is not smaller code.
 """
 
 from __future__ import annotations
