@@ -76,6 +76,7 @@ def _shell(command: str) -> subprocess.CompletedProcess:
     ],
     every=3,
 )
+@pytest.mark.slow
 def test_streams_that_are_closed_or_full_give_no_traceback(command, code):
     found = _shell(command)
     assert found.returncode == code, found.stderr
@@ -83,6 +84,7 @@ def test_streams_that_are_closed_or_full_give_no_traceback(command, code):
     assert "Exception ignored" not in found.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("home", ["HOME=/dev/null/none", "-u HOME"])
 def test_without_a_home_no_library_speaks(home, tmp_path):
     """Matplotlib then has no folder for its cache of fonts, and logs that twice."""

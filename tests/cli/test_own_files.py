@@ -193,7 +193,7 @@ RUNS = "hand_controller"
 
 def test_calibrate_reads_files_as_motion_does(tmp_path, infinivar):
     """Decimal commas, another heading with its unit, and a run whose current is not stated."""
-    assert infinivar("rig", RUNS, "--drive", "cobotic", "--out", "runs.csv").code == 0
+    assert infinivar("rig", RUNS, "--drive", "cobotic", "--ratios", "20,2", "--out", "runs.csv").code == 0
     rows = [line.split(",") for line in (tmp_path / "runs.csv").read_text().splitlines()]
     place = rows[0].index("motor_current [A]")
     kept = [list(row) for number, row in enumerate(rows) if number != 5]

@@ -311,9 +311,13 @@ def test_sessions_of_an_exact_wheel(drive, study, sessions):
 
 
 @pytest.mark.parametrize(
-    "sessions", [3, pytest.param(20, marks=pytest.mark.slow), pytest.param(100, marks=pytest.mark.full)]
+    ("law", "sessions"),
+    [
+        *(pytest.param(law, 3, marks=() if law == "polach" else pytest.mark.slow) for law in APPROXIMATIONS),
+        *(pytest.param(law, 20, marks=pytest.mark.slow) for law in APPROXIMATIONS),
+        *(pytest.param(law, 100, marks=pytest.mark.full) for law in APPROXIMATIONS),
+    ],
 )
-@pytest.mark.parametrize("law", APPROXIMATIONS)
 def test_intervals_contain_the_truth_where_an_approximation_is_the_truth(drive, law, sessions):
     """Readings of a law that is listed as an approximation of the one that is fitted, on every patch, rig and protocol.
 

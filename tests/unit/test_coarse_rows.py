@@ -109,7 +109,7 @@ def noisy(seed, *, shares, count, closed=True, gap=False, column="position"):
     return np.array(found).T
 
 
-@pytest.mark.parametrize("count", [40, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("column", "closed"), [("position", True), ("position", False), ("speed", True)])
 def test_noise_that_spoils_the_acceleration_is_named(column, closed, count):
     """Noise of 0.03 to 1 % of the range: at most 1 in 20 that are wrong goes unnamed, as the estimate promises."""
@@ -122,7 +122,7 @@ def test_noise_that_spoils_the_acceleration_is_named(column, closed, count):
     assert np.sum(wrong & (said == 0)) <= 0.05 * wrong.sum()
 
 
-@pytest.mark.parametrize("count", [40, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("gap", [False, True])
 def test_a_clean_cycle_is_named_only_where_it_is_wrong(gap, count):
     """Values of five digits, with and without two missing rows; one read within 5 % is not named."""

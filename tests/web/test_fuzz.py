@@ -17,7 +17,10 @@ from infinivar.study.shipped import shipped_studies
 from infinivar.web.answers.dispatch import ANSWERS, answered
 from serving import free_port, serving
 
-pytestmark = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads the processes of Linux")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads the processes of Linux"),
+]
 
 CANARY = "canary-5f1c2a"
 SECRETS = ("secret.csv", "secret.toml", "secret.stl", "parts/secret.toml")

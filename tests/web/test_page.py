@@ -8,6 +8,8 @@ import infinivar as iv
 from explorer_pages import Page
 from infinivar.analysis.plane import of_study
 
+pytestmark = pytest.mark.slow
+
 COBOTIC, GEARED = "cobotic", "motor2-gear4"
 
 

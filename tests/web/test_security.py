@@ -256,6 +256,7 @@ def test_slow_and_half_open_connections_are_hung_up_on(served):
             assert time.perf_counter() - begin < 20.0
 
 
+@pytest.mark.slow
 def test_a_wider_host_needs_the_token(tmp_path):
     with serving("--host", "0.0.0.0", "--port", str(free_port()), folder=tmp_path) as wide:
         assert wide.token

@@ -19,7 +19,10 @@ import infinivar as iv
 from infinivar.web.server.recovery import Recovery
 from serving import begun, children, serving, unpacked
 
-pytestmark = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads the processes of Linux")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads the processes of Linux"),
+]
 
 
 @pytest.fixture(scope="module")

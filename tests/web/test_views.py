@@ -12,6 +12,8 @@ from infinivar.study.shipped import shipped_studies
 from infinivar.units import plain
 from infinivar.web.answers import point
 
+pytestmark = pytest.mark.slow
+
 PATIENCE = 60_000
 """Longest wait, for machines with other work to do. [ms]"""
 

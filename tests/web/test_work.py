@@ -167,7 +167,7 @@ def test_a_real_process_answers_refuses_and_is_ended():
         packed = await worker.call("maps", json.dumps({**STUDY, "count": 30}).encode(), 20.0)
         assert packed
         with pytest.raises(TooLongError, match="was ended after"):
-            await worker.call("maps", json.dumps({**STUDY, "count": 400}).encode(), 0.05)
+            await worker.call("maps", json.dumps({**STUDY, "count": 400}).encode(), 0.001)  # no machine is as fast
         assert not worker.alive
         broken = Worker("no_such_study")
         with pytest.raises(UnusableError, match="no_such_study"):
