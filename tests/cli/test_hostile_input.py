@@ -179,24 +179,6 @@ def test_a_file_that_is_no_recording_is_not_echoed(infinivar, write, tmp_path):
     assert len(infinivar("check", "study.toml").err) < 200
 
 
-@pytest.mark.parametrize(
-    ("top", "rest", "field"),
-    [
-        (r'title = "\u001b[31mred"', "", "title"),
-        (r'description = "a\u0007b"', "", "description"),
-        ("", r'title = "x\u001b]0;mine\u0007"', "drives.mine.title"),
-        ("", r"[duty.d]" "\n" r'title = "a\u009bb"' "\n" 'shape = "hold"\ntime = "1 s"', "duty.d.title"),
-        ("", r"[scenarios.s]" "\n" r'title = "a\nb"' "\n" 'duration = "1 s"', "scenarios.s.title"),
-        (r'title = "a\u202eb"', "", "title"),
-    ],
-)
-def test_titles_that_would_steer_a_terminal_are_refused(infinivar, write, top, rest, field):
-    write(study(top=top, rest=rest))
-    outcome = infinivar("check", "study.toml")
-    assert refused(outcome, field, "must be text without control characters")
-    assert outcome.err.rstrip("\n").isprintable()
-
-
 def test_a_description_may_have_several_lines(infinivar, write):
     write(study(top='description = """one\ntwo"""'))
     assert infinivar("check", "study.toml").code == 0
