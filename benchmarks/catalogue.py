@@ -10,7 +10,7 @@ from __future__ import annotations
 import csv
 import statistics
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +29,7 @@ _MOTOR = ("voltage", "resistance", "torque_constant", "no_load_current", "contin
 _GEARHEAD = ("ratio", "efficiency", "continuous_torque", "inertia", "mass", "stages", "intermittent_torque")
 
 
-def run() -> list[Line]:
+def run() -> Iterator[Line]:
     """Measure loading of both sets."""
     with tempfile.TemporaryDirectory() as directory:
         folder = Path(directory)
@@ -39,11 +39,10 @@ def run() -> list[Line]:
         if stored.read(file) != parts:
             raise RuntimeError("what was stored is not what is read")
         _agree(parts, _by_hand(folder))
-        lines = [_line("load 640 motors, 1,897 gearheads, 60,143 pairs", timed(lambda: stored.read(file)))]
+        yield _line("load 640 motors, 1,897 gearheads, 60,143 pairs", timed(lambda: stored.read(file)))
         ours, theirs = in_turn(timed(lambda: stored.read(file)), timed(lambda: _by_hand(folder)), PAIRS)
-        lines.append(ratio_line("the same against CSV by hand", ours, theirs, rival="csv and NumPy", at_most=0.5))
-    lines.append(_line("the shipped catalogue as tables", timed(_shipped)))
-    return lines
+        yield ratio_line("the same against CSV by hand", ours, theirs, rival="csv and NumPy", at_most=0.5)
+    yield _line("the shipped catalogue as tables", timed(_shipped))
 
 
 def made_up() -> PartSet:

@@ -13,6 +13,7 @@ import shutil
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -32,21 +33,21 @@ _DUTY = DutyCycle(
 _DUTY_SAMPLES = 10_000
 
 
-def run() -> list[Line]:
+def run() -> Iterator[Line]:
     """Measure both."""
     with tempfile.TemporaryDirectory() as directory:
         parameters, here, there = (Path(directory) / name for name in ("parameters.json", "ours.bin", "theirs.bin"))
         worker = (sys.executable, "-m", "benchmarks._dynamic_worker")
         _measure.run([*worker, "parameters", parameters, here])
-        return [*_fig17(worker, parameters, here, there), _duty(json.loads(parameters.read_text("utf-8")))]
+        octave = shutil.which("octave-cli")
+        if octave is None:
+            print("dynamic: octave-cli is not installed, the comparison with GNU Octave is left out")
+        else:
+            yield _fig17(worker, octave, parameters, here, there)
+        yield _duty(json.loads(parameters.read_text("utf-8")))
 
 
-def _fig17(worker: tuple[str, ...], parameters: Path, here: Path, there: Path) -> list[Line]:
-    octave = shutil.which("octave-cli")
-    if octave is None:
-        print("dynamic: octave-cli is not installed, the comparison with GNU Octave is left out")
-        return []
-
+def _fig17(worker: tuple[str, ...], octave: str, parameters: Path, here: Path, there: Path) -> Line:
     def ours() -> float:
         return json.loads(_measure.run([*worker, "ours", parameters, here]))["seconds"]
 
@@ -56,7 +57,7 @@ def _fig17(worker: tuple[str, ...], parameters: Path, here: Path, there: Path) -
 
     a, b = in_turn(ours, theirs, PAIRS)
     _agree("Octave", np.fromfile(here), np.fromfile(there))
-    return [ratio_line("Fig 17, both drives, 60 x 60 x 200", a, b, rival="Octave by hand", at_most=1.0)]
+    return ratio_line("Fig 17, both drives, 60 x 60 x 200", a, b, rival="Octave by hand", at_most=1.0)
 
 
 def _duty(given: dict) -> Line:

@@ -15,11 +15,12 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from typing import Any
 
 from benchmarks._measure import ROOT, Line
 
-MOVES, OPENED = 40, 7
+MOVES, OPENED = 40, 5
 _PAUSE = 0.6
 """Between moves, so that each is timed alone: verdicts and views of the move before are done. [s]"""
 
@@ -27,7 +28,7 @@ _SETTLED = 3.0
 """Until a new window has loaded the browser's own pages. [s]"""
 
 
-def run() -> list[Line]:
+def run() -> Iterator[Line]:
     """Measure the four lines.
 
     Raises
@@ -55,13 +56,13 @@ def run() -> list[Line]:
                 raise RuntimeError("the server did not start")
             with sync_playwright() as playwright:
                 browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-                return _measured(browser, found[0])
+                yield from _measured(browser, found[0])
         finally:
             server.terminate()
             server.wait(20)
 
 
-def _measured(browser: Any, address: str) -> list[Line]:
+def _measured(browser: Any, address: str) -> Iterator[Line]:
     """Times of a page that is opened several times, and of its sliders."""
     first = []
     for _ in range(OPENED + 1):
@@ -70,16 +71,15 @@ def _measured(browser: Any, address: str) -> list[Line]:
         page.context.close()
     page = _opened(browser, address)
     page.get_by_role("button", name="End tour").click()
-    lines = [_line("first map after navigation, median", statistics.median(first[1:]), 300)]
+    yield _line("first map after navigation, median", statistics.median(first[1:]), 300)
     for count, limit in (("200", 100), ("60", 30)):
         page.locator("#count").select_option(count)
         time.sleep(3 * _PAUSE)
         times = _moved(page, 300 if count == "200" else 303)
         drives = f"two drives, {count} x {count}"
-        lines.append(_line(f"slider to painted maps, {drives}, median of {MOVES}", statistics.median(times), limit))
+        yield _line(f"slider to painted maps, {drives}, median of {MOVES}", statistics.median(times), limit)
         last = statistics.quantiles(times, n=20)[-1]
-        lines.append(_line(f"slider to painted maps, {drives}, 95 %", last, 150 if count == "200" else None))
-    return lines
+        yield _line(f"slider to painted maps, {drives}, 95 %", last, 150 if count == "200" else None)
 
 
 def _opened(browser: Any, address: str) -> Any:

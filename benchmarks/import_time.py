@@ -9,6 +9,8 @@ third reads the shipped study, with which every script and every command begins.
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from functools import partial
 
 from benchmarks._measure import Line, in_turn, ratio_line, wall_time
 
@@ -21,13 +23,12 @@ def _seconds(statement: str) -> float:
     return wall_time([sys.executable, "-c", statement])
 
 
-def run() -> list[Line]:
+def run() -> Iterator[Line]:
     """Measure the three lines."""
-    bare, numpy = in_turn(lambda: _seconds("import infinivar"), lambda: _seconds("import numpy"), PAIRS)
-    used, numpy_again = in_turn(lambda: _seconds(FIRST_USE), lambda: _seconds("import numpy"), PAIRS)
-    loaded, numpy_third = in_turn(lambda: _seconds(STUDY), lambda: _seconds("import numpy"), PAIRS)
-    return [
-        ratio_line("import infinivar", bare, numpy, rival="import numpy", at_most=1.3),
-        ratio_line(FIRST_USE, used, numpy_again, rival="import numpy"),
-        ratio_line("load the shipped study, cold", loaded, numpy_third, rival="import numpy", at_most=3.0),
-    ]
+    for what, statement, at_most in (
+        ("import infinivar", "import infinivar", 1.3),
+        (FIRST_USE, FIRST_USE, None),
+        ("load the shipped study, cold", STUDY, 3.0),
+    ):
+        ours, theirs = in_turn(partial(_seconds, statement), partial(_seconds, "import numpy"), PAIRS)
+        yield ratio_line(what, ours, theirs, rival="import numpy", at_most=at_most)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -38,7 +39,7 @@ _PAGE = 2.0
 """Longest time for the page of `infinivar motion`. [s]"""
 
 
-def run() -> list[Line]:
+def run() -> Iterator[Line]:
     """Measure both, and the page on the recording."""
     drives = [
         replace(drive, output=Output(series_spring=Spring(stiffness=SPRING))) for drive in _dynamic_worker.drives()
@@ -65,15 +66,13 @@ def run() -> list[Line]:
 
         _agree("", ours(read), theirs(), AGREEMENT)
         _agree(", each with its own reading,", ours_with_reading(), theirs_with_reading(), READ_AGREEMENT)
-        lines = []
         for what, one, other, most in (
             ("60 s at 1 kHz, both drives", lambda: ours(read), theirs, 5.0),
             ("the same with reading the file", ours_with_reading, theirs_with_reading, 5.0),
         ):
             a, b = in_turn(timed(one), timed(other), PAIRS)
-            lines.append(ratio_line(what, a, b, rival="bare NumPy", at_most=most))
-        lines.append(_page(file, Path(directory) / "out"))
-    return lines
+            yield ratio_line(what, a, b, rival="bare NumPy", at_most=most)
+        yield _page(file, Path(directory) / "out")
 
 
 def log(file: Path) -> None:

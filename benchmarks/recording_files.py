@@ -7,6 +7,7 @@ units and columns and keeps the number of each line.
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +21,11 @@ MOST = 3.0
 """Time of ours over that of the other side."""
 
 
-def run() -> list[Line]:
+def run() -> Iterator[Line]:
     """Measure both kinds of marks."""
     with tempfile.TemporaryDirectory() as directory:
-        return [_line(Path(directory), *marks) for marks in ((",", "."), (";", ","))]
+        for marks in ((",", "."), (";", ",")):
+            yield _line(Path(directory), *marks)
 
 
 def _line(folder: Path, mark: str, decimal: str) -> Line:

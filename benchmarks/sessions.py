@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -69,12 +69,10 @@ def legs(duration: float = _SHARE * _DURATION) -> iv.Session:
     )
 
 
-def run() -> list[Line]:
+def run() -> Iterator[Line]:
     """Measure both."""
-    return [
-        _line("planar cobot, three wheels with servos", planar, 1.0, PLANAR),
-        _line("six legs with servos", legs, 1.0 / _SHARE, LEGS),
-    ]
+    yield _line("planar cobot, three wheels with servos", planar, 1.0, PLANAR)
+    yield _line("six legs with servos", legs, 1.0 / _SHARE, LEGS)
 
 
 def _line(what: str, made: Callable[..., iv.Session], times: float, target: float) -> Line:
