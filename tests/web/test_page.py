@@ -34,11 +34,11 @@ def test_opens_with_the_maps_of_two_drives_and_a_tour(browser, server):
         page.ready(tour=True)
         assert page.page.locator(".map").count() == 2
         tour = page.page.get_by_role("dialog", name="A study")
-        assert tour.is_visible()
+        tour.wait_for()
         for _ in range(6):
             page.page.get_by_role("button", name="Next").click()
         page.page.get_by_role("button", name="Done").click()
-        assert page.page.locator(".tour").is_hidden()
+        page.page.locator(".tour").wait_for(state="hidden")
         page.page.reload()
         page.page.locator("#status[data-first]").wait_for()
         page.settled()

@@ -33,7 +33,7 @@ def test_machines_have_tasks_with_powers_and_limits(page, study):
     table.locator("tbody tr").nth(1).locator("button").last.click()
     page.page.locator("table.tasks button[aria-pressed=true]").wait_for()
     assert page.page.get_by_role("tab", selected=True).inner_text() == "Machine"
-    assert page.page.locator("#panel-machine .why").is_hidden()
+    page.page.locator("#panel-machine .why").wait_for(state="hidden")
     assert page.fits()
     assert page.problems == []
 
@@ -186,7 +186,7 @@ def test_a_view_that_is_missing_leaves_the_rest_alone(browser, server):
         page.by_id("panel-contact").get_by_text("could not be loaded").wait_for()
         page.slide("Preload", 700)
         page.page.get_by_role("tab", name="Power balance").click()
-        assert page.page.locator("#panel-balance .why").is_hidden()
+        page.page.locator("#panel-balance .why").wait_for(state="hidden")
 
 
 def test_files_that_are_no_study_are_refused_in_words(page, tmp_path):

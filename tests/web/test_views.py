@@ -150,14 +150,14 @@ def test_the_machine_moves_until_it_is_paused(page):
     assert not moves()
     panel.get_by_role("button", name="Play").click()
     assert moves()
-    assert panel.get_by_text(re.compile("times slower than the machine")).is_visible()
-    assert panel.get_by_text(re.compile("Contact ellipse, magnified")).is_visible()
+    panel.get_by_text(re.compile("times slower than the machine")).wait_for()
+    panel.get_by_text(re.compile("Contact ellipse, magnified")).wait_for()
 
 
 def test_who_wants_less_motion_gets_a_machine_at_rest(browser, server):
     with Page(browser, server.address, reduced_motion="reduce") as page:
         panel = view(page.ready(), "machine")
-        assert panel.get_by_role("button", name="Play").is_visible()
+        panel.get_by_role("button", name="Play").wait_for()
         assert page.problems == []
 
 
