@@ -25,8 +25,9 @@ from infinivar.limits import Limit
 from infinivar.report.saving import save
 
 PAIRS = 9
-AGREEMENT = 1e-6
-"""Largest accepted relative difference of energies, temperatures and demands, from the same smoothed series."""
+AGREEMENT = 5e-6
+"""Largest accepted relative difference of energies, temperatures and demands, from the same smoothed series. By hand the loss is
+constant within a step of the windings; ours keeps what varies within it, 2.3e-6 of the absolute temperature."""
 READ_AGREEMENT = 1e-4
 """The same where each side smooths the file itself: by hand the ends of the run are continued in a simpler way."""
 CUTOFF = 10.0

@@ -74,10 +74,10 @@ def told(outcome, words, begins=""):
     assert len(said) == len(wanted), outcome.err
     assert len(outcome.err) < 500 * len(said)
     for line, held in zip(said, wanted, strict=True):
-        assert line.startswith("study.toml: " + begins)
-        assert line.isprintable()
-        for word in held:
-            assert word in line
+        assert line.startswith("study.toml: " + begins), line
+        assert line.isprintable(), line
+        missing = [word for word in held if word not in line]
+        assert not missing, f"{missing} not in: {line}"
 
 
 def refused(folder, command, files, words, begins=""):
