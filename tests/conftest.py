@@ -13,7 +13,7 @@ import pytest
 
 import infinivar as iv
 from sampled import MOST
-from shelves import SHELF
+from small_catalogue import SHELF
 
 # Workers that run on all cores have one thread each; NumPy is not imported yet.
 os.environ.setdefault("OMP_NUM_THREADS", "1")

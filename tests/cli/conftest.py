@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from commands import run
 from infinivar.figures import style
 from rendering import rendered
+from run_cli import run
 
 STUDY = Path(__file__).parents[2] / "studies" / "hand_controller.toml"
 

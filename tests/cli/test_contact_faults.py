@@ -5,8 +5,8 @@ import math
 import pytest
 
 import infinivar as iv
+from cobotic_study import GOOD
 from infinivar import contact_sheets
-from wheels import GOOD
 
 
 def put(old, new):

@@ -3,10 +3,10 @@
 import pytest
 
 import infinivar as iv
+from cobotic_study import GOOD
 from infinivar import contact_sheets
 from infinivar.contact import exact_law
 from infinivar.contact.exact import spin_nodes
-from wheels import GOOD
 
 SLENDER = """
 [requirement]

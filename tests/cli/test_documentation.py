@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from commands import run
+from run_cli import run
 
 ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```$", re.DOTALL | re.MULTILINE)

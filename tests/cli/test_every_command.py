@@ -9,7 +9,7 @@ import re
 import pytest
 
 from infinivar.cli import app
-from shelves import SLOW
+from small_catalogue import SLOW
 
 pytestmark = [pytest.mark.slow, pytest.mark.every_version]
 RECORDED = "time [s],position [mm]\n" + "".join(f"{0.01 * row:.2f},{abs(50 - row % 100)}\n" for row in range(401))

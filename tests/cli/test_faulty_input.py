@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+import fault_generator
 import infinivar as iv
-import mutants
 from conftest import STUDY
 from infinivar.report.calibration import save_data
 from rigs import session
@@ -26,7 +26,7 @@ def command(made, random):
         random.choice([*made["drives"], "cobotic"], p=[0.9 / len(made["drives"])] * len(made["drives"]) + [0.1])
     )
     out = ("--out", str(random.choice(["out", "missing/out", "study.toml", ""], p=[0.8, 0.1, 0.05, 0.05])))
-    force = str(random.choice(["-3 N", "1e9 N", *mutants.TEXTS[:12]]))
+    force = str(random.choice(["-3 N", "1e9 N", *fault_generator.TEXTS[:12]]))
     json = ("--json",) if random.random() < 0.3 else ()
     choices = [
         ("compare", "study.toml", *out, *json),
@@ -56,7 +56,7 @@ def damaged(data, random):
             case 1:
                 del cells[cell]
             case 2:
-                cells[cell] = str(mutants.scaled(f"{cells[cell]} ", 10.0 ** random.uniform(-3, 3))).strip()
+                cells[cell] = str(fault_generator.scaled(f"{cells[cell]} ", 10.0 ** random.uniform(-3, 3))).strip()
             case 3:
                 cells = []
             case 4:
@@ -74,11 +74,13 @@ def code_of(infinivar, folder, rig_data, seed):
     """Run one command in a folder of its own."""
     random = np.random.default_rng(seed)
     folder.mkdir()
-    (folder / "recording.csv").write_bytes(mutants.recording(random))
+    (folder / "recording.csv").write_bytes(fault_generator.recording(random))
     (folder / "rig.csv").write_bytes(damaged(rig_data, random))
-    made = mutants.study(random)
+    made = fault_generator.study(random)
     whole = random.random() < 0.4
-    (folder / "study.toml").write_text(mutants.text(made if whole else mutants.mutated(made, random)), "utf-8")
+    (folder / "study.toml").write_text(
+        fault_generator.text(made if whole else fault_generator.mutated(made, random)), "utf-8"
+    )
     arguments, before = command(made, random), contents(folder)
     done = infinivar(*arguments, folder=folder)
     told = f"{seed}: {arguments}: {done.code}\n{done.out[-500:]}\n{done.err[-2000:]}"

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from folders import results
-from machinery import EVERY, PLATFORM
+from machine_studies import EVERY, PLATFORM
 from pages import needs_no_network
 from sampled import sampled
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from folders import results
-from machinery import ARM, PLATFORM, SPHERE
+from machine_studies import ARM, PLATFORM, SPHERE
 from pages import needs_no_network
 
 MASSES = 'member_masses = ["0.4 kg", "0.3 kg"]'

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
+import reference_meshes
 import session_studies
-import solids
 from faults.rows import refused
 from session_studies import tables
 
 
 def test_a_mesh_with_holes(tmp_path):
     trimesh = pytest.importorskip("trimesh", reason="the extra infinivar[robots] has it")
-    vertices, faces = solids.box((10.0, 20.0, 30.0))
+    vertices, faces = reference_meshes.box((10.0, 20.0, 30.0))
     mesh = trimesh.Trimesh(vertices, np.asarray(faces)[1:], process=False)
     surface = {"shape": "mesh", "file": "open.stl", "unit": "mm"}
     message = "the mesh must be closed, got 3 open edges, the first from (-0.01, -0.02, -0.03) m"

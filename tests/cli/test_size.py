@@ -10,7 +10,7 @@ import pytest
 import infinivar as iv
 from folders import results
 from pages import Links, pages
-from shelves import SHELF, SLIDE, slides
+from small_catalogue import SHELF, SLIDE, slides
 
 
 @pytest.fixture

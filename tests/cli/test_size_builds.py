@@ -6,7 +6,7 @@ import re
 import pytest
 
 import infinivar as iv
-from shelves import SLIDE, slides
+from small_catalogue import SLIDE, slides
 
 SPREAD = """
 [drives.geared.guideway]

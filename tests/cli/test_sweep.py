@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import infinivar as iv
-from shelves import SLIDE, SLOW, slides
+from small_catalogue import SLIDE, SLOW, slides
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from string import Template
 
-from commands import run
+from run_cli import run
 
 
 def sections(topic):

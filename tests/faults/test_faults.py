@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+import cobotic_study
 import session_studies
-import wheels
-from commands import run
 from faults.rows import PIECES, STUDIES, VALUES, changed, refused, rows, sections, study, toml, with_value
 from infinivar.motion.files import reading, sheet
+from run_cli import run
 
 
 def faults(tables, others=()):
@@ -61,8 +61,8 @@ def test_values(tmp_path, field, value, advice):
     refused(tmp_path, "compare study.toml", {"study.toml": with_value(field, value)}, [field, *shown, advice])
 
 
-PARTS = {"good": wheels.GOOD} | {
-    f"above_{name}": wheels.GOOD.partition(f"[drives.arm.{table}]")[0]
+PARTS = {"good": cobotic_study.GOOD} | {
+    f"above_{name}": cobotic_study.GOOD.partition(f"[drives.arm.{table}]")[0]
     for name, table in (("geometry", "transmission.geometry"), ("bell", "steering.bell_bearing"))
 }
 

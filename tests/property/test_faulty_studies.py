@@ -6,17 +6,17 @@ import math
 import numpy as np
 import pytest
 
+import fault_generator
 import infinivar as iv
-import mutants
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.errors import InputError
 
 
 def written(folder, random):
     """A study with its recording, either or both with faults."""
-    (folder / "recording.csv").write_bytes(mutants.recording(random))
+    (folder / "recording.csv").write_bytes(fault_generator.recording(random))
     study = folder / "study.toml"
-    study.write_text(mutants.text(mutants.mutated(mutants.study(random), random)), "utf-8")
+    study.write_text(fault_generator.text(fault_generator.mutated(fault_generator.study(random), random)), "utf-8")
     return study
 
 

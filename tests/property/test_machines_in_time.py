@@ -13,7 +13,7 @@ from infinivar.drivetrain.machines.course import on_path, through
 from infinivar.drivetrain.machines.machine import as_machine
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.power import audit
-from machinery import PLANAR, SPHERE
+from machine_studies import PLANAR, SPHERE
 
 LEGS = iv.load_study("six_leg_display").drives
 ARMS = iv.load_study("two_joint_arm").drives

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import infinivar as iv
 from infinivar.analysis import marching, run_limits
 from infinivar.analysis.sessions.session_result import touches
-from machines_to_move import MACHINES
+from machines import MACHINES
 
 KEYS = ((iv.Limit.SLIP, "wheel 1"), (iv.Limit.PEAK, "motor"))
 LEVELS = st.sampled_from([0.2, 0.9, 1.0, 1.0 + 5e-10, 1.5, 2.0, np.inf])

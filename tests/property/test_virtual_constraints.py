@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-import solids
+import reference_meshes
 from infinivar.motion.virtual.constrained import constrained_motion, free_basis, free_projection
 from infinivar.motion.virtual.curves import FunctionCurve, PointCurve
 from infinivar.motion.virtual.fixtures import AboutAxis, AboutPoint, AlongLine, InPlane
@@ -118,13 +118,13 @@ def test_distances_from_boxes_turned_in_any_way(seed, a, b, c):
     turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
     half, shift = np.array([a, b, c]), random.normal(size=3)
-    vertices, faces = solids.box(half)
+    vertices, faces = reference_meshes.box(half)
     mesh = TriangleMesh(vertices=vertices @ turn.T + shift, faces=faces[random.permutation(12)])
     points = random.uniform(-1.5, 1.5, (60, 3)) * half
     points[:20] = np.sign(points[:20]) * half * (1.0 + 1e-3 * random.normal(size=(20, 3)))  # beside the vertices
     points[20:30, 0] = a * (1.0 + 1e-6 * random.normal(size=10))  # beside faces and edges
     distance, normal = mesh.distance(points @ turn.T + shift), mesh.normal(points @ turn.T + shift)
-    assert_allclose(distance, solids.distance_from_box(points, half), atol=1e-12 * half.max())
+    assert_allclose(distance, reference_meshes.distance_from_box(points, half), atol=1e-12 * half.max())
     assert mesh.volume == pytest.approx(8.0 * a * b * c)
     foot = points @ turn.T + shift - distance[:, None] * normal
     assert_allclose(mesh.distance(foot), 0.0, atol=1e-8 * half.max())

@@ -7,7 +7,7 @@ import pytest
 
 import infinivar as iv
 from infinivar.sizing import of_cobotic
-from shelves import SLOW
+from small_catalogue import SLOW
 
 KNEE = iv.load_study("knee_walking")
 WALKING = replace(KNEE, requirement=None)

@@ -14,7 +14,7 @@ from infinivar.analysis.pose_map import pose_map
 from infinivar.analysis.tightest import tightest_of
 from infinivar.drivetrain.machines.legged import motor_mass
 from infinivar.limits import Limit
-from machinery import ARM, EVERY, PLATFORM
+from machine_studies import ARM, EVERY, PLATFORM
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
-from assorted import DRIVES, JOINT, LINE, one_axis_studies
+from all_part_kinds import DRIVES, JOINT, LINE, one_axis_studies
 from infinivar._core.fields import quantities_of
 from infinivar.analysis.robustness import outcomes, sampling, verdicts
 from infinivar.analysis.robustness.derivatives import gradient, values_of

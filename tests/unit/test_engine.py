@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from threadpoolctl import threadpool_info
 
 import infinivar as iv
-from assorted import DRIVES, one_axis_studies
+from all_part_kinds import DRIVES, one_axis_studies
 from infinivar._core import engine
 from infinivar._core.frozen import Room
 from infinivar._core.threads import at_most, in_order

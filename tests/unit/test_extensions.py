@@ -14,7 +14,7 @@ import pytest
 from annotated_types import Gt
 
 import infinivar as iv
-import lab
+import plugin_package
 from infinivar._core import plugins
 from infinivar.contact import creep, probe
 from infinivar.drivetrain.drive import Drive, MovingDrive
@@ -77,7 +77,7 @@ def installed(tmp_path, monkeypatch):
     """Somebody's package, installed; returns its module."""
     folder = tmp_path / "site"
     folder.mkdir()
-    lab.install(folder, monkeypatch)
+    plugin_package.install(folder, monkeypatch)
     import mylab
 
     yield mylab
@@ -225,7 +225,7 @@ def test_packages_are_asked_only_for_unknown_words(monkeypatch, load):
 def test_what_is_wrong_with_a_package_is_said(words, text, message, tmp_path, monkeypatch, load):
     folder = tmp_path / "site"
     folder.mkdir()
-    lab.install(folder, monkeypatch, words, package="badlab")
+    plugin_package.install(folder, monkeypatch, words, package="badlab")
     with pytest.raises(iv.InputError, match=message.replace("{0}", "badlab")) as found:
         load(text)
     assert "mine.toml: " in str(found.value)
@@ -254,10 +254,10 @@ aa-broken = nowhere_at_all:Part
 [infinivar.limits]
 aa-broken = nowhere_at_all:LIMIT
 """
-    for package, words in (("badlab", faults), ("mylab", lab.WORDS)):
+    for package, words in (("badlab", faults), ("mylab", plugin_package.WORDS)):
         folder = tmp_path / package
         folder.mkdir()
-        lab.install(folder, monkeypatch, words, package=package)
+        plugin_package.install(folder, monkeypatch, words, package=package)
     for study in (load(MINE), iv.load_study("hand_controller")):
         path = study.save(tmp_path / f"{study.name}-again.toml")
         assert iv.load_study(path) == study
@@ -272,7 +272,7 @@ def test_two_packages_with_one_word(tmp_path, monkeypatch, load):
     for package in ("onelab", "twolab"):
         folder = tmp_path / package
         folder.mkdir()
-        lab.install(folder, monkeypatch, package=package)
+        plugin_package.install(folder, monkeypatch, package=package)
     with pytest.raises(
         iv.InputError, match=r"'soft' is registered by (one|two)lab 1.2 and (one|two)lab 1.2; remove one"
     ):
@@ -282,12 +282,12 @@ def test_two_packages_with_one_word(tmp_path, monkeypatch, load):
 
 
 def test_the_command_line_names_a_broken_package(tmp_path, monkeypatch):
-    from commands import run
+    from run_cli import run
 
     folder = tmp_path / "site"
     folder.mkdir()
     words = "[infinivar.creep_laws]\nlinear = {0}:SOFT\nsoft = {0}:SOFT\n[infinivar.parts]\nwet = nowhere_at_all:Wet\n"
-    lab.install(folder, monkeypatch, words, package="badlab")
+    plugin_package.install(folder, monkeypatch, words, package="badlab")
     outcome = run("schema", folder=tmp_path)
     assert outcome.code == 0
     assert "left out: the creep law 'linear' (badlab:SOFT of badlab 1.2) has the name of a built-in one" in outcome.err
@@ -766,7 +766,7 @@ def test_a_code_is_looked_up_among_the_packages(tmp_path, monkeypatch):
     code = 'import infinivar as iv\nROPE = iv.Limit.own("ROPE", 101, "rope strength")\n'
     folder = tmp_path / "site"
     folder.mkdir()
-    lab.install(folder, monkeypatch, "[infinivar.limits]\nrope = {0}:ROPE\n", code, "ropelab")
+    plugin_package.install(folder, monkeypatch, "[infinivar.limits]\nrope = {0}:ROPE\n", code, "ropelab")
     assert "ropelab" not in sys.modules
     assert iv.Limit(101).words == "rope strength"
     with pytest.raises(ValueError, match="126 is not the code of a limit"):

@@ -9,7 +9,7 @@ import infinivar as iv
 from infinivar.limits import Limit
 from infinivar.sizing.geared import size_geared
 from sampled import sampled
-from shelves import SHELF
+from small_catalogue import SHELF
 
 KNEE = iv.load_study("knee_walking")
 WALKING = replace(KNEE, requirement=None)

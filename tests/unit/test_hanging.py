@@ -8,7 +8,7 @@ import pytest
 import infinivar as iv
 from infinivar._core.fields import with_values
 from infinivar.study.choices import variants, variants_of
-from shelves import SLOW
+from small_catalogue import SLOW
 
 STUDIES = Path(__file__).parents[2] / "studies"
 

@@ -19,7 +19,7 @@ from infinivar.motion.histories import VectorHistory
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.parts.shaft_bearings import CylinderBearings
 from infinivar.transmission.platform import rotation_matrix
-from machines_to_move import LEG, MACHINES
+from machines import LEG, MACHINES
 from sampled import sampled
 
 STICK = 1e-4

@@ -15,7 +15,7 @@ from infinivar.limits import Limit
 from infinivar.motion.histories import VectorHistory
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.transmission.legs import creep_drift, reflected_mass
-from machines_to_move import (
+from machines import (
     HEXAPOD,
     IDEAL_WHEEL,
     LEG,

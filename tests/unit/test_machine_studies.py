@@ -7,7 +7,7 @@ import pytest
 import infinivar as iv
 from infinivar.study.check import check
 from infinivar.study.json_schema import json_schema
-from machinery import ARM, EVERY, PLANAR, PLATFORM, SPHERE
+from machine_studies import ARM, EVERY, PLANAR, PLATFORM, SPHERE
 
 
 @pytest.fixture

@@ -13,8 +13,8 @@ from infinivar.analysis.sessions.guides import Line, Plane, Rod, Round, Solid, T
 from infinivar.errors import InputError, ParameterError
 from infinivar.figures import moving_machine
 from infinivar.report import video
-from machines_in_motion import SHOWN, planar, platform, run, slide
-from machines_to_move import HEXAPOD, MACHINES
+from machine_runs import SHOWN, planar, platform, run, slide
+from machines import HEXAPOD, MACHINES
 
 
 def test_a_cart_is_drawn_where_it_is():

@@ -17,7 +17,7 @@ from infinivar.drivetrain.machines.legged import ArmDrive
 from infinivar.limits import Limit
 from infinivar.motion.course import Course
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
-from machinery import PLANAR
+from machine_studies import PLANAR
 
 HAND = iv.load_study("hand_controller").drives
 SERVO = iv.load_study("guided_cart").drives["cart"].steering

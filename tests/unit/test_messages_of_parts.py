@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-import lab
+import plugin_package
 from infinivar.calibration.geared import data
 
 HEAD = """
@@ -71,7 +71,7 @@ faulty = math:sin
 def test_words_of_packages_for_motions(tmp_path, monkeypatch, load, shape, words):
     folder = tmp_path / "site"
     folder.mkdir()
-    lab.install(folder, monkeypatch, MOTIONS, package="nearlab")
+    plugin_package.install(folder, monkeypatch, MOTIONS, package="nearlab")
     duty = DUTY.replace("sinusoid", shape)
     with pytest.raises(iv.InputError, match=words) as caught:
         load(f"{HEAD}{SCREW}efficiency = 0.9\n{duty}")

@@ -17,8 +17,8 @@ import infinivar as iv  # noqa: E402
 from infinivar.analysis.moving_parts import STICK_SPEED  # noqa: E402
 from infinivar.errors import InputError  # noqa: E402
 from infinivar.report.scene.export import in_space, recorded  # noqa: E402
-from machines_in_motion import SHOWN, planar, platform, slide  # noqa: E402
-from machines_to_move import HEXAPOD  # noqa: E402
+from machine_runs import SHOWN, planar, platform, slide  # noqa: E402
+from machines import HEXAPOD  # noqa: E402
 
 
 def loaded(found):

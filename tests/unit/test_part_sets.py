@@ -5,8 +5,8 @@ import sys
 import pytest
 
 import infinivar as iv
-import lab
 import partfiles
+import plugin_package
 from infinivar.parts.tables import stored, stores
 from infinivar.study.extended_schema import extended_schema
 
@@ -224,7 +224,7 @@ def installed(folder, monkeypatch):
     partfiles.write(site, "mine.toml", partfiles.TOML)
     points = {"filed": "FILE", "made": "made", "empty": "nothing", "gone": "none", "boom": "boom", "shipped": "made"}
     words = "".join(f"{name} = shelf:{value}\n" for name, value in points.items())
-    lab.install(site, monkeypatch, f"[infinivar.catalogues]\n{words}", PACKAGE, "shelf")
+    plugin_package.install(site, monkeypatch, f"[infinivar.catalogues]\n{words}", PACKAGE, "shelf")
     yield
     sys.modules.pop("shelf", None)
 

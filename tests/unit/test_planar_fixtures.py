@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 import infinivar as iv
 from infinivar.drivetrain.guidance.planar_fixtures import PlanarFixtureGuide, PlanarHoldGuide, locking_headings
-from machines_to_move import HEXAPOD, IDEAL_WHEEL, LEG, REAL_WHEEL, cart
+from machines import HEXAPOD, IDEAL_WHEEL, LEG, REAL_WHEEL, cart
 
 STEERING = replace(LEG.steering, patch_half_length=3e-4)
 CART, REAL = (cart(wheel, steering=STEERING) for wheel in (IDEAL_WHEEL, REAL_WHEEL))

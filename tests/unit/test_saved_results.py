@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-import machinery
-import machines_in_motion
+import machine_runs
+import machine_studies
 from infinivar._core import stored
 from infinivar._core.result import Result
 from infinivar.analysis.cycles.mixed_use import mixed_use
 from infinivar.analysis.machines import compare_machines
 from infinivar.study.load import shipped_study
 from locks import SAVED, assert_locked
-from shelves import SLIDE, slides
+from small_catalogue import SLIDE, slides
 
 WHEEL = iv.RollingContact(
     wheel_radius=0.03, preload=200.0, friction=0.2, creep_stiffness=4000.0, rolling_torque=0.009, bearing_torque=0.006
@@ -38,7 +38,7 @@ def ahead(time, pose):
 
 @functools.cache
 def machines(name="arm"):
-    return iv.Study.from_dict(tomllib.loads(machinery.EVERY[name]), name=name)
+    return iv.Study.from_dict(tomllib.loads(machine_studies.EVERY[name]), name=name)
 
 
 def _task_point(folder):
@@ -91,7 +91,7 @@ MAKE = {
     ),
     "MachineComparison": lambda folder: compare_machines(machines()),
     "MachinePoint": lambda folder: LEGS.operate(HOME, wrench=100.0 * RISING, twist=RISING),
-    "MachineRun": lambda folder: machines_in_motion.run("planar"),
+    "MachineRun": lambda folder: machine_runs.run("planar"),
     "MechanismPoint": lambda folder: CART.mechanism.solve(
         heading=[0.0, 0.0, 0.0], rates={"x": 0.5}, applied={"y": 0.0, "angle": 0.0}
     ),
@@ -104,7 +104,7 @@ MAKE = {
     "RollerChoice": lambda folder: iv.choose_rollers(
         BALL, preload=[100.0, 200.0], wheel_radius=[0.01], steering_angle=0.1, input_speed=1.0, output_torque=0.1
     ),
-    "Session": lambda folder: machines_in_motion.slide(1),
+    "Session": lambda folder: machine_runs.slide(1),
     "Sessions": lambda folder: (lambda problem, swept: problem.result(swept))(*_swept(folder)),
     "SharedMotor": lambda folder: iv.share_motor(LEG, SEPARATE, force=[10.0], legs=[1, 2]),
     "Sizing": _sized,
@@ -164,7 +164,7 @@ SMALL = {
 
 
 def test_a_session_along_a_curve_computes_the_splines_of_the_curve_again():
-    found = machines_in_motion.planar()
+    found = machine_runs.planar()
     loaded = stored.from_arrays(stored.to_arrays(found, "session"))
     assert loaded == found
     assert repr(loaded) == repr(found)

@@ -6,7 +6,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from assorted import DRIVES, JOINT, LINE, REGIONS, one_axis_studies
+from all_part_kinds import DRIVES, JOINT, LINE, REGIONS, one_axis_studies
 from infinivar._core.fields import value_at
 from infinivar.analysis.robustness.derivatives import varied
 from infinivar.analysis.robustness.outcomes import KINDS

@@ -12,7 +12,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-import solids
+import reference_meshes
 from infinivar.analysis.sessions.measures import measures
 from infinivar.analysis.sessions.of_study import check_sessions, study_session
 from infinivar.figures import session_motion
@@ -120,7 +120,7 @@ def test_files_of_sessions_are_saved_from_any_folder(tmp_path, monkeypatch):
     raw = tables(("path", "user", {"type": "force", "x": {"shape": "file", "file": "push.csv"}}), slide=True)
     if importlib.util.find_spec("trimesh") is not None:  # of the extra infinivar[robots]
         trimesh = importlib.import_module("trimesh")
-        vertices, faces = solids.box((10.0, 20.0, 30.0))
+        vertices, faces = reference_meshes.box((10.0, 20.0, 30.0))
         trimesh.Trimesh(vertices, np.asarray(faces), process=False).export(tmp_path / "one" / "block.stl")
         surface = {"shape": "mesh", "file": "block.stl", "unit": "mm"}
         raw["tasks"]["block"] = {"type": "wall", "duration": "3 ms", "handle_masses": ["1 kg"] * 3, "surface": surface}

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from infinivar.drivetrain.guidance.tasks import SETTLING_LENGTH, controller_of
 from infinivar.figures import session as figure
-from machines_to_move import HEXAPOD, LEG, MACHINES, REAL_WHEEL, cart
+from machines import HEXAPOD, LEG, MACHINES, REAL_WHEEL, cart
 
 CART = cart(REAL_WHEEL, steering=replace(LEG.steering, patch_half_length=3e-4))
 COBOTIC = iv.SlideMachine(leg=LEG, masses=[0.5] * 3)

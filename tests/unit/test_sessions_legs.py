@@ -18,7 +18,7 @@ from infinivar.drivetrain.moving.legged import PlatformLoad
 from infinivar.drivetrain.moving.machines import GearedSlideMachine, SeparateMachine, SlideMachine
 from infinivar.drivetrain.moving.system import System
 from infinivar.transmission.legs import creep_drift
-from machines_to_move import HEXAPOD, LEG, MACHINES, PLATFORM, ideal_leg
+from machines import HEXAPOD, LEG, MACHINES, PLATFORM, ideal_leg
 from sampled import sampled
 
 DRIVE = iv.load_study("hand_controller").drives["motor1-gear1"]

@@ -9,7 +9,6 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 import infinivar as iv
-from guides import Circle, Disc, HalfPlane, Line
 from infinivar.analysis.sessions.session import session
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.guidance.controller import Commands
@@ -17,7 +16,8 @@ from infinivar.drivetrain.guidance.planar import CasterGuide, PathGuide, WallGui
 from infinivar.drivetrain.guidance.planar_laws import contact_turning_limit, creep_offset, wall_overshoot
 from infinivar.drivetrain.guidance.sensing import Sensing
 from infinivar.drivetrain.moving.machines import PlanarMachine
-from machines_to_move import IDEAL_WHEEL, LEG, REAL_WHEEL, cart
+from machines import IDEAL_WHEEL, LEG, REAL_WHEEL, cart
+from reference_curves import Circle, Disc, HalfPlane, Line
 from sampled import sampled
 
 STIFF = replace(IDEAL_WHEEL, creep_stiffness=1e8)

@@ -13,7 +13,7 @@ from infinivar.sizing.geared.candidates import candidates
 from infinivar.sizing.pool import pool
 from infinivar.sizing.studies import motion_file, not_simulated, scenario_of, study_of
 from part_tables import part_tables
-from shelves import SHELF, changed
+from small_catalogue import SHELF, changed
 
 KNEE = iv.load_study("knee_walking")
 WALKING = replace(KNEE.with_drives("geared"), requirement=None)

@@ -14,7 +14,7 @@ from infinivar.limits import Limit
 from infinivar.sizing import of_cobotic
 from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR
 from infinivar.sizing.studies import motion_file, scenario_of
-from shelves import SLOW, changed
+from small_catalogue import SLOW, changed
 
 ROOT = Path(__file__).parents[2]
 KNEE = iv.load_study(ROOT / "studies" / "knee_walking.toml")

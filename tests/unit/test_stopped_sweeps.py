@@ -14,9 +14,9 @@ import psutil
 import pytest
 
 import infinivar as iv
+from dummy_sweep import Toy
 from infinivar.sweeps.executors import in_processes
 from infinivar.sweeps.workers import Job
-from toys import Toy
 
 pytestmark = pytest.mark.slow
 
@@ -40,7 +40,7 @@ def environment():
 
 def started(options, **fields):
     """A process of its own group that sweeps a toy, once it is ready."""
-    code = "import toys; toys.main()"
+    code = "import dummy_sweep; dummy_sweep.main()"
     fields = {"chunks": CHUNKS, **fields}
     process = subprocess.Popen(
         [sys.executable, "-c", code, json.dumps(fields), json.dumps(options)],

@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 
 import infinivar as iv
+from dummy_sweep import TOP, Toy
 from infinivar.sweeps import sweep as sweeping
 from infinivar.sweeps.fingerprint import fingerprint
 from infinivar.sweeps.folder import DESCRIPTION
 from infinivar.sweeps.reducers import Best, Rows, added, merged_order, reducer_of, stacked, taken
 from infinivar.sweeps.storage import DamagedError, decoded, encoded
 from infinivar.sweeps.workers import Job, compute_apart, versions
-from toys import TOP, Toy
 
 TOY = Toy()
 

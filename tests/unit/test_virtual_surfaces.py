@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-import solids
+import reference_meshes
 from infinivar.motion.virtual.meshes import MeshFile, TriangleMesh
 from infinivar.motion.virtual.surfaces import Ball, FlatWalls, HalfSpace, Surface, Surfaces, Tube, sliding_curvature
 
@@ -23,8 +23,8 @@ def mesh(made, **options):
     return TriangleMesh(vertices=vertices, faces=faces, **options)
 
 
-BOX = mesh(solids.box(HALF))
-SPHERE = mesh(solids.sphere(0.1))
+BOX = mesh(reference_meshes.box(HALF))
+SPHERE = mesh(reference_meshes.sphere(0.1))
 FLOOR, SIDE = HalfSpace(point=(0.0, 0.0), direction=(0.0, 2.0)), HalfSpace(point=(1.0, 0.0), direction=(-3.0, 0.0))
 SURFACES = {
     "half-plane": HalfSpace(point=(0.1, 0.2), direction=(3.0, 4.0)),
@@ -38,7 +38,7 @@ SURFACES = {
     "corner": Surfaces(surfaces=(FLOOR, SIDE)),
     "edge": FlatWalls(walls=(FLOOR, SIDE), free="any"),
     "box": BOX,
-    "cavity in a mesh": mesh(solids.sphere(0.5, halvings=1), free="inside"),
+    "cavity in a mesh": mesh(reference_meshes.sphere(0.5, halvings=1), free="inside"),
 }
 
 
@@ -113,7 +113,7 @@ def test_a_path_along_a_round_wall_turns_to_the_free_side_inside_it(free, sign):
 
 def test_distance_from_a_box_inside_outside_and_beside_its_edges():
     points = RNG.uniform(-5.0, 5.0, (3000, 3))
-    assert_allclose(BOX.distance(points), solids.distance_from_box(points, HALF), atol=1e-13)
+    assert_allclose(BOX.distance(points), reference_meshes.distance_from_box(points, HALF), atol=1e-13)
     assert BOX.volume == pytest.approx(48.0)
     near = np.array(
         [[1.0, 2.0, 3.0], [1.0, 2.0, 0.3], [1.0, 0.7, 0.2], [-1.0, -2.0, -3.0]]
@@ -121,8 +121,8 @@ def test_distance_from_a_box_inside_outside_and_beside_its_edges():
     for step in (1e-3, 1e-6):
         outwards = near + step * np.sign(near)
         inwards = near - step * np.sign(near)
-        assert_allclose(BOX.distance(outwards), solids.distance_from_box(outwards, HALF), rtol=1e-6)
-        assert_allclose(BOX.distance(inwards), solids.distance_from_box(inwards, HALF), rtol=1e-6)
+        assert_allclose(BOX.distance(outwards), reference_meshes.distance_from_box(outwards, HALF), rtol=1e-6)
+        assert_allclose(BOX.distance(inwards), reference_meshes.distance_from_box(inwards, HALF), rtol=1e-6)
     assert_allclose(BOX.distance(near), 0.0, atol=1e-15)
     on = BOX.normal(near)
     assert_allclose(on[0], np.ones(3) / math.sqrt(3.0), rtol=1e-12)  # three right angles weigh the same
@@ -157,23 +157,25 @@ def test_a_mesh_of_a_sphere_is_the_sphere_to_its_coarseness():
     error = SPHERE.distance(points) - exact
     assert error.min() > -1e-12
     assert error.max() < 5e-4
-    assert np.array_equal(mesh(solids.sphere(0.1), free="inside").distance(points), -SPHERE.distance(points))
+    assert np.array_equal(mesh(reference_meshes.sphere(0.1), free="inside").distance(points), -SPHERE.distance(points))
 
 
 def test_few_large_triangles_beside_many_small_ones():
     """A thin long box whose one end is a fine sphere's size: large triangles are covered by several spheres."""
-    vertices, faces = solids.sphere(0.05, halvings=2)
+    vertices, faces = reference_meshes.sphere(0.05, halvings=2)
     raised = vertices + np.array([0.0, 0.0, 3.0])
-    long, sides = solids.box((20.0, 0.3, 0.3))
+    long, sides = reference_meshes.box((20.0, 0.3, 0.3))
     both = TriangleMesh(vertices=np.concatenate([raised, long]), faces=np.concatenate([faces, sides + len(vertices)]))
     points = RNG.uniform(-1.0, 1.0, (300, 3)) * [20.0, 1.0, 4.0]
-    wanted = np.minimum(solids.distance_from_box(points, (20.0, 0.3, 0.3)), mesh((raised, faces)).distance(points))
+    wanted = np.minimum(
+        reference_meshes.distance_from_box(points, (20.0, 0.3, 0.3)), mesh((raised, faces)).distance(points)
+    )
     assert_allclose(both.distance(points), wanted, atol=1e-12)
 
 
 def test_a_mesh_of_thousands_of_triangles_serves_a_fast_loop():
     """About 0.2 ms a query near the surface of 5120 triangles; the bound leaves room for slow machines."""
-    fine = mesh(solids.sphere(0.1, halvings=4))
+    fine = mesh(reference_meshes.sphere(0.1, halvings=4))
     assert len(fine.faces) == 5120
     spent = []
     for one in RNG.normal(size=(40, 3)):
@@ -204,13 +206,13 @@ def test_surfaces_are_values():
 def test_meshes_from_files(tmp_path, ending):
     """In the units that the caller states; repeated vertices of STL files are merged."""
     trimesh = pytest.importorskip("trimesh", reason="the extra infinivar[robots] has it")
-    vertices, faces = solids.box((10.0, 20.0, 30.0))
+    vertices, faces = reference_meshes.box((10.0, 20.0, 30.0))
     file = tmp_path / f"block.{ending}"
     trimesh.Trimesh(vertices, faces, process=False).export(file)
     read = TriangleMesh.read(file, unit="mm")
     assert len(read.vertices) == 8
     points = RNG.uniform(-0.04, 0.04, (50, 3))
-    assert_allclose(read.distance(points), solids.distance_from_box(points, (0.01, 0.02, 0.03)), atol=1e-9)
+    assert_allclose(read.distance(points), reference_meshes.distance_from_box(points, (0.01, 0.02, 0.03)), atol=1e-9)
     kept = MeshFile(file=str(file), unit="mm", free="inside")
     assert_allclose(kept.distance(points), -read.distance(points))
     assert_allclose(kept.normal(points), -read.normal(points))
@@ -245,7 +247,7 @@ def test_messages_about_files(tmp_path, monkeypatch):
 
 # ---- messages
 
-V, F = solids.box(HALF)
+V, F = reference_meshes.box(HALF)
 
 
 def bad(faces=F, vertices=V, **options):

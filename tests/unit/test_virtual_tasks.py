@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-import solids
+import reference_meshes
 from infinivar.motion.virtual.curves import ArcCurve, LineCurve, PointCurve
 from infinivar.motion.virtual.fixtures import AboutAxis, AlongLine, ByRows, OnSurface, Row
 from infinivar.motion.virtual.meshes import MeshFile, TriangleMesh
@@ -115,7 +115,7 @@ def test_rows_of_a_table():
 def test_a_mesh_in_a_table(tmp_path):
     trimesh = pytest.importorskip("trimesh", reason="the extra infinivar[robots] has it")
     file = tmp_path / "block.stl"
-    trimesh.Trimesh(*solids.box((10.0, 20.0, 30.0)), process=False).export(file)
+    trimesh.Trimesh(*reference_meshes.box((10.0, 20.0, 30.0)), process=False).export(file)
     made = read(f'type = "wall"\nsurface = {{ shape = "mesh", file = "{file}", unit = "mm" }}')
     assert made.surface == MeshFile(file=str(file), unit="mm")
     assert made.surface.distance([0.02, 0.0, 0.0]) == pytest.approx(0.01)
@@ -126,7 +126,7 @@ def test_a_mesh_in_a_table(tmp_path):
 
 def test_what_only_python_states():
     """Meshes by their triangles, and fixtures on surfaces and curves."""
-    vertices, faces = solids.box()
+    vertices, faces = reference_meshes.box()
     wall = VirtualWall(surface=TriangleMesh(vertices=vertices, faces=faces))
     assert wall.surface.distance(np.zeros(3)) == -1.0
     assert Fixture(allowed=OnSurface(surface=FLOOR)).allowed.freedoms(("x", "y")) == 1

@@ -18,7 +18,7 @@ from infinivar.sizing.levers import levers
 from infinivar.sizing.what_if import change_words, what_if
 from infinivar.units import parse
 from sampled import sampled
-from shelves import SHELF
+from small_catalogue import SHELF
 
 KNEE = iv.load_study("knee_walking")
 WALKING = replace(KNEE, requirement=None)

@@ -8,7 +8,7 @@ import numpy as np
 import infinivar as iv
 from infinivar.drivetrain.moving.legged import ArmLoad, PlatformLoad
 from infinivar.drivetrain.moving.machines import SeparateMachine
-from machines_to_move import HEXAPOD, LEG, MACHINES, PLATFORM, REAL_WHEEL, cart
+from machines import HEXAPOD, LEG, MACHINES, PLATFORM, REAL_WHEEL, cart
 
 DRIVE = iv.load_study("hand_controller").drives["motor1-gear1"]
 STEERING = replace(LEG.steering, patch_half_length=3e-4)

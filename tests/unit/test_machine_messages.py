@@ -13,8 +13,8 @@ from infinivar.analysis.machine_tasks import follow_path
 from infinivar.figures import machine_tasks, wheels
 from infinivar.limits import Limit, words_of
 from infinivar.motion.machine_scenario import MachineScenario, check_continuous
-from machinery import EVERY, PLANAR, PLATFORM
-from machines_to_move import MACHINES
+from machine_studies import EVERY, PLANAR, PLATFORM
+from machines import MACHINES
 
 CART = iv.load_study("planar_cart").drives["three-wheels"]
 HEXAPOD = iv.load_study("six_leg_display").drives["one-motor"]

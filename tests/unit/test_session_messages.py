@@ -11,7 +11,7 @@ import infinivar as iv
 from infinivar._core import collocation
 from infinivar.analysis.sessions.measures import measures
 from infinivar.drivetrain.guidance.controller import Commands
-from machines_to_move import HEXAPOD, LEG, REAL_WHEEL, cart
+from machines import HEXAPOD, LEG, REAL_WHEEL, cart
 
 CART = cart(REAL_WHEEL, steering=replace(LEG.steering, patch_half_length=3e-4))
 SLIDE = iv.SlideMachine(leg=LEG, masses=[0.3])
