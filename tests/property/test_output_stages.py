@@ -79,7 +79,7 @@ def test_drives_balance_in_steady_operation(drive, seed):
 
 @given(drives(), seeds)
 def test_losses_vanish_without_friction(drive, seed):
-    bare = drive.unheld()
+    bare = drive.without_static_friction()
     point = bare.follow(courses(seed))
     scale = np.abs(point.power_out) + np.abs(point.power_in)
     for name in ("gearhead", bare.stage.title, "guideway"):

@@ -95,7 +95,7 @@ def test_separate_drives_are_summed_link_by_link(speed):
     mine = drive.perform(pose=drive.home, twist=twist, wrench=wrench)
     jacobian = drive.configuration(drive.home).jacobian
     speeds, forces = jacobian @ twist, np.linalg.solve(jacobian.T, wrench)
-    one = SEPARATE if speed else SEPARATE.unheld()
+    one = SEPARATE if speed else SEPARATE.without_static_friction()
     points = [one.operate(speed=a, force=b) for a, b in zip(speeds, forces, strict=True)]
     assert mine.power_in == pytest.approx(sum(float(point.power_in) for point in points), rel=1e-12)
     thermal = max(float(mine.demands[iv.Limit.THERMAL, part]) for part in mine.parts)

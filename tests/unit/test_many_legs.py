@@ -220,7 +220,7 @@ def test_one_motor_against_one_for_each_joint():
     found = iv.share_motor(LEG, SEPARATE, force=[0.0, 25.0, 50.0], legs=(1, 2, 6), duty=(1.0, 0.25))
     one = LEG.operate(speed=0.0, force=np.array([0.0, 25.0, 50.0]))
     assert_allclose(found.turning[0, 0], one.power_in, rtol=1e-12)
-    alone = SEPARATE.unheld().operate(speed=0.0, force=np.array([0.0, 25.0, 50.0])).power_in
+    alone = SEPARATE.without_static_friction().operate(speed=0.0, force=np.array([0.0, 25.0, 50.0])).power_in
     assert_allclose(found.separate[0], np.array([1, 2, 6])[:, None] * alone, rtol=1e-12)
     assert_allclose(found.turning[1], 0.25 * found.turning[0] + 0.75 * found.turning[0][:, :1], rtol=1e-12)
     assert_allclose(found.stopping[1], 0.25 * found.stopping[0], rtol=1e-12)

@@ -156,8 +156,8 @@ def share_motor(
     if period is not None:
         check_number("period", period, "s", Gt(0))
     free, free_alone = _free(free_share, free_power, len(counts))
-    if not held_by_friction and speed == 0.0 and hasattr(separate, "unheld"):
-        separate = separate.unheld()
+    if not held_by_friction and speed == 0.0 and hasattr(separate, "without_static_friction"):
+        separate = separate.without_static_friction()
     both = operated(separate, speed=np.where(np.append(forces, 0.0) > 0, speed, 0.0), force=np.append(forces, 0.0))
     alone = np.broadcast_to(both.power_in, (len(forces) + 1,))
     alone_limit = np.broadcast_to(both.limit, alone.shape)[:-1]

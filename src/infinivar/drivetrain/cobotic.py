@@ -215,7 +215,7 @@ class CoboticDrive:
         except ParameterError as problem:
             raise ParameterError(f"transmission.{problem}") from None
 
-    def unheld(self) -> CoboticDrive:
+    def without_static_friction(self) -> CoboticDrive:
         """The drive without friction that helps to hold a load at rest: that of the guideway, as all else keeps turning."""
         return replace(self, guideway=Guideway())
 

@@ -176,7 +176,7 @@ class ConventionalDrive:
         """Raise ParameterError if a value that motion requires is missing; the message names it."""
         needed(self.motor.rotor_inertia, "motor.rotor_inertia")
 
-    def unheld(self) -> ConventionalDrive:
+    def without_static_friction(self) -> ConventionalDrive:
         """The drive without friction that helps to hold a load at rest: of motor, gearhead, output stage and guideway."""
         return replace(
             self,

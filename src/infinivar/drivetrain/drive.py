@@ -102,7 +102,7 @@ class Drive(Protocol):
 
     - ``follow(course, *, load_mass)`` -> `MovingPoint`, for duty cycles: see `MovingDrive`;
     - ``check_motion()`` raises ParameterError if a value that `follow` requires is missing;
-    - ``unheld()`` returns the drive without friction that helps to hold a load at rest;
+    - ``without_static_friction()`` returns the drive without friction that helps to hold a load at rest;
     - ``motors``, a mapping of motors by role, and ``warmed(temperatures)``, the drive with windings at temperatures [K] by
       role, for the heat of motors; `follow` then has the states and losses named in `infinivar.analysis.cycles.duty_cycle`;
     - ``axis``, `LINEAR` by default;

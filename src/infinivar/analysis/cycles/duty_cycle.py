@@ -86,7 +86,7 @@ def duty_cycle(
     demands = _demands(point, instants, travel, duty, found)
     without_help = None
     rests = np.broadcast_to(course.at_rest, instants.time.shape)
-    if rests.any() and hasattr(drive, "unheld"):
+    if rests.any() and hasattr(drive, "without_static_friction"):
         _, bare, hot, _ = _settled(
             drive, duty, instants, lambda driven: chosen(rests, follow(_unheld(driven)), follow(driven))
         )
@@ -197,7 +197,7 @@ def _demands(
 
 def _unheld(drive: Any) -> Any:
     """The drive without friction that helps to hold a load; itself if it does not say what that is."""
-    return drive.unheld() if hasattr(drive, "unheld") else drive
+    return drive.without_static_friction() if hasattr(drive, "without_static_friction") else drive
 
 
 def _largest_hold(drive: Drive, instants: Instants, mass: float) -> Holding:

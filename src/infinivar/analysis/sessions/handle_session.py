@@ -185,7 +185,9 @@ def cobotic_part(
     """
     still = part in HELD
     course = session.course(part)
-    leg = drive.unheld() if still else drive  # a load that moves by a hair takes away what a guideway holds
+    leg = (
+        drive.without_static_friction() if still else drive
+    )  # a load that moves by a hair takes away what a guideway holds
     rolled = leg.roll(course, load_mass=handle_mass)
     turning = np.asarray(float(drive.cylinder_speed))
     rubbing, _ = leg.turned(turning, rolled.wheel_torque, rolled.force, course.position, legs=axes)

@@ -127,7 +127,7 @@ def session(
         motor=machine.power_motor(stick_speed),
         links=machine.link_motors(stick_speed) if isinstance(machine, LINKED) else None,
         servo=machine.servo(stick_speed) if servos == "real" and mechanics.steered else None,
-        turns_as_told=servos == "ideal" or not mechanics.steered,
+        prescribed_steering=servos == "ideal" or not mechanics.steered,
         hand=hand,
         watch=None if wall is None else _watching(wall, len(grip.axes)),
     )

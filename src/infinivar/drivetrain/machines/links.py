@@ -311,7 +311,9 @@ def _slow_friction(drive: ConventionalDrive, course: Course, found: MovingPoint)
     """Change of the supply's power by friction that falls below the stick speed, as in a simulation. [W]"""
     stick_speed = STICK_SPEED / (RIM if axis_of(drive).rotary else 1.0)
     share = np.abs(coulomb(course.speed, 1.0, stick_speed))
-    full, free = (point.states["motor_current_A"] for point in (found, followed(drive.unheld(), course)))
+    full, free = (
+        point.states["motor_current_A"] for point in (found, followed(drive.without_static_friction(), course))
+    )
     winding = drive.motor.resistance
     induced = found.states["motor_voltage_V"] - winding * full
     slow, now = (

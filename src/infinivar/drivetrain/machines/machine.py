@@ -212,9 +212,9 @@ def lacking_of_drive(drive: Any) -> dict[str, str]:
 def moving(drive: Any, course: Course) -> MovingPoint:
     """A drive of one axis along a course; at rest without the friction that a load which moves by a hair takes away."""
     found = followed(drive, course)
-    if not hasattr(drive, "unheld") or not np.any(course.at_rest):
+    if not hasattr(drive, "without_static_friction") or not np.any(course.at_rest):
         return found
-    return chosen(course.at_rest, followed(drive.unheld(), course), found)
+    return chosen(course.at_rest, followed(drive.without_static_friction(), course), found)
 
 
 @result
@@ -237,7 +237,11 @@ def held(drive: Any, speed: np.ndarray, force: np.ndarray) -> Held:
     """
     shape = np.broadcast_shapes(np.shape(speed), np.shape(force))
     moving = operated(drive, speed=speed, force=force)
-    loose = operated(drive.unheld(), speed=speed, force=force) if hasattr(drive, "unheld") else moving
+    loose = (
+        operated(drive.without_static_friction(), speed=speed, force=force)
+        if hasattr(drive, "without_static_friction")
+        else moving
+    )
     still = np.broadcast_to(np.asarray(speed) == 0.0, shape)
 
     def mixed(mine: Any, others: Any) -> np.ndarray:

@@ -149,7 +149,7 @@ class System:
     servo: SteeringServo | None = None
     angles: Angles | None = None
     """Steering angles over time, without servo."""
-    turns_as_told: bool = False
+    prescribed_steering: bool = False
     """Whether, without servo, the angles are states that turn at the rates of the inputs."""
     wrench: Callable[[float], np.ndarray] | None = None
     """Of the user, on the first coordinates, by time. None: none."""
@@ -183,7 +183,7 @@ class System:
         object.__setattr__(self, "losses", tuple(losses))
         first = len(self.mechanics.configuration)
         second = first + len(self.mechanics.coordinates)
-        steers = self.servo is not None or self.turns_as_told
+        steers = self.servo is not None or self.prescribed_steering
         object.__setattr__(self, "places", (first, second, second + (len(self.mechanics.steered) if steers else 0)))
 
     @property
@@ -211,7 +211,7 @@ class System:
         _, second, third = self.places
         if self.servo is not None:
             return state[:, second:third], state[:, third:]
-        if self.turns_as_told:
+        if self.prescribed_steering:
             angles = state[:, second:third]
             return angles, 0.0 * angles + (0.0 if turning is None else turning)
         if self.angles is None:
@@ -272,7 +272,7 @@ class System:
             count = turning.shape[-1]
             derivative[:, second : second + count] = turning
             derivative[:, second + count :] = (torque - forces.resisting) / self.servo.inertia
-        elif self.turns_as_told:
+        elif self.prescribed_steering:
             derivative[:, second:] = turning
 
         acting = _Acting(nu, turning, inertia, forces, pushed, grasp, electric, gearing)
