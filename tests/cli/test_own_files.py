@@ -7,7 +7,9 @@ import pytest
 
 import infinivar as iv
 from infinivar import units
+from infinivar.calibration import virtual_rig
 from infinivar.calibration.geared.data import read_dynamometer
+from infinivar.report.calibration import save_data
 
 SHARE = np.linspace(0.0, 1.0, 101)
 TURN = 2.0 * np.pi * SHARE
@@ -191,9 +193,12 @@ def test_a_comma_and_a_point_in_one_cell_are_refused(tmp_path):
 RUNS = "hand_controller"
 
 
-def test_calibrate_reads_files_as_motion_does(tmp_path, infinivar):
+def test_calibrate_reads_files_as_motion_does(tmp_path):
     """Decimal commas, another heading with its unit, and a run whose current is not stated."""
-    assert infinivar("rig", RUNS, "--drive", "cobotic", "--ratios", "20,2", "--out", "runs.csv").code == 0
+    study = iv.load_study(RUNS)
+    measured = study.drives["cobotic"]
+    protocol = virtual_rig.protocol(measured, study.rig, ratios=(20.0, 2.0))
+    save_data(virtual_rig.experiment(measured, study.rig, protocol, simulated=False).data, tmp_path / "runs.csv")
     rows = [line.split(",") for line in (tmp_path / "runs.csv").read_text().splitlines()]
     place = rows[0].index("motor_current [A]")
     kept = [list(row) for number, row in enumerate(rows) if number != 5]
@@ -202,7 +207,6 @@ def test_calibrate_reads_files_as_motion_does(tmp_path, infinivar):
     own = "\n".join(";".join(cell.replace(".", ",") for cell in row) for row in rows)
     (tmp_path / "own.csv").write_text(own + "\n")
     (tmp_path / "kept.csv").write_text("\n".join(map(",".join, kept)) + "\n")
-    study = iv.load_study(RUNS)
     found = iv.calibrate(study, "cobotic", tmp_path / "own.csv", columns={"mass": "m [kg]"}, creep_laws=["linear"])
     same = iv.calibrate(study, "cobotic", tmp_path / "kept.csv", creep_laws=["linear"])
     assert found.fit.values == same.fit.values

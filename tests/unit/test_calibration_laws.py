@@ -283,7 +283,7 @@ def test_a_law_of_the_patch_is_a_candidate_where_the_study_has_the_geometry(driv
 
 @pytest.mark.parametrize(
     "sessions",
-    [3, pytest.param(24, marks=pytest.mark.slow), pytest.param(200, marks=pytest.mark.full)],
+    [1, pytest.param(24, marks=pytest.mark.slow), pytest.param(200, marks=pytest.mark.full)],
 )
 def test_sessions_of_an_exact_wheel(drive, study, sessions):
     """Patches from a/b 0.2 to 2, three qualities of sensors, five protocols: none refused, undecided or misfitted.
@@ -313,7 +313,7 @@ def test_sessions_of_an_exact_wheel(drive, study, sessions):
 @pytest.mark.parametrize(
     ("law", "sessions"),
     [
-        *(pytest.param(law, 3, marks=() if law == "polach" else pytest.mark.slow) for law in APPROXIMATIONS),
+        ("polach", 1),
         *(pytest.param(law, 20, marks=pytest.mark.slow) for law in APPROXIMATIONS),
         *(pytest.param(law, 100, marks=pytest.mark.full) for law in APPROXIMATIONS),
     ],

@@ -336,6 +336,10 @@ def test_cylinder_bearings_beside_the_papers_drive():
     at_gear = [float(point.states["cylinder_torque_Nm"]) for point in points]
     assert at_gear[1] - at_gear[0] == pytest.approx(9.75e-3, rel=1e-3)
     assert CHECKS["B2"](held).computed == pytest.approx(0.7254, abs=5e-4)
+
+
+@pytest.mark.slow
+def test_what_cylinder_bearings_change_is_said():
     found = reproduce(16)
     assert found.with_bearings.startswith(
         "With the friction of two 6004 that hold the cylinder, the computed values of "

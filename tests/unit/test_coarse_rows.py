@@ -110,7 +110,10 @@ def noisy(seed, *, shares, count, closed=True, gap=False, column="position"):
 
 
 @pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(("column", "closed"), [("position", True), ("position", False), ("speed", True)])
+@pytest.mark.parametrize(
+    ("column", "closed"),
+    [("position", True), pytest.param("position", False, marks=pytest.mark.slow), ("speed", True)],
+)
 def test_noise_that_spoils_the_acceleration_is_named(column, closed, count):
     """Noise of 0.03 to 1 % of the range: at most 1 in 20 that are wrong goes unnamed, as the estimate promises."""
     _, off, said = noisy(1, shares=[3e-4, 1e-3, 3e-3, 1e-2], count=count, closed=closed, column=column)
