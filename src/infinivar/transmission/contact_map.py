@@ -99,22 +99,7 @@ class MechanismPoint(PowerPoint, Result):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ContactMap:
-    """A machine at one configuration, or at many, without what looks for its motion.
-
-    Attributes
-    ----------
-    contacts : RollingContact, or one for each of the k wheels
-    jacobian : (..., k, 2, n) float   A: velocity of each carrier along x and y by each coordinate's rate.
-    coordinates : n names             "q1", "q2", ... by default.
-    spin : (..., k, n) float          S: turning of each carrier about the normal, relative to the surface; None: none.
-    surface : (..., k, n) float       Speed of the surface at each wheel, by each coordinate's rate: bearing friction and a
-        friction limit that falls with speed follow it. None: they follow |V|.
-
-    Raises
-    ------
-    ParameterError
-        If shapes do not fit, or a creep law has a flow loss (law "faulring"), which is defined for the wheel on a cylinder only.
-    """
+    """A machine at one configuration, or at many, without what looks for its motion; fields and errors as of `Mechanism`."""
 
     contacts: Sequence[RollingContact] | RollingContact
     jacobian: Array
