@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import shutil
+import signal
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -98,6 +99,15 @@ class Page:
         self.field(label).fill(text)
         self.field(label).press("Enter")
         self.settled()
+
+    def edit_and_lose(self, server: Any) -> None:
+        """Edit the preload, kill the server once that is written, edit on, and see that nothing answers."""
+        self.enter("Preload", "777 N")
+        self.page.wait_for_timeout(1500)  # what was sent is written within a second
+        server.stop(signal.SIGKILL)
+        self.field("Preload").fill("778 N")
+        self.field("Preload").press("Enter")
+        self.page.get_by_role("alert").filter(has_text="is `infinivar serve` still running?").wait_for()
 
     def slider(self, label: str) -> Any:
         return self.page.get_by_role("slider", name=f"{label}, slider")

@@ -3,7 +3,6 @@
 import base64
 import json
 import shutil
-import signal
 import zlib
 from pathlib import Path
 
@@ -130,12 +129,7 @@ def test_the_page_goes_on_by_itself_when_the_program_is_back(browser, tmp_path):
     port = str(free_port())
     with serving("--port", port, folder=tmp_path) as first, Page(browser, first.address) as page:
         page.ready()
-        page.enter("Preload", "777 N")
-        page.page.wait_for_timeout(1500)  # what was sent is written within a second
-        first.stop(signal.SIGKILL)
-        page.field("Preload").fill("778 N")
-        page.field("Preload").press("Enter")
-        page.page.get_by_role("alert").filter(has_text="is `infinivar serve` still running?").wait_for()
+        page.edit_and_lose(first)
         with serving("--port", port, folder=tmp_path):
             page.page.locator("[data-notice=broken]").wait_for(state="detached")
             page.settled()

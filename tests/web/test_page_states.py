@@ -1,7 +1,6 @@
 """Less common states of the page in a real Chromium: machines, sessions, parts, exports, long work, faults, a killed server."""
 
 import re
-import signal
 import zipfile
 from pathlib import Path
 
@@ -208,12 +207,7 @@ def test_a_study_is_offered_again_after_a_kill(browser, tmp_path):
     port = str(free_port())
     with serving("--port", port, folder=tmp_path) as first, Page(browser, first.address) as page:
         page.ready()
-        page.enter("Preload", "777 N")
-        page.page.wait_for_timeout(1500)  # what was sent is written within a second
-        first.stop(signal.SIGKILL)
-        page.field("Preload").fill("778 N")
-        page.field("Preload").press("Enter")
-        page.page.get_by_role("alert").filter(has_text="is `infinivar serve` still running?").wait_for()
+        page.edit_and_lose(first)
     with serving("--port", port, folder=tmp_path) as second, Page(browser, second.address) as page:
         page.ready()
         assert page.field("Preload").input_value() == "650 N"

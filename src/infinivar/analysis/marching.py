@@ -17,6 +17,7 @@ from infinivar._core.fields import given
 from infinivar.analysis import run_limits
 from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE, ClosureError
+from infinivar.bondgraph.march import Watched
 from infinivar.drivetrain.moving.legged import LeggedMechanics
 from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.limits import Demand, Limit
@@ -65,10 +66,8 @@ class _Log:
     """Samples at which what is saturated changes."""
     ended: list[tuple[float, float, int, np.ndarray, Inputs]] = field(default_factory=list)
     """Samples whose motors are not judged yet: begin, end, the result that follows, state at the end, and inputs."""
-    peaks: dict[Demand, dict[int, float]] = field(default_factory=dict)
-    """Largest demand of each motor's limits since the result before, by number of the result. [-]"""
-    squares: dict[Demand, dict[int, float]] = field(default_factory=dict)
-    """Integral of the squared demand since then. [s]"""
+    watched: Watched = field(default_factory=lambda: Watched(0))
+    """Demands on the motors between results."""
 
     def watch(self, time: float, demand: np.ndarray, needed: bool) -> None:
         """Add an instant, and drop the last one if it says nothing that its neighbours do not.
@@ -157,6 +156,8 @@ class March:
             return system.rates(inputs, time, states)
 
         ends, kept = self._segments()
+        # A run may stop after its last result.
+        log.watched = Watched(len(kept) + 2, weights=(1.0,))
         if system.angles is not None:
             check_continuous("steering", system.angles, [0.0, *ends])
         marching = Collocation(
@@ -265,13 +266,8 @@ class March:
             return
         begins, ends, results, states, inputs = zip(*log.ended, strict=True)
         log.ended = []
-        widths = np.subtract(ends, begins).tolist()
         columns = self._columns(np.array(ends), np.array(states), inputs)
-        for key, demand in self._motor_demands(columns).items():
-            peaks, squares = log.peaks.setdefault(key, {}), log.squares.setdefault(key, {})
-            for result, width, value in zip(results, widths, demand.tolist(), strict=True):
-                peaks[result] = max(peaks.get(result, 0.0), value)
-                squares[result] = squares.get(result, 0.0) + width * value * value
+        log.watched.add(self._motor_demands(columns), np.array(results), np.subtract(ends, begins))
 
     def _record(self, outcome: str) -> Record:
         system, log = self.system, self.log
@@ -295,12 +291,12 @@ class March:
                 if limit == Limit.SLIP:
                     columns[f"slip_demand_{what.replace(' ', '_')}"] = demands[rows, place]
         others = self._motor_demands(columns)
-        peaks, squares = (
-            {key: np.array([values.get(row, 0.0) for row in range(len(time))]) for key, values in known.items()}
-            for known in (log.peaks, log.squares)
-        )
+        between = log.watched.until(len(time))
         found = tuple(
-            sorted((*found, *run_limits.events(time, others, early, peaks), *self._saturation()), key=run_limits.begins)
+            sorted(
+                (*found, *run_limits.events(time, others, early, between["peaks"]), *self._saturation()),
+                key=run_limits.begins,
+            )
         )
         return Record(
             time=time,
@@ -311,7 +307,7 @@ class March:
             stored=dict(zip(system.storages, stored.T, strict=True)),
             residual=residual,
             events=found,
-            root_mean_squares=run_limits.root_mean_squares(time, others, early, squares),
+            root_mean_squares=run_limits.root_mean_squares(time, others, early, between["squares"]),
             outcome=outcome,
             instants=instants,
             watched=demands[:, len(names) :] if log.instants else np.zeros((0, 0)),

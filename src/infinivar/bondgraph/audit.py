@@ -201,7 +201,7 @@ def audited(
         passed=dict(zip(made.bonds, passed.T, strict=True)),
         residual=residual,
         outcome=outcome,
-        **{name: run.between(name) for name in ("peaks", "squares", "cubes")},
+        **run.watched.until(run.reached),
     )
     if not result.closure <= closure:
         worst = max(graph.elements, key=lambda element: _missing(result, element.name))

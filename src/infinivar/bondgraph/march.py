@@ -18,7 +18,7 @@ _SAME_TIME = 1e-9
 """Instants closer than this, relative to the duration, are equal: a sample and an output time that differ by rounding."""
 
 _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
-_NODES, _WEIGHTS = 0.5 * (1.0 + _GAUSS), 0.5 * _WEIGHTS
+_NODES, _WEIGHTS = 0.5 * (1.0 + _GAUSS), (0.5 * _WEIGHTS).tolist()
 _STEPS = np.append(_NODES, 1.0)
 """Nodes of an interval, and its end."""
 
@@ -50,9 +50,9 @@ Watch = Callable[[Instants], Mapping[Any, Any]]
 class Watched:
     """Demands between output times: their peaks and the integrals of their powers, however far apart the outputs are."""
 
-    def __init__(self, outputs: int) -> None:
-        """Know nothing yet."""
-        self.outputs = outputs
+    def __init__(self, outputs: int, weights: Sequence[float] = _WEIGHTS) -> None:
+        """Know nothing yet; `weights` are those of the nodes of an interval in its mean."""
+        self.outputs, self.weights = outputs, weights
         self.peaks: dict[Any, np.ndarray] = {}
         """Largest demand since the output before; 0 where there is none. (n,) [-]"""
         self.squares: dict[Any, np.ndarray] = {}
@@ -63,10 +63,16 @@ class Watched:
     def add(self, demands: Mapping[Any, Any], rows: np.ndarray, widths: np.ndarray) -> None:
         """Count demands (m nodes) of intervals with the output that ends them, by its row."""
         for key, demand in demands.items():
-            values = np.broadcast_to(demand, (len(rows) * len(_NODES),)).reshape(-1, len(_NODES))
+            nodes = len(self.weights)
+            values = np.broadcast_to(demand, (len(rows) * nodes,)).reshape(-1, nodes)
             np.maximum.at(self._of(self.peaks, key), rows, np.max(values, axis=1))
             for sums, power in ((self.squares, 2), (self.cubes, 3)):
-                np.add.at(self._of(sums, key), rows, _mean(values**power) * widths)
+                np.add.at(self._of(sums, key), rows, _mean(values**power, self.weights) * widths)
+
+    def until(self, count: int) -> dict[str, dict[Any, np.ndarray]]:
+        """Peaks, squares and cubes at the first outputs, by these names. (count,)"""
+        groups = {"peaks": self.peaks, "squares": self.squares, "cubes": self.cubes}
+        return {name: {key: values[:count] for key, values in group.items()} for name, group in groups.items()}
 
     def _of(self, kept: dict[Any, np.ndarray], key: Any) -> np.ndarray:
         return kept.setdefault(key, np.zeros(self.outputs))
@@ -250,10 +256,6 @@ class March:
         self.total, self.summed = grown[-1], self.passed
         self.nodes, self.widths = [], []
 
-    def between(self, name: str) -> dict[Any, Any]:
-        """Peaks, squares or cubes of the demands watched, at the outputs reached. (n,)"""
-        return {key: values[: self.reached] for key, values in getattr(self.watched, name).items()}
-
     def _instants(self, times: np.ndarray, states: np.ndarray, values: Any) -> Instants:
         """Nodes by name, from what the model's function of outputs returns."""
         made, given = self.made, iter(values)
@@ -271,9 +273,9 @@ class March:
         return self.held[: self.reached], _over(moving, self.times[: self.reached], rate=True)
 
 
-def _mean(powers: np.ndarray) -> np.ndarray:
+def _mean(powers: np.ndarray, weights: Sequence[float] = _WEIGHTS) -> np.ndarray:
     """Mean over each interval of powers at its nodes, in an order that no library's number of threads changes."""
-    return sum(weight * powers[:, node] for node, weight in enumerate(_WEIGHTS.tolist()))  # type: ignore[return-value]
+    return sum(weight * powers[:, node] for node, weight in enumerate(weights))  # type: ignore[return-value]
 
 
 def _over(functions: Sequence[Input], times: Any, rate: bool = False) -> Any:

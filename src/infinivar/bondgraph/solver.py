@@ -62,7 +62,7 @@ def solve(
         times and samples; about twice as slow.
     progress : callable                   Called with the completed fraction.
     watch : callable                      Demands by key, from `Instants`: evaluated at the nodes between output times, for
-        `Trajectory.watched`.
+        the peaks, squares and cubes of the `Trajectory`.
 
     Returns
     -------

@@ -292,14 +292,14 @@ def _clipped(values: np.ndarray, lines: np.ndarray, place: str) -> tuple[np.ndar
     Of several rows beyond the same end, that next to the cycle stays, unless a row is at the end itself.
     """
     low, high = values < -_AT_END, values > 1.0 + _AT_END
-    wrong = np.flatnonzero(low | high)
+    wrong, beyond = np.flatnonzero(low | high), float(np.max(np.maximum(-values, values - 1.0)))
     kept = np.ones(len(values), dtype=bool)
-    if not wrong.size or np.max(np.maximum(-values, values - 1.0)) > _DIGITISED:
+    if not wrong.size or beyond > _DIGITISED:
         return values, kept, ()
     rises = np.diff(values) > 0.0
     kept[:-1] &= ~(low[:-1] & rises & (values[1:] <= _AT_END))
     kept[1:] &= ~(high[1:] & rises & (values[:-1] >= 1.0 - _AT_END))
-    most = f"{units.plain(100.0 * float(np.max(np.maximum(-values, values - 1.0))), 3)} %"
+    most = f"{units.plain(100.0 * beyond, 3)} %"
     where = f"{place}{'' if wrong.size == 1 else 's'} {', '.join(map(str, lines[wrong].tolist()))}"
     done = "clipped" if kept.all() else "clipped or left out"
     return (
