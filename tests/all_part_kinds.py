@@ -4,8 +4,7 @@ import functools
 from dataclasses import replace
 
 import infinivar as iv
-from infinivar.drivetrain.drive import is_machine
-from infinivar.study.shipped import shipped_studies
+from internals import is_machine, shipped_studies
 
 JOINT = iv.DutyCycle(motion=iv.Sinusoid(angle=0.25, frequency=1.0), load_inertia=0.2, moment=-2.0)
 LINE = iv.DutyCycle(motion=iv.Sinusoid(distance=0.03, frequency=1.0), load_mass=1.0, force=-20.0)

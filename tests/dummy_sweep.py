@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from infinivar.sweeps.problem import Chunk
-from infinivar.sweeps.reducers import Best
+from internals import BestReducer as Best
+from internals import SweepChunk as Chunk
 
 TOP = 5
 
@@ -85,8 +85,8 @@ def main():
     import json
     import sys
 
-    from infinivar.console import run
-    from infinivar.sweeps.sweep import sweep
+    from infinivar import sweep
+    from internals import run_console as run
 
     fields, options = map(json.loads, sys.argv[1:3])
     if "trace" in fields:

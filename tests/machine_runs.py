@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 import infinivar as iv
-from infinivar.drivetrain.moving.legged import ArmLoad, PlatformLoad
-from infinivar.drivetrain.moving.machines import SeparateMachine
+from internals import ArmLoad, PlatformLoad, SeparateMachine
 from machines import HEXAPOD, LEG, MACHINES, PLATFORM, REAL_WHEEL, cart
 
 DRIVE = iv.load_study("hand_controller").drives["motor1-gear1"]

@@ -6,14 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 import infinivar as iv
-from infinivar.drivetrain.moving.machines import (
-    ArmMachine,
-    PlanarMachine,
-    PlatformMachine,
-    SerialArmMachine,
-    SphereMachine,
-)
-from infinivar.motion.histories import VectorHistory
+from infinivar import ArmMachine, PlanarMachine, PlatformMachine, SerialArmMachine, SphereMachine, VectorHistory
 
 LEG = iv.load_study("hand_controller").drives["cobotic"]
 PLATFORM = iv.Platform.hexapod()

@@ -4,7 +4,7 @@ import contextlib
 
 import pytest
 
-from infinivar.figures import style
+from internals import style
 
 BLANK = {
     "png": b"\x89PNG\r\n\x1a\n",

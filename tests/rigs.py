@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from infinivar.calibration import virtual_rig
+from infinivar import Rig
 from infinivar.contact import creep, exact_tables
-from infinivar.study.rig import Rig
+from internals import virtual_rig
 
 RIG = Rig()
 RATIOS = (100.0, 20.0, 8.0, 3.0, 1.0)

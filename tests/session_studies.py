@@ -2,7 +2,7 @@
 
 import copy
 
-from infinivar.study import toml
+from internals import study_toml as toml
 
 CART = {
     "type": "planar",

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from infinivar.figures import style
+from internals import style
 from rendering import rendered
 from run_cli import run
 

@@ -9,8 +9,8 @@ import pytest
 
 import infinivar as iv
 from conftest import STUDY
-from infinivar.calibration import virtual_rig
-from infinivar.report.calibration import save_data
+from internals import save_calibration_data as save_data
+from internals import virtual_rig
 from rigs import session, under
 from sampled import sampled
 
@@ -304,8 +304,8 @@ def test_the_only_drive_with_a_wheel_need_not_be_named(infinivar, write):
 
 
 def test_the_figure_shows_fitted_curves_through_the_data(measured):
-    from infinivar.calibration.calibrate import calibrate
-    from infinivar.figures import calibration as figure
+    from infinivar import calibrate
+    from internals import calibration_figure as figure
 
     found = calibrate(iv.load_study(STUDY), "cobotic", measured)
     numbers = figure.data(found)

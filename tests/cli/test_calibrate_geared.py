@@ -8,10 +8,9 @@ import pytest
 
 import infinivar as iv
 from conftest import STUDY
-from infinivar.calibration.geared import virtual_bench
-from infinivar.errors import InputError
-from infinivar.report.calibration import save_data
-from infinivar.report.page import write_csv
+from infinivar import InputError
+from internals import save_calibration_data as save_data
+from internals import virtual_bench, write_csv
 
 NAME = "motor1-gear1"
 DRIVE = ("--study", STUDY, "--drive", NAME)

@@ -6,7 +6,7 @@ import pytest
 
 import infinivar as iv
 import partfiles
-from infinivar.parts.tables.stores import shipped
+from internals import shipped
 
 MORE = (
     '[motors.t3]\nvoltage = "24 V"\nresistance = "0.5 ohm"\ntorque_constant = "30 mN m/A"\nno_load_current = "0.1 A"\n'

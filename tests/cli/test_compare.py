@@ -12,7 +12,7 @@ import pytest
 import xarray
 
 from folders import results
-from infinivar.limits import Limit
+from infinivar import Limit
 from pages import Links, needs_no_network
 from sampled import sampled
 
@@ -267,7 +267,7 @@ def test_drives_of_one_base_are_told_apart(infinivar, write, tmp_path):
     assert "light" in first
     assert "heavy" in second
     from infinivar import compare, load_study
-    from infinivar.figures import losses
+    from internals import losses_figure as losses
 
     comparison = compare(load_study(tmp_path / "study.toml"))
     assert len(losses.data(comparison, "maximum force")["losses"]) == 2
@@ -347,7 +347,7 @@ def test_the_report_does_not_depend_on_matplotlib_settings(write, tmp_path):
 
 def test_verdicts_come_before_the_report_is_drawn(infinivar, monkeypatch):
     """Whoever waits for the drawing has read the verdicts by then."""
-    from infinivar.report import saving
+    from internals import report_saving as saving
 
     def never(*arguments, **options):
         raise OSError(28, "No space left on device", "report.html")

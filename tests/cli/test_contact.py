@@ -7,8 +7,7 @@ import pytest
 
 import infinivar as iv
 from folders import results
-from infinivar.analysis.contact_sheet import contact_sheets
-from infinivar.limits import Limit
+from infinivar import Limit, contact_sheets
 
 STUDY = Path(__file__).parents[2] / "studies" / "hand_controller.toml"
 

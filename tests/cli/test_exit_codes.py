@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from infinivar._core import engine
-from infinivar.study import load
+from internals import engine
+from internals import study_loading as load
 from sampled import sampled
 
 STUDY = Path(__file__).parents[2] / "studies" / "knee_walking.toml"

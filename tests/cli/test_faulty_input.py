@@ -6,7 +6,7 @@ import pytest
 import fault_generator
 import infinivar as iv
 from conftest import STUDY
-from infinivar.report.calibration import save_data
+from internals import save_calibration_data as save_data
 from rigs import session
 
 DOCUMENTED = (0, 1, 2)

@@ -13,13 +13,13 @@ import pytest
 
 import infinivar as iv
 from folders import results
-from infinivar._core import files, toml
-from infinivar.errors import InputError
-from infinivar.motion.files import reading
-from infinivar.report.output import all_or_nothing, claimed
-from infinivar.study import load
-from infinivar.web.answers.answer import FaultyError
-from infinivar.web.answers.document import tables_of
+from infinivar import InputError
+from internals import FaultyError, all_or_nothing, tables_of
+from internals import claimed_output as claimed
+from internals import core_files as files
+from internals import reading_tables as reading
+from internals import study_loading as load
+from internals import toml_tables as toml
 
 STUDY = """
 {top}

@@ -8,8 +8,8 @@ import pytest
 
 import infinivar as iv
 from folders import results
-from infinivar.analysis.motion_summary import advice
-from infinivar.figures import motion_summary as motion_figure
+from internals import motion_advice as advice
+from internals import motion_summary_figure as motion_figure
 
 STUDY = """
 [requirement]
@@ -195,7 +195,7 @@ def test_a_gap_is_shown(tmp_path):
 
 
 def test_the_figure_draws_the_whole_run(tmp_path):
-    from infinivar.figures import motion_summary
+    from internals import motion_summary_figure as motion_summary
 
     found = iv.inspect_motion(log(tmp_path / "log.csv", duration=25.3))
     numbers = motion_summary.data(found)

@@ -12,9 +12,8 @@ import pytest
 
 import infinivar as iv
 from folders import results
-from infinivar.parts.bearing import Bearing
-from infinivar.study.catalogue import bearings, gearheads, materials, motors
-from infinivar.study.shipped import parameter_set
+from infinivar import Bearing, bearings, gearheads, materials, motors
+from internals import parameter_set
 from sampled import sampled
 
 

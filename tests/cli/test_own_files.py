@@ -7,9 +7,8 @@ import pytest
 
 import infinivar as iv
 from infinivar import units
-from infinivar.calibration import virtual_rig
-from infinivar.calibration.geared.data import read_dynamometer
-from infinivar.report.calibration import save_data
+from internals import read_dynamometer, virtual_rig
+from internals import save_calibration_data as save_data
 
 SHARE = np.linspace(0.0, 1.0, 101)
 TURN = 2.0 * np.pi * SHARE

@@ -9,12 +9,12 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from folders import results
-from infinivar.paper.claims.claim import Machine, statements
-from infinivar.paper.claims.verdict import counted
-from infinivar.paper.figures import FIGURES as FIGURES_BY_NUMBER
-from infinivar.paper.report import left_out, save
-from infinivar.paper.reproduce import Reproduction
-from infinivar.units import plain
+from infinivar import Reproduction
+from internals import PAPER_FIGURES as FIGURES_BY_NUMBER
+from internals import ClaimMachine as Machine
+from internals import counted, left_out, statements
+from internals import plain_units as plain
+from internals import save_reproduction as save
 from pages import is_set_well, needs_no_network
 
 KEYS = ["id", "section", "claim", "paper", "computed", "unit", "threshold", "verdict", "shown"]

@@ -5,8 +5,8 @@ import re
 import pytest
 
 import infinivar as iv
-from infinivar.errors import InputError
-from infinivar.study.shipped import shipped_studies
+from infinivar import InputError
+from internals import shipped_studies
 
 NAMES = [
     *(

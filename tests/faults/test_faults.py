@@ -6,7 +6,8 @@ import pytest
 import cobotic_study
 import session_studies
 from faults.rows import PIECES, STUDIES, VALUES, changed, refused, rows, sections, study, toml, with_value
-from infinivar.motion.files import reading, sheet
+from internals import reading_tables as reading
+from internals import sheets as sheet
 from run_cli import run
 
 

@@ -13,7 +13,7 @@ from scipy.optimize import linprog
 
 import infinivar as iv
 from infinivar import Configuration, LeggedDrive, Legs, Limit, PlanarArm, Platform, WrenchSet
-from infinivar.transmission.jacobians import jacobian
+from internals import jacobian
 
 LEG = iv.load_study("hand_controller").drives["cobotic"]
 MACHINE = LeggedDrive.of(LEG, 6)
@@ -33,7 +33,7 @@ def positions(lengths):
     """End point of an arm from its angles, written with other operations than the program's."""
 
     def end(*angles):
-        from infinivar._core.array_namespace import namespace
+        from infinivar import array_namespace as namespace
 
         xp = namespace(*angles)
         x = y = total = 0.0

@@ -11,8 +11,8 @@ from hypothesis import given
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis.cycles.shaking import shaking
-from infinivar.study.load import shipped_study
+from infinivar import shaking
+from internals import shipped_study
 from sampled import examples
 
 jax.config.update("jax_enable_x64", True)

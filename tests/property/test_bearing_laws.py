@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from infinivar.parts.bearing import Bearing, BearingPair
+from infinivar import Bearing
+from internals import BearingPair
 from sampled import examples, sampled
 
 jax.config.update("jax_enable_x64", True)

@@ -9,8 +9,7 @@ from scipy.integrate import solve_ivp
 
 import infinivar as iv
 from infinivar import Limit
-from infinivar.transmission.legs import creep_drift
-from infinivar.transmission.planar import drift
+from internals import creep_drift, drift
 
 MASS, SLIP, STICK = 8.0, 40.0, 1e-7
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from infinivar.contact import creep, fastsim
-from infinivar.study.load import shipped_study, study_from
+from internals import shipped_study, study_from
 from sampled import examples, sampled
 
 jax.config.update("jax_enable_x64", True)

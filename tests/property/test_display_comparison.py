@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis.sessions.handle_session import PARTS, cobotic_part, geared_part
-from infinivar.analysis.sessions.rounds import round_of
+from internals import SESSION_PARTS as PARTS
+from internals import cobotic_part, geared_part, round_of
 from sampled import examples
 
 DRIVES = iv.load_study("hand_controller").drives

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from infinivar import Limit, power
-from infinivar.transmission.kinematics import contact_balance, relative_velocities
+from internals import contact_balance, relative_velocities
 
 ROUNDING = 1e-12
 """Of the power or speed at hand: a few hundred float64 roundings, with the creep a thousandth of the rolling speed."""

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
 from infinivar.contact import creep, exact_law, kalker
-from infinivar.study.load import shipped_study
+from internals import shipped_study
 from sampled import examples
 
 jax.config.update("jax_enable_x64", True)

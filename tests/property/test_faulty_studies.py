@@ -8,8 +8,7 @@ import pytest
 
 import fault_generator
 import infinivar as iv
-from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.errors import InputError
+from infinivar import CoboticDrive, InputError
 
 
 def written(folder, random):

@@ -11,8 +11,10 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy import special
 
-from infinivar.contact import elliptic, friction, hertz, hysteresis, spin, wear
-from infinivar.contact.bodies import Cylinder, Material, Wheel
+from infinivar import Material
+from infinivar.contact import friction, hertz, hysteresis, spin, wear
+from internals import ContactWheel as Wheel
+from internals import Cylinder, elliptic
 
 jax.config.update("jax_enable_x64", True)
 

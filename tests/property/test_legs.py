@@ -13,8 +13,8 @@ from scipy.optimize import minimize_scalar
 
 import infinivar as iv
 from infinivar import Configuration, Legs, Limit, Platform
-from infinivar.contact.creep import LAWS
-from infinivar.transmission import legs as formulas
+from internals import CREEP_LAWS as LAWS
+from internals import legs as formulas
 
 HARD = iv.load_study("hand_controller").drives["cobotic"].transmission
 QUADRANTS = [(1, 1), (-1, 1), (-1, -1), (1, -1)]

@@ -9,10 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import infinivar as iv
-from infinivar.drivetrain.machines.course import on_path, through
-from infinivar.drivetrain.machines.machine import as_machine
-from infinivar.motion.machine_tasks import MachinePath, MachineTask
-from infinivar.power import audit
+from infinivar import MachinePath, MachineTask
+from internals import as_machine
+from internals import course_on_path as on_path
+from internals import course_through as through
+from internals import power_audit as audit
 from machine_studies import PLANAR, SPHERE
 
 LEGS = iv.load_study("six_leg_display").drives

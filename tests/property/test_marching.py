@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import infinivar as iv
-from infinivar.analysis import marching, run_limits
-from infinivar.analysis.sessions.session_result import touches
+from internals import marching, run_limits, touches
 from machines import MACHINES
 
 KEYS = ((iv.Limit.SLIP, "wheel 1"), (iv.Limit.PEAK, "motor"))

@@ -10,11 +10,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
-from infinivar import Limit
+from infinivar import Limit, Mechanism, RollingContact
 from infinivar.contact import fastsim, kalker
-from infinivar.transmission.mechanism import Mechanism
-from infinivar.transmission.mechanism_forward import slopes
-from infinivar.transmission.rolling_contact import RollingContact
+from internals import slopes
 
 LAWS = ("linear", "vermeulen-johnson", "polach", "fastsim", "exact")
 QUADRANTS = [(1, 1), (-1, 1), (-1, -1), (1, -1)]

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import Limit, RotaryLinearIVT
-from infinivar.motion.course import Course
-from infinivar.transmission.rates import Varying, steering_rates
+from infinivar import Course, Limit, RotaryLinearIVT
+from internals import Varying, steering_rates
 
 ROUNDING = 1e-12
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from test_motion import ROUNDING, assert_balanced, courses, inertias, with_rotor
 
 import infinivar as iv
-from infinivar.bondgraph.audit import CLOSURE
-from infinivar.study.load import shipped_study
+from internals import AUDIT_CLOSURE as CLOSURE
+from internals import shipped_study
 from sampled import sampled
 
 SHIPPED = shipped_study("faulring2006")

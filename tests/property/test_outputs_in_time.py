@@ -9,17 +9,25 @@ from hypothesis import strategies as st
 from test_simulation import SHIPPED, check_energy, cobotic_drives, conventional_drives
 
 import infinivar as iv
-from infinivar import ConstantForce, Reach, Scenario, Sinusoid, SinusoidalForce, StepForce
-from infinivar.analysis.cycles.tracking import two_ways
-from infinivar.drivetrain.graphs.plants import plant_graph
-from infinivar.drivetrain.output import Output
-from infinivar.errors import ParameterError
-from infinivar.limits import Limit
-from infinivar.motion.duty_cycles import DutyCycle
-from infinivar.motion.gait import Walking
-from infinivar.parts.linkage import Linkage
-from infinivar.parts.spring import Spring, TorsionSpring
-from infinivar.parts.stage import Shaft
+from infinivar import (
+    ConstantForce,
+    DutyCycle,
+    Limit,
+    Linkage,
+    Output,
+    ParameterError,
+    Reach,
+    Scenario,
+    Shaft,
+    Sinusoid,
+    SinusoidalForce,
+    Spring,
+    StepForce,
+    TorsionSpring,
+    Walking,
+    plant_graph,
+    two_ways,
+)
 from sampled import examples, sampled
 
 PROGRESSIVE = Spring(

@@ -12,13 +12,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import solve_ivp
 
 import infinivar as iv
-from infinivar import Limit
-from infinivar._core.array_namespace import namespace
-from infinivar.analysis.planar_motion import planar_motion
+from infinivar import Limit, PlanarCarriage, PlanarCobot, planar_motion
+from infinivar import array_namespace as namespace
 from infinivar.contact import creep
-from infinivar.transmission import turning
-from infinivar.transmission.jacobians import jacobian
-from infinivar.transmission.planar import PlanarCarriage, PlanarCobot, drift, instant_centre
+from internals import drift, instant_centre, jacobian, turning
 from sampled import examples
 
 LAWS = ("linear", "vermeulen-johnson", "polach", "fastsim", "exact")

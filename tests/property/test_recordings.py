@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import butter, filtfilt
 
-from infinivar import DutyCycle, Hold, Reaches, Recording, Sinusoid, Walking
-from infinivar.analysis.cycles.duty_cycle import duty_cycle
-from infinivar.study.load import shipped_study
+from infinivar import DutyCycle, Hold, Reaches, Recording, Sinusoid, Walking, duty_cycle
+from internals import shipped_study
 from motions import recorded
 
 DRIVES = shipped_study("faulring2006").drives

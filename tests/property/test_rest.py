@@ -9,12 +9,20 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
-from infinivar import ConstantForce, DutyCycle, Hold, Reach, Reaches, Recording, Scenario, Sinusoid
-from infinivar.analysis.cycles.duty_cycle import duty_cycle
-from infinivar.analysis.cycles.tracking import two_ways
-from infinivar.contact.friction import coulomb
-from infinivar.motion.course import Course
-from infinivar.study.load import shipped_study
+from infinivar import (
+    ConstantForce,
+    Course,
+    DutyCycle,
+    Hold,
+    Reach,
+    Reaches,
+    Recording,
+    Scenario,
+    Sinusoid,
+    duty_cycle,
+    two_ways,
+)
+from internals import coulomb, shipped_study
 from motions import moves_and_dwells, recorded
 from sampled import sampled
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from infinivar._core.array_namespace import rising_root
+from internals import rising_root
 
 SHIFT = np.linspace(-1.0, 1.0, 21)
 
@@ -24,7 +24,7 @@ def test_ends_move_inward_to_where_the_function_rises(library):
         found = root_of(np, SHIFT, 4)
     else:
         jax = pytest.importorskip("jax")
-        from infinivar._core.engine import local
+        from internals import local_engine as local
 
         with local(jax):
             found = np.asarray(jax.jit(lambda shift: root_of(jax.numpy, shift, 4))(SHIFT))

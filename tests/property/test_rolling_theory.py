@@ -10,11 +10,11 @@ from scipy.linalg import solve_toeplitz
 
 import infinivar as iv
 from infinivar.contact import kalker
-from infinivar.contact.exact import equations as equations_of
-from infinivar.contact.exact import grid as cells_of
-from infinivar.contact.exact import influence as influence_of
-from infinivar.contact.exact.equations import equations
-from infinivar.contact.exact.newton import opposed
+from internals import equations_of_cells as equations
+from internals import exact_equations as equations_of
+from internals import exact_grid as cells_of
+from internals import exact_influence as influence_of
+from internals import opposed_friction as opposed
 
 
 def test_strip_without_slip():

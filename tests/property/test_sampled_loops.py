@@ -9,9 +9,15 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import infinivar as iv
-from infinivar._core.fields import with_values
-from infinivar.analysis.sessions.passivity import general_required_damping, required_damping, wall_transfer
-from infinivar.analysis.sessions.sampled_loop import impedance, run_in_time, sampled_loop
+from internals import (
+    general_required_damping,
+    impedance,
+    required_damping,
+    run_in_time,
+    sampled_loop,
+    wall_transfer,
+    with_values,
+)
 
 ARM = iv.ArmModel.named("vanbeek2015")
 WITHIN = 2000
@@ -348,20 +354,20 @@ def test_the_least_mass_is_not_monotone_in_the_bandwidth_of_the_servo(drives):
 
 def test_spin_of_the_contact_takes_energy(drives):
     """Linear theory with spin: the patch never gives energy, and steering makes a locked link creep."""
-    from infinivar.analysis.sessions.displays import _Contact
+    from internals import DisplayContact
 
     drive = drives["cobotic"]
     element = replace(drive.transmission, creep_law=None)
     turning = replace(drive, transmission=element)
     assert element.turns_with_spin
-    contact = _Contact.of(turning)
+    contact = DisplayContact.of(turning)
     draw = np.random.default_rng(3)
     speed, angle, rate = draw.normal(size=(3, 500)) * np.array([[1e-3], [1e-3], [1.0]])
     creep = speed + contact.surface * angle
     lateral = contact.viscous * (creep - contact.coupling * rate)
     assert np.all(lateral * creep + contact.moment(speed, angle, rate) * rate >= 0.0)
     # The same as the exact law for small creepages.
-    from infinivar.transmission import spin_law
+    from internals import spin_law
 
     groups = element.groups(turning.cylinder_speed)
     patch = spin_law.TurningPatch.of(element, groups)
@@ -378,11 +384,11 @@ def test_spin_of_the_contact_takes_energy(drives):
 
 def test_the_contact_is_that_of_the_transmission(drives):
     """Small link speeds and angles: the force of the linear contact against `operate`, with either sense of rotation."""
-    from infinivar.analysis.sessions.displays import _Contact
+    from internals import DisplayContact
 
     draw = np.random.default_rng(9)
     for name in ("cobotic", "cobotic-b"):
-        contact, drive = _Contact.of(drives[name]), drives[name]
+        contact, drive = DisplayContact.of(drives[name]), drives[name]
         speed, angle = 1e-6 * draw.normal(size=(2, 50))
         for way in (1.0, -1.0):
             found = drive.transmission.operate(

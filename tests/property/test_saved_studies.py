@@ -14,13 +14,10 @@ from hypothesis import strategies as st
 
 import infinivar as iv
 from infinivar import units
-from infinivar._core.bounds import permitted
-from infinivar._core.fields import hints
-from infinivar.study import schema, toml
-from infinivar.study.load import shipped_study
-from infinivar.study.schema import described, in_kinds, part_of
-from infinivar.study.shipped import shipped_studies
-from infinivar.study.template import TEMPLATE
+from internals import TEMPLATE, described, hints, in_kinds, part_of, shipped_studies, shipped_study
+from internals import permitted_bounds as permitted
+from internals import study_schema as schema
+from internals import study_toml as toml
 from sampled import examples, sampled
 
 SHIPPED = shipped_study("faulring2006")
@@ -322,8 +319,7 @@ def fields_below(part, seen):
 
 def test_the_key_of_every_field_reads_what_is_written():
     """Whatever field a part gets: its key gives back the number whose text is written."""
-    from infinivar.study.provenance import text_of
-    from infinivar.study.save import _raw
+    from internals import study_tables, text_of
 
     seen: set = set()
     found = []
@@ -339,7 +335,7 @@ def test_the_key_of_every_field_reads_what_is_written():
         if "row of" in field.metadata:
             value = (value, value)
         key = schema.table_keys(part)[field.name]
-        raw = _raw(key, value, [text_of(field, value)], field.name)
+        raw = study_tables(key, value, [text_of(field, value)], field.name)
         assert key.read(raw).value == value, (part, field.name)
 
 

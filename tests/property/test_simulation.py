@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 import infinivar as iv
 from infinivar import ConstantForce, Cruise, Reach, Scenario, Sinusoid, SinusoidalForce, Step
-from infinivar.bondgraph.audit import CLOSURE
-from infinivar.drivetrain.control import CoboticControl, ConventionalControl
-from infinivar.study.load import shipped_study
+from internals import AUDIT_CLOSURE as CLOSURE
+from internals import CoboticControl, ConventionalControl, shipped_study
 from sampled import examples, sampled
 
 SHIPPED = shipped_study("faulring2006")

@@ -9,8 +9,7 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from infinivar import Limit, Scenario, StepForce
 from infinivar.contact import creep, kalker
-from infinivar.contact.exact_tables import lateral_creep
-from infinivar.transmission.geometry import MEASURED_FULL_SLIP
+from internals import MEASURED_FULL_SLIP, lateral_creep
 from sampled import sampled
 
 POINTS = 200_000

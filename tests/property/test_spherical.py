@@ -9,9 +9,8 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar import Limit
-from infinivar.analysis.sphere_map import efficiency_by_ratio
-from infinivar.transmission.driven_contact import DrivenContact
-from infinivar.transmission.sphere_layout import LAYOUTS as KNOWN
+from internals import LAYOUTS as KNOWN
+from internals import DrivenContact, efficiency_by_ratio
 from sampled import sampled
 
 LAWS = ("linear", "vermeulen-johnson", "polach", "fastsim", "exact")
@@ -441,7 +440,9 @@ def test_chosen_rollers_are_the_best_of_those_tried():
 
 @pytest.mark.slow
 def test_figures():
-    from infinivar.figures import gear_points, sphere_gears, sphere_map
+    from internals import gear_points_figure as gear_points
+    from internals import sphere_gears_figure as sphere_gears
+    from internals import sphere_map_figure as sphere_map
 
     maps = [
         iv.sphere_map(

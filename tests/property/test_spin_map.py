@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar.contact import kalker, spin
-from infinivar.contact.exact import spin_map, spin_nodes, spin_table
+from internals import spin_maps as spin_map
+from internals import spin_nodes, spin_table
 
 RNG_SEED = 31
 

@@ -12,14 +12,10 @@ from scipy.optimize import brentq
 from test_motion import cobotic_drives, conventional_drives
 
 import infinivar as iv
-from infinivar import Limit
-from infinivar.drivetrain import chain
-from infinivar.drivetrain.output import Output
-from infinivar.motion.course import Course
-from infinivar.motion.fourier import Series
-from infinivar.parts import dahl, history
-from infinivar.parts.linkage import Linkage
-from infinivar.parts.spring import Spring, TorsionSpring
+from infinivar import Course, Limit, Linkage, Output, Spring, TorsionSpring
+from internals import FourierSeries as Series
+from internals import chain, dahl
+from internals import parts_history as history
 from sampled import examples
 
 TABLE = {"deflections": (-0.03, -0.01, 0.0, 0.01, 0.02, 0.04), "forces": (-400.0, -90.0, 0.0, 90.0, 220.0, 700.0)}

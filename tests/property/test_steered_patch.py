@@ -8,8 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.drivetrain.graphs import plants
-from infinivar.transmission.rates import Varying, steering_rates
+from internals import Varying, steering_rates
+from internals import plant_graphs as plants
 
 rng = np.random.default_rng(7)
 

@@ -10,10 +10,7 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar.contact import spin
-from infinivar.contact.exact import spin_calls
-from infinivar.study.load import shipped_study
-from infinivar.transmission import turning
-from infinivar.transmission.kinematics import Steering, relative_velocities
+from internals import Steering, relative_velocities, shipped_study, spin_calls, turning
 
 RNG_SEED = 17
 SHEAR = shipped_study("faulring2006").drives["cobotic"]

@@ -9,7 +9,7 @@ from scipy.integrate import quad
 
 import infinivar as iv
 from infinivar.contact import kalker
-from infinivar.contact.exact.newton import Friction
+from internals import Friction
 from sampled import sampled
 
 LINEAR = kalker.coefficients(1.0, 0.3)

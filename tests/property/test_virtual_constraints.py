@@ -9,12 +9,20 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import reference_meshes
-from infinivar.motion.virtual.constrained import constrained_motion, free_basis, free_projection
-from infinivar.motion.virtual.curves import FunctionCurve, PointCurve
-from infinivar.motion.virtual.fixtures import AboutAxis, AboutPoint, AlongLine, InPlane
-from infinivar.motion.virtual.meshes import TriangleMesh
-from infinivar.motion.virtual.surfaces import Ball, HalfSpace, Surfaces, Tube
-from infinivar.motion.virtual.triangles import closest_on_triangles
+from infinivar import (
+    AboutAxis,
+    AboutPoint,
+    AlongLine,
+    Ball,
+    FunctionCurve,
+    HalfSpace,
+    InPlane,
+    PointCurve,
+    Surfaces,
+    TriangleMesh,
+    Tube,
+)
+from internals import closest_on_triangles, constrained_motion, free_basis, free_projection
 
 SPACE = ("x", "y", "z", "rx", "ry", "rz")
 seeds = st.integers(0, 2**32 - 1)

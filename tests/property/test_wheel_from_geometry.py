@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import Limit
+from infinivar import Limit, bearings
 from infinivar.contact import creep
-from infinivar.study.catalogue import bearings
 from sampled import examples
 
 jax.config.update("jax_enable_x64", True)

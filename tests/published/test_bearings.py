@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from infinivar.parts.bearing import Bearing, BearingPair
+from infinivar import Bearing
+from internals import BearingPair
 
 RPM = math.pi / 30
 DEEP_GROOVE_608 = Bearing(

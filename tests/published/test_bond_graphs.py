@@ -3,11 +3,10 @@
 import pytest
 import sympy
 
-from infinivar.bondgraph.equations import derive
-from infinivar.bondgraph.graph import Bond
-from infinivar.bondgraph.trace import trace
-from infinivar.drivetrain.graphs import plants
-from infinivar.transmission.kinematics import contact_balance, relative_velocities
+from infinivar.bondgraph import Bond, derive
+from internals import contact_balance, relative_velocities
+from internals import plant_graphs as plants
+from internals import trace_law as trace
 
 R, PHI, OMEGA = (sympy.Symbol(name, real=True) for name in ("R", r"\phi", r"\omega"))
 
@@ -18,7 +17,7 @@ def symbols(*names):
 
 def embedded(plant, flow=False):
     """A plant between a motor and a link that decide its speeds (or a force at its link)."""
-    from infinivar.bondgraph import graph as bg
+    from internals import bond_graph_elements as bg
 
     drive = bg.BondGraph("drive", [bg.one("shaft"), bg.flow_source("turn", r"\omega")], ["turn > shaft"])
     source = bg.effort_source("load", "f_l") if not flow else bg.flow_source("load", r"\dot{l}")
@@ -111,8 +110,8 @@ def test_a_gear_that_loses_a_share_is_solved_exactly(study, loss):
     """With both laws the torque into the gear balances motor, friction and rotor to rounding, driving and driven."""
     import numpy as np
 
-    from infinivar.bondgraph.model import model
-    from infinivar.bondgraph.namespaces import FloatNamespace
+    from internals import FloatNamespace
+    from internals import bond_graph_model as model
 
     name = {"coulomb": "cobotic", "proportional": "cobotic-b"}[loss]
     graph = plants.cobotic_graph(study.drives[name], load_mass=0.8)

@@ -9,12 +9,10 @@ import pytest
 
 import infinivar as iv
 from infinivar.contact import kalker
-from infinivar.paper.claims import plants
-from infinivar.paper.claims.claim import Machine, at_ratio
-from infinivar.paper.claims.planes import PLANES
-from infinivar.paper.reproduce import CHECKS
-from infinivar.parts import catalogue
-from infinivar.transmission import spin_law
+from internals import PAPER_CHECKS as CHECKS
+from internals import PLANES, at_ratio, catalogue, spin_law
+from internals import ClaimMachine as Machine
+from internals import claims_of_plants as plants
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from infinivar.contact import creep, exact_tables, fastsim, laws
+from infinivar.contact import creep, exact_tables, fastsim
+from internals import contact_laws as laws
 
 LARGEST = {
     "linear": (0.235, 0.359, 0.708, 0.150),

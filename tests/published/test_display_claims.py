@@ -9,8 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis.sessions.sampled_loop import sampled_loop
-from infinivar.paper.displays import _sessions
+from internals import sampled_loop, varied_sessions
 
 pytestmark = pytest.mark.slow
 
@@ -123,7 +122,7 @@ def test_variants_beyond_the_requirement_do_not_count(found):
 
 def test_sessions_are_varied():
     session = iv.HandleSession(free=0.5, contact=0.3, hold=0.1, explore=0.0)
-    varied = dict(_sessions(session, 1.5))
+    varied = dict(varied_sessions(session, 1.5))
     assert "1.5 times as much free motion in the session" not in varied  # more than the whole time
     assert "1/1.5 as much free motion in the session" in varied
     assert not any("exploring in the session" in name for name in varied)

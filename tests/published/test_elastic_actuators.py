@@ -9,12 +9,9 @@ from numpy.testing import assert_allclose
 from scipy.optimize import minimize_scalar
 
 import infinivar as iv
-from infinivar.axis import LINEAR
-from infinivar.drivetrain import chain
-from infinivar.drivetrain.output import Output
-from infinivar.motion.fourier import Series
-from infinivar.parts.linkage import Linkage
-from infinivar.parts.spring import Spring, TorsionSpring
+from infinivar import Linkage, Output, Spring, TorsionSpring
+from internals import LINEAR, chain
+from internals import FourierSeries as Series
 
 STUDY = iv.load_study("studies/hand_controller.toml")
 COBOTIC, GEARED = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from infinivar import RollingPatch
 from infinivar.contact import creep, exact_law, exact_tables, kalker
-from infinivar.contact.exact import fit
-from infinivar.contact.exact.patch import RollingPatch
+from internals import exact_fit as fit
 
 
 def solved(a_over_b, poisson, k):

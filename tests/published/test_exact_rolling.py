@@ -8,11 +8,12 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 
 import infinivar as iv
+from infinivar import rolling_forces
 from infinivar.contact import exact_tables, kalker
-from infinivar.contact.exact import grid as cells_of
-from infinivar.contact.exact.influence import influence
-from infinivar.contact.exact.many import extrapolated, rolling_forces
-from infinivar.contact.exact.newton import Friction
+from internals import Friction
+from internals import exact_grid as cells_of
+from internals import extrapolated_forces as extrapolated
+from internals import influence_of_cells as influence
 from sampled import sampled
 
 

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from infinivar import Material
 from infinivar.contact import hertz
-from infinivar.contact.bodies import Cylinder, Material, Wheel, plane_strain_modulus
+from internals import ContactWheel as Wheel
+from internals import Cylinder, plane_strain_modulus
 
 STEEL = Material(youngs_modulus=210e9, poisson=0.3)
 

@@ -7,8 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.calibration import gear_laws, motor_map
-from infinivar.figures import measurements
+from internals import gear_laws, motor_map
+from internals import measurements_figure as measurements
 
 MAP = motor_map.shipped()
 NOISE = motor_map.noise(MAP)

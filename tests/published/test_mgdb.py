@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.parts.tables import stored
-from infinivar.parts.tables.stores import shipped
+from internals import shipped
+from internals import stored_parts as stored
 
 FOLDER = Path(__file__).parents[3] / "shared" / "reference" / "mgdb"
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="needs the MGDB files, which are not part of the project")

@@ -12,7 +12,7 @@ import math
 
 import pytest
 
-from infinivar.study.catalogue import motors
+from infinivar import motors
 
 # key, no-load speed [rpm], stall torque [mN m], peak efficiency [%], continuous current [A]
 CATALOGUE = [

@@ -7,8 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis.sphere_map import efficiency_by_ratio
-from infinivar.paper.sphere import PARTS, _wheel, as_sphere
+from internals import SPHERE_PARTS as PARTS
+from internals import as_sphere, efficiency_by_ratio, sphere_wheel
 
 LAYOUTS = ("tetrahedral", "cubic")
 
@@ -20,7 +20,7 @@ def found():
 
 @pytest.fixture(scope="module")
 def wheel():
-    return _wheel(0.03, 400.0, "bearing-steel")
+    return sphere_wheel(0.03, 400.0, "bearing-steel")
 
 
 def of(found, claim):

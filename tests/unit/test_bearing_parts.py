@@ -7,9 +7,9 @@ import typing
 import numpy as np
 import pytest
 
-from infinivar import units
-from infinivar.parts import catalogue
-from infinivar.parts.bearing import COEFFICIENTS, Bearing, BearingPair, BearingType, Lubrication, Series
+from infinivar import Bearing, units
+from internals import COEFFICIENTS, BearingPair, BearingType, Lubrication, catalogue
+from internals import BearingSeries as Series
 
 SIZE = {"bore": 0.008, "outside_diameter": 0.022, "dynamic_rating": 3450.0, "static_rating": 1370.0}
 ROWS = catalogue.entries("bearings")

@@ -12,25 +12,31 @@ import threadpoolctl
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import Scenario, Step
-from infinivar._core.array_namespace import namespace
-from infinivar._core.threads import products_on_one_thread
-from infinivar.bondgraph import audit, march
-from infinivar.bondgraph import graph as bg
-from infinivar.bondgraph import model as models
-from infinivar.bondgraph import solver as solving
-from infinivar.bondgraph.causality import assign
-from infinivar.bondgraph.describe import latex, text
-from infinivar.bondgraph.equations import derive
-from infinivar.bondgraph.graph import Bond, BondGraph, BondGraphError, Parameter, Signal, join
-from infinivar.bondgraph.model import model
-from infinivar.bondgraph.namespaces import FloatNamespace, casadi_namespace
-from infinivar.bondgraph.solver import solve
-from infinivar.bondgraph.steppers import stepper
-from infinivar.bondgraph.trace import Traced, clip, trace
-from infinivar.contact.friction import coulomb
-from infinivar.drivetrain.graphs import plants
-from infinivar.errors import AuditError
+from infinivar import AuditError, Scenario, Step
+from infinivar import array_namespace as namespace
+from infinivar.bondgraph import (
+    Bond,
+    BondGraph,
+    BondGraphError,
+    Parameter,
+    Signal,
+    assign,
+    derive,
+    join,
+    latex,
+    solve,
+    text,
+)
+from internals import FloatNamespace, Traced, casadi_namespace, coulomb, products_on_one_thread, stepper
+from internals import bond_graph_audit as audit
+from internals import bond_graph_elements as bg
+from internals import bond_graph_march as march
+from internals import bond_graph_model as model
+from internals import bond_graph_models as models
+from internals import bond_graph_solver as solving
+from internals import clip_traced as clip
+from internals import plant_graphs as plants
+from internals import trace_law as trace
 from sampled import sampled
 
 jax.config.update("jax_enable_x64", True)

@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 
 import infinivar as iv
-from infinivar.bondgraph import graph as bg
-from infinivar.bondgraph.causality import assign
-from infinivar.bondgraph.graph import BondGraph
-from infinivar.drivetrain.graphs.plants import plant_graph
-from infinivar.figures import bond_graph, style
+from infinivar import plant_graph
+from infinivar.bondgraph import BondGraph, assign
+from internals import bond_graph_elements as bg
+from internals import bond_graph_figure as bond_graph
+from internals import style
 
 HALF_HEIGHT = 0.09
 

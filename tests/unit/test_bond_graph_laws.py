@@ -10,17 +10,13 @@ import sympy
 from numpy.testing import assert_allclose
 from scipy.special import ellipk
 
-from infinivar._core.array_namespace import namespace
-from infinivar.bondgraph import graph as bg
-from infinivar.bondgraph.causality import assign
-from infinivar.bondgraph.describe import latex, text
-from infinivar.bondgraph.equations import derive
-from infinivar.bondgraph.graph import BondGraph, BondGraphError, Parameter, Signal
-from infinivar.bondgraph.model import model
-from infinivar.bondgraph.namespaces import FloatNamespace, casadi_namespace
-from infinivar.bondgraph.solver import solve
-from infinivar.errors import AuditError
-from infinivar.figures import bond_graph as drawing
+from infinivar import AuditError
+from infinivar import array_namespace as namespace
+from infinivar.bondgraph import BondGraph, BondGraphError, Parameter, Signal, assign, derive, latex, solve, text
+from internals import FloatNamespace, casadi_namespace
+from internals import bond_graph_elements as bg
+from internals import bond_graph_figure as drawing
+from internals import bond_graph_model as model
 from sampled import sampled
 
 jax.config.update("jax_enable_x64", True)

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from annotated_types import Ge, Gt, Interval, Le, Lt
 
-from infinivar._core.bounds import FINITE, QUARTER_TURN, NonZero, fits, permitted, within, words
-from infinivar._core.fields import check_value
-from infinivar.errors import ParameterError
+from infinivar import ParameterError
+from internals import FINITE, QUARTER_TURN, NonZero, check_value
+from internals import bounds_in_words as words
+from internals import fits_bounds as fits
+from internals import permitted_bounds as permitted
+from internals import within_bounds as within
 
 
 @pytest.mark.parametrize(

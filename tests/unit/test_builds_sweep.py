@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.analysis.robustness.sampling import draw, low_discrepancy
+from internals import draw_samples as draw
+from internals import low_discrepancy
 
 SLIDE = """
 title = "Slide"

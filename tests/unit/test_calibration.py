@@ -8,12 +8,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.calibration import fit as fitting
-from infinivar.calibration import model, plan, reduce, virtual_rig
-from infinivar.calibration.calibrate import calibrate
-from infinivar.calibration.data import COLUMNS
-from infinivar.calibration.fit import fit
-from infinivar.calibration.problem import Problem
+from infinivar import calibrate
+from internals import CALIBRATION_COLUMNS as COLUMNS
+from internals import Problem, fitting, virtual_rig
+from internals import calibration_model as model
+from internals import calibration_plan as plan
+from internals import fit_problem as fit
+from internals import reduced_data as reduce
 from rigs import RATIOS, RIG, session
 
 

@@ -12,14 +12,13 @@ from scipy import stats
 from scipy.special import ndtr
 
 import infinivar as iv
-from infinivar.calibration import laws, model, virtual_rig
-from infinivar.calibration.calibrate import calibrate
-from infinivar.calibration.data import COLUMNS
-from infinivar.calibration.fit import fit
-from infinivar.calibration.problem import Problem
+from infinivar import InputError, ParameterError, Rig, calibrate
 from infinivar.contact import creep
-from infinivar.errors import InputError, ParameterError
-from infinivar.study.rig import Rig
+from internals import CALIBRATION_COLUMNS as COLUMNS
+from internals import Problem, virtual_rig
+from internals import calibration_laws as laws
+from internals import calibration_model as model
+from internals import fit_problem as fit
 from rigs import RIG, exact_law, law_of, session, under
 
 LAWS = tuple(name for name, law in creep.LAWS.items() if law.on_patch is None)

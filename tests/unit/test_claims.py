@@ -10,18 +10,35 @@ from numpy.testing import assert_allclose
 from scipy.optimize import brentq, minimize_scalar
 
 import infinivar as iv
-from infinivar.analysis.cycles.performance import Definition
-from infinivar.analysis.cycles.shaking import dynamic_map
+from infinivar import Definition, Limit, Reproduction, dynamic_map, reproduce
 from infinivar.contact import creep
-from infinivar.contact.exact_tables import lateral_creep
-from infinivar.limits import Limit
-from infinivar.paper.claims import design, element, plane_measures, shaking, system
-from infinivar.paper.claims.bench import MOVES, Bench
-from infinivar.paper.claims.claim import Claim, Machine, Varied, at_ratio, statements
-from infinivar.paper.claims.groups import fitted
-from infinivar.paper.claims.planes import PLANES
-from infinivar.paper.claims.verdict import FACTOR, Found, counted, near, row, settle, turned
-from infinivar.paper.reproduce import CHECKS, STEERED, Reproduction, reproduce, two_6004
+from internals import BENCH_MOVES as MOVES
+from internals import PAPER_CHECKS as CHECKS
+from internals import (
+    PLANES,
+    STEERED,
+    Bench,
+    Claim,
+    Found,
+    at_ratio,
+    counted,
+    fitted,
+    lateral_creep,
+    plane_measures,
+    settle,
+    statements,
+    two_6004,
+)
+from internals import VERDICT_FACTOR as FACTOR
+from internals import ClaimMachine as Machine
+from internals import VariedClaim as Varied
+from internals import claims_of_design as design
+from internals import claims_of_elements as element
+from internals import claims_of_shaking as shaking
+from internals import claims_of_systems as system
+from internals import near_verdict as near
+from internals import turned_verdict as turned
+from internals import verdict_row as row
 
 HOLDS, FAILS = Found(1.0, "at least 0.9", "holds"), Found(0.8, "at least 0.9", "does not hold")
 NEITHER = Found("works nowhere", "at least 0.9", "undecidable")

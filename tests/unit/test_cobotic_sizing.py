@@ -8,19 +8,35 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.errors import ParameterError
-from infinivar.limits import Limit
-from infinivar.sizing.cobotic import size_cobotic
-from infinivar.sizing.cobotic.bounds import MOTOR, cylinder_signals, lower_bounds, steering_signals
-from infinivar.sizing.cobotic.capped import least_power
-from infinivar.sizing.cobotic.choice import Behind, best_behind
-from infinivar.sizing.cobotic.evaluation import TIER
-from infinivar.sizing.cobotic.evolution import _Space
-from infinivar.sizing.cobotic.region import judged, outer
-from infinivar.sizing.cobotic.sampled import Sampled, sample
-from infinivar.sizing.cobotic.search import prepared
-from infinivar.sizing.cobotic.wheels import AXLE, CONTACT, FREE, Points, critical, evaluate, static_demands, values_of
-from infinivar.sizing.geared.tasks import REQUIREMENT, MotionTask, RegionTask
+from infinivar import Limit, ParameterError
+from internals import AXLE_LIMIT as AXLE
+from internals import CONTACT_LIMIT as CONTACT
+from internals import FREE_LIMIT as FREE
+from internals import MOTOR_BOUND as MOTOR
+from internals import (
+    REQUIREMENT,
+    TIER,
+    Behind,
+    MotionTask,
+    RegionTask,
+    Sampled,
+    SearchSpace,
+    best_behind,
+    cylinder_signals,
+    lower_bounds,
+    size_cobotic,
+    static_demands,
+    steering_signals,
+)
+from internals import WheelPoints as Points
+from internals import cobotic_least_power as least_power
+from internals import cobotic_sample as sample
+from internals import critical_wheels as critical
+from internals import evaluate_wheels as evaluate
+from internals import judged_region as judged
+from internals import outer_region as outer
+from internals import prepared_search as prepared
+from internals import wheel_values as values_of
 from part_tables import part_tables
 
 KNEE = iv.load_study("knee_walking")
@@ -279,7 +295,7 @@ def test_blocks_of_wheel_designs_are_chosen_for_as_together(monkeypatch):
 
 def test_the_first_generation_has_the_template_and_the_designs_that_are_known():
     _, box = problem()
-    space = _Space(box)
+    space = SearchSpace(box)
     known = some_points(box, 5, seed=3, spread=0.1)
     first = space.start(12, 4, known)
     np.testing.assert_allclose(first[0], space.own)
@@ -453,7 +469,7 @@ def test_a_required_region_alone():
 def test_jax_gives_the_same_numbers():
     """Values of wheel designs by compiled laws, of bearings in columns and alone."""
     pytest.importorskip("jax")
-    from infinivar.sizing.cobotic.compiled import Compiled
+    from internals import Compiled
 
     evaluation, box = problem()
     points = some_points(box, 70, seed=8, spread=0.2)

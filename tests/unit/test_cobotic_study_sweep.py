@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 import infinivar as iv
-from infinivar.sizing import of_cobotic
+from internals import of_cobotic
 from small_catalogue import SLOW
 
 KNEE = iv.load_study("knee_walking")

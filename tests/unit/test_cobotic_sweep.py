@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.sizing.cobotic import size_cobotic
+from internals import size_cobotic
 from part_tables import part_tables
 
 KNEE = iv.load_study("knee_walking")

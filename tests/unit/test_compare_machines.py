@@ -8,12 +8,9 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.analysis.machine_sensitivity import machine_sensitivity
-from infinivar.analysis.machines import compare_machines
-from infinivar.analysis.pose_map import pose_map
-from infinivar.analysis.tightest import tightest_of
-from infinivar.drivetrain.machines.legged import motor_mass
-from infinivar.limits import Limit
+from infinivar import Limit
+from internals import compare_machines, machine_sensitivity, motor_mass, pose_map
+from internals import tightest_of_drives as tightest_of
 from machine_studies import ARM, EVERY, PLATFORM
 
 

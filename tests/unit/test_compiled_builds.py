@@ -10,11 +10,18 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
 from all_part_kinds import DRIVES, JOINT, LINE, one_axis_studies
-from infinivar._core.fields import quantities_of
-from infinivar.analysis.robustness import outcomes, sampling, verdicts
-from infinivar.analysis.robustness.derivatives import gradient, values_of
-from infinivar.analysis.robustness.sampling import Batch, evaluated, low_discrepancy
-from infinivar.errors import InputError, ParameterError
+from infinivar import InputError, ParameterError
+from internals import (
+    Batch,
+    evaluated,
+    gradient,
+    low_discrepancy,
+    outcomes,
+    quantities_of,
+    sampling,
+    values_of,
+    verdicts,
+)
 
 VARIED = ("motor.torque_constant", "motor.resistance", "transmission.friction", "transmission.preload")
 STUDY = """

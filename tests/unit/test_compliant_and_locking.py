@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.analysis.cycles.tracking import TwoWays
-from infinivar.bondgraph.graph import BondGraphError
-from infinivar.drivetrain.control import ConventionalControl
-from infinivar.drivetrain.graphs import bandwidths
-from infinivar.errors import ParameterError
+from infinivar import ParameterError, TwoWays
+from infinivar.bondgraph import BondGraphError
+from internals import ConventionalControl, bandwidths
 from sampled import sampled
 
 MOTOR = iv.motors()["dcx-32-l-24v"]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from infinivar import ParameterError
 from infinivar.contact import creep
-from infinivar.errors import ParameterError
 
 casadi = pytest.importorskip("casadi")
 

@@ -9,13 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import power
-from infinivar.analysis.cycles.tracking import two_ways
-from infinivar.calibration.model import known_values, predict
-from infinivar.calibration.virtual_rig import experiment, protocol
-from infinivar.errors import InputError, ParameterError
-from infinivar.parts.shaft_bearings import CylinderBearings, PulleyBearings, WheelLoad
-from infinivar.study.build import built_part
+from infinivar import CylinderBearings, InputError, ParameterError, PulleyBearings, power, two_ways
+from internals import WheelLoad, built_part, experiment, known_values, predict, protocol
 
 KNEE = iv.load_study("knee_walking")
 BARE = replace(KNEE.drives["cobotic"], cylinder_bearings=None)

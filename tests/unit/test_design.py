@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from infinivar import Limit
-from infinivar.analysis.design_trends import SWEPT, Duty, elasticities, sweep, with_friction
-from infinivar.parts.bearing import SIZE_POWERS
+from internals import SIZE_POWERS, Duty, elasticities, with_friction
+from internals import SWEPT_QUANTITIES as SWEPT
+from internals import swept_design as sweep
 
 
 @pytest.fixture(scope="module")

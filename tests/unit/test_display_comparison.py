@@ -9,12 +9,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis.sessions.display_pair import display_choices
-from infinivar.analysis.sessions.handle_session import PARTS, cobotic_part, geared_part
-from infinivar.analysis.sessions.rounds import CONVENTIONAL, DISPLAYS, RESTING, STOPPED, TURNING
-from infinivar.analysis.shared_motor import run_up_energy
-from infinivar.figures import displays as bars
-from infinivar.figures import shared_motor as map_figure
+from internals import CONVENTIONAL_ROUND as CONVENTIONAL
+from internals import DISPLAY_ROUNDS as DISPLAYS
+from internals import RESTING, STOPPED, TURNING, cobotic_part, display_choices, geared_part, run_up_energy
+from internals import SESSION_PARTS as PARTS
+from internals import displays_figure as bars
+from internals import shared_motor_figure as map_figure
 from sampled import sampled
 
 DRIVES = iv.load_study("hand_controller").drives

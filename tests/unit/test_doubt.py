@@ -6,18 +6,26 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar._core.fields import value_at
-from infinivar.sizing.builds.compiled import structure
-from infinivar.sizing.builds.judged import built, judge
-from infinivar.sizing.builds.region import decisive
-from infinivar.sizing.builds.result import interval
-from infinivar.sizing.builds.spreads import FRICTION, GEAR_LOSS, RESISTANCE, TORQUE_CONSTANT, draw, varied_of
-from infinivar.sizing.design import SizedDrive
-from infinivar.sizing.doubt import doubt, judged_designs
-from infinivar.sizing.geared.sampled import Laws
-from infinivar.sizing.geared.tasks import tasks_of
-from infinivar.sizing.pool import ChosenPart
-from infinivar.study.spreads import Uncertainty
+from infinivar import Uncertainty, doubt
+from internals import (
+    FRICTION,
+    GEAR_LOSS,
+    RESISTANCE,
+    TORQUE_CONSTANT,
+    ChosenPart,
+    SizedDrive,
+    decisive,
+    judged_designs,
+    tasks_of,
+    value_at,
+    varied_of,
+)
+from internals import GearedLaws as Laws
+from internals import builds_interval as interval
+from internals import built_rows as built
+from internals import compiled_structure as structure
+from internals import draw_builds as draw
+from internals import judge_builds as judge
 
 SLIDE = {
     "duty": {

@@ -14,15 +14,27 @@ from numpy.testing import assert_allclose
 from scipy.optimize import differential_evolution
 
 import infinivar as iv
-from infinivar import DutyCycle, Hold, Limit, Reaches, Recording, Running, Sinusoid, Tremor, Walking
-from infinivar.analysis.cycles import cylinder_policy
-from infinivar.analysis.cycles.cylinder_policy import RANGE, policies, schedule
-from infinivar.analysis.cycles.duty_cycle import duty_cycle, holding
-from infinivar.analysis.cycles.performance import demands
-from infinivar.analysis.cycles.tracking import two_ways
-from infinivar.drivetrain.drive import MovingPoint
-from infinivar.motion.fourier import Series
-from infinivar.study.load import shipped_study
+from infinivar import (
+    DutyCycle,
+    Hold,
+    Limit,
+    MovingPoint,
+    Reaches,
+    Recording,
+    Running,
+    Sinusoid,
+    Tremor,
+    Walking,
+    duty_cycle,
+    holding,
+    policies,
+    two_ways,
+)
+from internals import POLICY_RANGE as RANGE
+from internals import FourierSeries as Series
+from internals import cycle_demands as demands
+from internals import cylinder_policy, shipped_study
+from internals import policy_schedule as schedule
 
 STUDY = shipped_study("faulring2006")
 COBOTIC, GEARED = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
@@ -599,7 +611,7 @@ def test_peak_torques_are_torques_and_peak_currents_currents(drive):
 
 
 def test_bars_of_losses_are_titled_so():
-    from infinivar.figures.duty_cycle import data
+    from internals import duty_cycle_data as data
 
     found = duty_cycle(GEARED, duty("reaches"), name="geared", title="Geared")
     bars = data(iv.DutyComparison(duty=found.duty, results={"geared": found}, policies={}, two_ways={}))["losses"]

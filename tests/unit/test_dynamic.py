@@ -9,11 +9,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import Limit
-from infinivar.analysis.cycles.performance import Definition
-from infinivar.analysis.cycles.shaking import amplitude, dynamic_map, shaking
-from infinivar.study.load import shipped_study
-from infinivar.transmission.rates import Varying
+from infinivar import Definition, Limit, dynamic_map, shaking
+from internals import Varying, shipped_study
+from internals import shaking_amplitude as amplitude
 
 STUDY = shipped_study("faulring2006")
 FREQUENCY, FRACTION = np.geomspace(0.1, 30, 12), np.linspace(0.05, 1, 8)

@@ -14,13 +14,10 @@ from threadpoolctl import threadpool_info
 
 import infinivar as iv
 from all_part_kinds import DRIVES, one_axis_studies
-from infinivar._core import engine
-from infinivar._core.frozen import Room
-from infinivar._core.threads import at_most, in_order
-from infinivar.analysis import steady_map as module
-from infinivar.analysis.plane import of_study
-from infinivar.drivetrain.drive import DrivePoint
-from infinivar.errors import AuditError, InputError, ParameterError
+from infinivar import AuditError, DrivePoint, InputError, ParameterError
+from internals import FrozenRoom as Room
+from internals import at_most, engine, in_order, of_study
+from internals import steady_maps as module
 
 SHARES = np.linspace(-1.4, 1.4, 37), np.linspace(-1.4, 1.4, 41)
 EVERY_DAY = (("hand_controller", "cobotic"), ("hand_controller", "motor2-gear4"))

@@ -15,15 +15,21 @@ from annotated_types import Gt
 
 import infinivar as iv
 import plugin_package
-from infinivar._core import plugins
-from infinivar.contact import creep, probe
-from infinivar.drivetrain.drive import Drive, MovingDrive
-from infinivar.figures import style
-from infinivar.limits import binding, binding_demand, words_of
-from infinivar.motion.probe import check_motion
-from infinivar.report.datasets import steady_map as labelled_map
-from infinivar.study.extended_schema import extended_schema
-from infinivar.study.json_schema import json_schema
+from infinivar import Drive
+from infinivar.contact import creep
+from internals import (
+    MovingDrive,
+    binding,
+    binding_demand,
+    check_motion,
+    extended_schema,
+    json_schema,
+    plugins,
+    style,
+    words_of,
+)
+from internals import probe_contact_laws as probe
+from internals import steady_map_dataset as labelled_map
 from rendering import rendered
 
 MINE = """

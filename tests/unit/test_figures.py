@@ -10,26 +10,27 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
-from infinivar import DutyCycle, Walking
-from infinivar.analysis.compare import work_through
-from infinivar.analysis.steady_map import steady_map
+from infinivar import DutyCycle, Limit, Requirement, Walking, plant_graph, steady_map
 from infinivar.contact import hertz
-from infinivar.drivetrain.graphs.plants import plant_graph
-from infinivar.figures import duty_cycle, losses, operating_map, style
-from infinivar.limits import Limit
-from infinivar.paper.claims.claim import Machine, at_ratio, efficiency_by
-from infinivar.paper.figures import (
-    FIGURES,
+from internals import PAPER_FIGURES as FIGURES
+from internals import ClaimMachine as Machine
+from internals import (
+    at_ratio,
     bond_graphs,
+    efficiency_by,
     fig01_steered_wheel,
     fig03_velocities,
     fig04_forces,
     fig07_element_efficiency,
     fig09_architectures,
     fig17_dynamic_performance,
+    operating_map,
+    shipped_study,
+    style,
+    work_through,
 )
-from infinivar.study.load import shipped_study
-from infinivar.study.requirement import Requirement
+from internals import duty_cycle_figure as duty_cycle
+from internals import losses_figure as losses
 from sampled import sampled
 
 STUDY = shipped_study("faulring2006")

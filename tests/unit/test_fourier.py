@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from infinivar.motion.fourier import Series
+from internals import FourierSeries as Series
 
 PERIOD = 7.3
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.sizing.cobotic import size_cobotic
-from infinivar.sizing.geared import size_geared
+from internals import size_cobotic, size_geared
 from part_tables import part_tables
 
 pytestmark = pytest.mark.slow

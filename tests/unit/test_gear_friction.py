@@ -8,14 +8,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import ConstantForce, DutyCycle, Hold, Reaches, Scenario
-from infinivar.analysis.cycles.duty_cycle import duty_cycle
-from infinivar.analysis.cycles.tracking import two_ways
-from infinivar.analysis.robustness.derivatives import METHODS, gradient
-from infinivar.analysis.robustness.outcomes import loss
-from infinivar.parts.gear_friction import friction_budget, stribeck_friction, terms
-from infinivar.study.catalogue import gearheads
-from infinivar.study.load import shipped_study
+from infinivar import ConstantForce, DutyCycle, Hold, Reaches, Scenario, duty_cycle, gearheads, two_ways
+from internals import DERIVATIVE_METHODS as METHODS
+from internals import friction_budget, gradient, shipped_study, stribeck_friction
+from internals import gear_friction_terms as terms
+from internals import loss_outcome as loss
 from sampled import sampled
 
 GEARED = shipped_study("faulring2006").drives["motor2-gear4"]
@@ -337,7 +334,7 @@ def test_identified_actuators_can_be_used_in_a_study(tmp_path):
 @pytest.mark.parametrize("key", IDENTIFIED)
 def test_an_entry_has_every_term_of_the_identified_form(key):
     """No figure is lost between the table and the part; a term that is left out is zero there, too."""
-    from infinivar.parts import catalogue
+    from internals import catalogue
 
     raw = catalogue.data("actuator_friction")
     actuator = next(value for name, value in raw.items() if name.replace("_", "-") == key)

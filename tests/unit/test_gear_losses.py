@@ -7,13 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import ConstantForce, DutyCycle, Hold, Reaches, Rest, Scenario
-from infinivar.analysis.cycles.duty_cycle import duty_cycle
-from infinivar.analysis.cycles.tracking import two_ways
-from infinivar.analysis.robustness.derivatives import METHODS, gradient
-from infinivar.analysis.robustness.outcomes import loss
-from infinivar.analysis.robustness.sampling import evaluated
-from infinivar.study.load import shipped_study
+from infinivar import ConstantForce, DutyCycle, Hold, Reaches, Rest, Scenario, duty_cycle, two_ways
+from internals import DERIVATIVE_METHODS as METHODS
+from internals import evaluated, gradient, shipped_study
+from internals import loss_outcome as loss
 from sampled import sampled
 
 STUDY = shipped_study("faulring2006")

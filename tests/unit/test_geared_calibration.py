@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.calibration import motor_map
-from infinivar.calibration.geared import model, pendulum, virtual_bench, words
-from infinivar.calibration.geared.data import Dynamometer
-from infinivar.report.calibration import save_data
+from internals import Dynamometer, motor_map, pendulum, virtual_bench
+from internals import geared_model as model
+from internals import geared_words as words
+from internals import save_calibration_data as save_data
 
 NAME = "motor1-gear1"
 TRUE = {"resistance": 2.4, "torque_constant": 0.027, "friction": 0.015, "viscous": 1e-4, "load_share": 0.03}

@@ -7,17 +7,23 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.limits import Limit
-from infinivar.parts.amplifier import Amplifier
-from infinivar.parts.linear import Guideway, Pulley
-from infinivar.sizing.geared import nearest_geared, over_radius, size_geared
-from infinivar.sizing.geared.candidates import candidates
-from infinivar.sizing.geared.extremes import braking_places
-from infinivar.sizing.geared.radius_bounds import Bounds
-from infinivar.sizing.geared.radius_limits import load_of, region_points
-from infinivar.sizing.geared.regeneration import returning, union, windows
-from infinivar.sizing.geared.sampled import sample
-from infinivar.sizing.geared.tasks import RegionTask, tasks_of
+from infinivar import Amplifier, Guideway, Limit, Pulley
+from internals import RadiusBounds as Bounds
+from internals import (
+    RegionTask,
+    braking_places,
+    candidates,
+    load_of,
+    nearest_geared,
+    over_radius,
+    region_points,
+    size_geared,
+    tasks_of,
+)
+from internals import geared_sample as sample
+from internals import regeneration_returning as returning
+from internals import regeneration_windows as windows
+from internals import union_of_windows as union
 from part_tables import part_tables
 from sampled import sampled
 

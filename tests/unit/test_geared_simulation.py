@@ -7,11 +7,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar import ConstantForce, Limit, Reach, Rest, Scenario, Sinusoid
-from infinivar.drivetrain.graphs import compliances
-from infinivar.drivetrain.graphs.closed_loop import _passed
-from infinivar.drivetrain.output import Output
-from infinivar.parts.linkage import Linkage
+from infinivar import ConstantForce, Limit, Linkage, Output, Reach, Rest, Scenario, Sinusoid
+from internals import compliances, passed_both_ways
 from sampled import sampled
 
 MOTOR = iv.Motor(
@@ -115,7 +112,7 @@ def test_controllers_know_the_friction_of_gear_and_stage(gear, stage):
     """Ratio of currents with and without the load's force, driving and driven, as the steady drive has them."""
     machine = drive(gear, **{stage.title: stage})
     gain = MOTOR.torque_constant * gear.ratio / float(stage.travel_per_radian)
-    for speed, passed in zip((0.01, -0.01), _passed(machine), strict=True):
+    for speed, passed in zip((0.01, -0.01), passed_both_ways(machine), strict=True):
         light, heavy = (float(machine.operate(speed=speed, force=f).states["motor_current_A"]) for f in (1e5, 2e5))
         assert (heavy - light) * gain / 1e5 == pytest.approx(passed, rel=1e-9)
 

@@ -8,17 +8,28 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.limits import Limit
-from infinivar.parts.linear import Guideway, Pulley
-from infinivar.parts.screw import Screw
-from infinivar.sizing.geared import size_geared
-from infinivar.sizing.geared.at_stages import closed_forms
-from infinivar.sizing.geared.candidates import candidates
-from infinivar.sizing.geared.radius_bounds import Bounds, Laurent, Resting, below, mean_square_below
-from infinivar.sizing.geared.radius_limits import least_power, limits, load_of, region_points
-from infinivar.sizing.geared.sampled import HOT, UNCHECKED, sample
-from infinivar.sizing.geared.tasks import REQUIREMENT, RegionTask, tasks_of
-from infinivar.sizing.geared.warmth import SPARE
+from infinivar import Guideway, Limit, Pulley, Screw
+from internals import HOT_GEARED as HOT
+from internals import (
+    REQUIREMENT,
+    Laurent,
+    RegionTask,
+    Resting,
+    candidates,
+    closed_forms,
+    load_of,
+    mean_square_below,
+    region_points,
+    size_geared,
+    tasks_of,
+)
+from internals import SPARE_WARMTH as SPARE
+from internals import UNCHECKED_GEARED as UNCHECKED
+from internals import RadiusBounds as Bounds
+from internals import geared_least_power as least_power
+from internals import geared_limits as limits
+from internals import geared_sample as sample
+from internals import radius_below as below
 from part_tables import part_tables
 from sampled import sampled
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.limits import Limit
-from infinivar.sizing.geared import size_geared
+from infinivar import Limit
+from internals import size_geared
 from sampled import sampled
 from small_catalogue import SHELF
 

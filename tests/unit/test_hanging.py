@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 import infinivar as iv
-from infinivar._core.fields import with_values
-from infinivar.study.choices import variants, variants_of
+from internals import variants, variants_of, with_values
 from small_catalogue import SLOW
 
 STUDIES = Path(__file__).parents[2] / "studies"

@@ -8,12 +8,19 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar._core.fields import with_values
-from infinivar.analysis.sessions.passivity import lagging_mass, required_damping
-from infinivar.analysis.sessions.sampled_loop import impedance, run_in_time, sampled_loop
-from infinivar.figures import stability_map as map_figure
-from infinivar.figures import z_width as width_figure
-from infinivar.transmission.guiding import largest_turn_rate, overrun, stopping_distance
+from internals import (
+    impedance,
+    lagging_mass,
+    largest_turn_rate,
+    overrun,
+    required_damping,
+    run_in_time,
+    sampled_loop,
+    stopping_distance,
+    with_values,
+)
+from internals import stability_map_figure as map_figure
+from internals import z_width_figure as width_figure
 
 ARM = iv.ArmModel.named("vanbeek2015")
 

@@ -8,9 +8,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import infinivar as iv
+from infinivar import motors
 from infinivar.parts import heat
-from infinivar.parts.heat_steps import over, windings
-from infinivar.study.catalogue import motors
+from internals import heat_over as over
+from internals import heat_windings as windings
 
 MOTOR = motors()["dc-max-26-s-24v"]
 AMBIENT = 298.15

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import sympy
 
-from infinivar.bondgraph.graph import BondGraphError
-from infinivar.bondgraph.loops import LawValue, ordered
+from infinivar.bondgraph import BondGraphError
+from internals import LawValue
+from internals import ordered_loops as ordered
 from sampled import sampled
 
 

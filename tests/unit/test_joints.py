@@ -5,8 +5,7 @@ import math
 import pytest
 
 import infinivar as iv
-from infinivar.axis import ROTARY
-from infinivar.study.check import check_duty
+from internals import ROTARY, check_duty
 
 HEAD = """
 [requirement]

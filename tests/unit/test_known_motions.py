@@ -8,13 +8,11 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from infinivar._core.array_namespace import namespace
-from infinivar.bondgraph import graph as bg
-from infinivar.bondgraph import steppers
-from infinivar.bondgraph.graph import BondGraph, Parameter
-from infinivar.bondgraph.solver import solve
-from infinivar.contact.friction import coulomb
-from infinivar.drivetrain.graphs import plants
+from infinivar import array_namespace as namespace
+from infinivar.bondgraph import BondGraph, Parameter, solve
+from internals import bond_graph_elements as bg
+from internals import coulomb, steppers
+from internals import plant_graphs as plants
 
 METHODS = ["LSODA", "Radau", "BDF", "CVODES"]
 TIMES = np.linspace(0.0, 0.5, 51)

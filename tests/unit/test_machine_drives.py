@@ -6,16 +6,22 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.drivetrain.drive import is_machine, refuse_machine
-from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive, PlatformGeometry
-from infinivar.drivetrain.machines.machine import as_machine
-from infinivar.drivetrain.machines.planar import PlanarDrive
-from infinivar.drivetrain.machines.sphere import SphereDrive
-from infinivar.drivetrain.machines.wheel import Wheel
-from infinivar.motion.machine_tasks import MachinePath, MachineTask, angular_velocity
-from infinivar.motion.vectors import Point, Pose, Twist, Wrench
-from infinivar.power import audit
-from infinivar.transmission.platform import rotated
+from infinivar import (
+    ArmDrive,
+    MachinePath,
+    MachineTask,
+    PlanarDrive,
+    PlatformDrive,
+    PlatformGeometry,
+    Point,
+    Pose,
+    SphereDrive,
+    Twist,
+    Wheel,
+    Wrench,
+)
+from internals import angular_velocity, as_machine, is_machine, refuse_machine, rotated
+from internals import power_audit as audit
 
 STUDY = iv.load_study("hand_controller")
 LEG, SEPARATE = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
@@ -154,7 +160,7 @@ def test_cart_under_a_side_load_is_that_of_the_mechanism():
     mine = drive.perform(pose=drive.home, twist=[0.5, 0, 0], wrench=[0, 30.0, 0])
     slip = iv.RollingContact(**{name: getattr(WHEEL, name) for name in ("wheel_radius", "preload", "friction")},
                              creep_stiffness=4000.0, rolling_torque=0.009, bearing_torque=0.006, creep_law="exact")  # fmt: skip
-    from infinivar.transmission.planar import drift
+    from internals import drift
 
     assert np.allclose(mine.steering, drift(slip, 10.0), rtol=1e-3)
     # Each wheel has 10 N of side load: rolling resistance, and creep of (u/v) times the force.

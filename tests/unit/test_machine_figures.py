@@ -6,9 +6,13 @@ from numpy.testing import assert_allclose
 from scipy.optimize import linprog
 
 import infinivar as iv
-from infinivar.figures import arm, machine, planar_cobot, wheels, workspace, wrench_set
-from infinivar.figures import sphere as sphere_figure
-from infinivar.transmission.planar import drift
+from internals import arm_figure as arm
+from internals import drift, sphere_figure
+from internals import machine_figure as machine
+from internals import planar_cobot_figure as planar_cobot
+from internals import wheels_figure as wheels
+from internals import workspace_figure as workspace
+from internals import wrench_set_figure as wrench_set
 
 MACHINE = iv.LeggedDrive.of(iv.load_study("hand_controller").drives["cobotic"], 6)
 PLATFORM = iv.Platform.hexapod()

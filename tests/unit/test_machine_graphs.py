@@ -8,17 +8,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis.machine_motion import simulate_machine
-from infinivar.bondgraph.model import model
-from infinivar.bondgraph.namespaces import FloatNamespace
-from infinivar.bondgraph.solver import solve
-from infinivar.drivetrain.graphs.machines import machine_graph
-from infinivar.drivetrain.moving.system import Inputs, System
-from infinivar.figures import bond_graph
-from infinivar.motion.histories import VectorHistory
-from infinivar.motion.machine_scenario import MachineScenario
-from infinivar.parts.shaft_bearings import CylinderBearings
-from infinivar.transmission.platform import rotation_matrix
+from infinivar import CylinderBearings, MachineScenario, VectorHistory, machine_graph, simulate_machine
+from infinivar.bondgraph import solve
+from internals import FloatNamespace, System, rotation_matrix
+from internals import SystemInputs as Inputs
+from internals import bond_graph_figure as bond_graph
+from internals import bond_graph_model as model
 from machines import LEG, MACHINES
 from sampled import sampled
 

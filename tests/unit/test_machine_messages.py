@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.analysis.machine_motion import simulate_machine
-from infinivar.analysis.machine_tasks import follow_path
-from infinivar.figures import machine_tasks, wheels
-from infinivar.limits import Limit, words_of
-from infinivar.motion.machine_scenario import MachineScenario, check_continuous
+from infinivar import Limit, MachineScenario, follow_path, simulate_machine
+from internals import check_continuous, words_of
+from internals import machine_tasks_figure as machine_tasks
+from internals import wheels_figure as wheels
 from machine_studies import EVERY, PLANAR, PLATFORM
 from machines import MACHINES
 
@@ -149,7 +148,7 @@ def test_a_task_and_a_path_of_one_name_are_told_apart():
 
 
 def test_contact_is_not_said_to_need_one_axis():
-    from infinivar.drivetrain.drive import refuse_machine
+    from internals import refuse_machine
 
     with pytest.raises(
         iv.ParameterError, match="type planar: contact does not work with it; commands for this machine: check"

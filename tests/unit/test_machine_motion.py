@@ -8,13 +8,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis import marching
-from infinivar.analysis.machine_motion import simulate_machine
-from infinivar.figures import machine_run
-from infinivar.limits import Limit
-from infinivar.motion.histories import VectorHistory
-from infinivar.motion.machine_scenario import MachineScenario
-from infinivar.transmission.legs import creep_drift, reflected_mass
+from infinivar import Limit, MachineScenario, VectorHistory, simulate_machine
+from internals import creep_drift, marching, reflected_mass
+from internals import machine_run_figure as machine_run
 from machines import (
     HEXAPOD,
     IDEAL_WHEEL,

@@ -5,8 +5,8 @@ import tomllib
 import pytest
 
 import infinivar as iv
-from infinivar.study.check import check
-from infinivar.study.json_schema import json_schema
+from internals import check_study as check
+from internals import json_schema
 from machine_studies import ARM, EVERY, PLANAR, PLATFORM, SPHERE
 
 

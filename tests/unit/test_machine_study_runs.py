@@ -7,12 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis.machine_study import simulated
-from infinivar.drivetrain.machines.legged import ArmDrive
-from infinivar.errors import ParameterError
-from infinivar.figures import energy_flow, machine_run
-from infinivar.motion.machine_scenario import MachineScenario
-from infinivar.motion.machine_tasks import MachinePath, MachineTask
+from infinivar import ArmDrive, MachinePath, MachineScenario, MachineTask, ParameterError
+from internals import energy_flow, simulated
+from internals import machine_run_figure as machine_run
 from sampled import sampled
 
 STUDIES = {name: iv.load_study(name) for name in ("two_joint_arm", "six_leg_display", "sphere_joint")}

@@ -8,11 +8,14 @@ from matplotlib.animation import FuncAnimation
 from PIL import Image
 
 import infinivar as iv
-from infinivar.analysis.moving_parts import link_positions, parts_of, rods_of
-from infinivar.analysis.sessions.guides import Line, Plane, Rod, Round, Solid, Track, guides_of
-from infinivar.errors import InputError, ParameterError
-from infinivar.figures import moving_machine
-from infinivar.report import video
+from infinivar import InputError, ParameterError
+from internals import LineGuideShape as Line
+from internals import PlaneGuideShape as Plane
+from internals import RodGuideShape as Rod
+from internals import RoundGuideShape as Round
+from internals import SolidGuideShape as Solid
+from internals import TrackGuideShape as Track
+from internals import guides_of, link_positions, moving_machine, parts_of, rods_of, video
 from machine_runs import SHOWN, planar, platform, run, slide
 from machines import HEXAPOD, MACHINES
 

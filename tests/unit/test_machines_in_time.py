@@ -8,15 +8,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis.machine_sensitivity import machine_sensitivity
-from infinivar.analysis.machine_study import simulated
-from infinivar.analysis.machines import evaluate_machine
-from infinivar.contact.friction import STICK_SPEED, coulomb
-from infinivar.drivetrain.machines.course import on_path
-from infinivar.drivetrain.machines.legged import ArmDrive
-from infinivar.limits import Limit
-from infinivar.motion.course import Course
-from infinivar.motion.machine_tasks import MachinePath, MachineTask
+from infinivar import ArmDrive, Course, Limit, MachinePath, MachineTask
+from internals import FRICTION_STICK_SPEED as STICK_SPEED
+from internals import coulomb, evaluate_machine, machine_sensitivity, simulated
+from internals import course_on_path as on_path
 from machine_studies import PLANAR
 
 HAND = iv.load_study("hand_controller").drives

@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
 from infinivar import Configuration, LeggedDrive, Limit, Platform
-from infinivar.analysis import workspace
-from infinivar.analysis.shared_motor import run_up_energy
-from infinivar.contact.creep import LAWS
+from internals import CREEP_LAWS as LAWS
+from internals import run_up_energy
+from internals import workspaces as workspace
 
 STUDY = iv.load_study("hand_controller")
 LEG, OTHER, SEPARATE = (STUDY.drives[name] for name in ("cobotic", "cobotic-b", "motor2-gear4"))
@@ -271,7 +271,7 @@ def test_break_even():
 
 def test_figure_of_break_even_forces():
     """The lines are the break-even forces in the order of rising duty; nothing is drawn where there is none."""
-    from infinivar.figures import shared_motor
+    from internals import shared_motor_figure as shared_motor
 
     found = iv.share_motor(LEG, SEPARATE, force=np.linspace(0.0, 55.0, 12), legs=(1, 6), duty=(1.0, 0.1), period=10.0)
     numbers = shared_motor.data(found)

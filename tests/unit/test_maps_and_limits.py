@@ -9,9 +9,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
-from infinivar import Limit, power
-from infinivar.errors import AuditError, InputError
-from infinivar.limits import binding
+from infinivar import AuditError, InputError, Limit, power
+from internals import binding
 
 RECTANGLE = iv.Requirement(force=50.0, speed=1.05)
 CAPPED = iv.Requirement(force=50.0, speed=1.05, power=12.0)

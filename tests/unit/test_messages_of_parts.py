@@ -5,7 +5,7 @@ import pytest
 
 import infinivar as iv
 import plugin_package
-from infinivar.calibration.geared import data
+from internals import geared_data as data
 
 HEAD = """
 [requirement]

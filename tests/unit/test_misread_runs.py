@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from infinivar.calibration import misread as misreading
-from infinivar.calibration import model, virtual_rig
-from infinivar.calibration.calibrate import calibrate
-from infinivar.errors import InputError
+from infinivar import InputError, calibrate
+from internals import calibration_model as model
+from internals import misread as misreading
+from internals import virtual_rig
 from rigs import READINGS, RIG, misread, session, under
 
 TOLD = ("creep_stiffness", "guideway_friction", "nominal_torque")

@@ -29,8 +29,7 @@ from infinivar import (
     Walking,
     Waypoints,
 )
-from infinivar.motion.duty_cycles import CYCLES
-from infinivar.motion.scenario import FORCES, MOTIONS
+from internals import CYCLES, FORCES, MOTIONS
 
 TIME = np.linspace(0.0, 1.0, 101)
 WAVE = {"time": TIME, "position": 0.05 * np.sin(2 * np.pi * TIME), "force": np.cos(2 * np.pi * TIME)}
@@ -118,7 +117,7 @@ def test_a_scenario_follows_a_motion_that_repeats():
 
 
 def written_drive():
-    from infinivar.study.load import shipped_study
+    from internals import shipped_study
 
     return shipped_study("faulring2006").drives["cobotic"]
 

@@ -8,14 +8,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis import least_loss as least
-from infinivar.analysis.plane import MAP_REACH, of_drives, of_study, path
-from infinivar.axis import LINEAR, ROTARY
-from infinivar.drivetrain.output import Output
-from infinivar.limits import Limit, words_of
-from infinivar.parts.linkage import Linkage
-from infinivar.study.load import study_from
-from infinivar.study.messages import StudyError
+from infinivar import Limit, Linkage, Output
+from internals import LINEAR, MAP_REACH, ROTARY, StudyError, of_drives, of_study, study_from, words_of
+from internals import least_loss_analysis as least
+from internals import plane_path as path
 
 SHIPPED = iv.load_study("reach_and_hold")
 DRIVES = {name: SHIPPED.drives[name] for name in ("cobotic", "geared")}
@@ -229,7 +225,7 @@ class TestLeastLoss:
         assert other.loss[0, 0] != self.found.loss[0, 0]
 
     def test_data_and_figure(self):
-        from infinivar.figures import least_loss as figure
+        from internals import least_loss_figure as figure
 
         numbers = figure.data(iv.least_loss(MOVING))
         assert list(numbers["motions"]) == ["reach"]
@@ -284,8 +280,8 @@ class TestAboutAJoint:
         assert iv.Requirement(force=1.0, speed=1.0).axis is LINEAR
 
     def test_words_and_units_are_those_of_a_joint(self):
-        from infinivar.figures import losses, operating_map
-        from infinivar.report import datasets
+        from internals import datasets, operating_map
+        from internals import losses_figure as losses
 
         found = iv.compare(joint(self.well))
         (drive,) = found.results.values()

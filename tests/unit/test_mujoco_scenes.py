@@ -14,9 +14,10 @@ os.environ.setdefault("MUJOCO_GL", "egl")
 mujoco = pytest.importorskip("mujoco", reason="the extra infinivar[robots] has it")
 
 import infinivar as iv  # noqa: E402
-from infinivar.analysis.moving_parts import STICK_SPEED  # noqa: E402
-from infinivar.errors import InputError  # noqa: E402
-from infinivar.report.scene.export import in_space, recorded  # noqa: E402
+from infinivar import InputError  # noqa: E402
+from internals import DRAWN_STICK_SPEED as STICK_SPEED  # noqa: E402
+from internals import recorded_scene as recorded  # noqa: E402
+from internals import scene_in_space as in_space  # noqa: E402
 from machine_runs import SHOWN, planar, platform, slide  # noqa: E402
 from machines import HEXAPOD  # noqa: E402
 

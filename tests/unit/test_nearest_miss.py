@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.limits import Limit
-from infinivar.parts.screw import Screw
-from infinivar.sizing.geared import nearest_geared
-from infinivar.sizing.geared.candidates import candidates
-from infinivar.sizing.margins import margin_of, nearest_of, shortfalls, tightest_of
+from infinivar import Limit, Screw
+from internals import candidates, margin_of, nearest_geared, shortfalls
+from internals import nearest_of_margins as nearest_of
+from internals import tightest_of_margins as tightest_of
 from part_tables import part_tables
 
 KNEE = iv.load_study("knee_walking")

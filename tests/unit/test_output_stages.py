@@ -8,11 +8,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import Limit
-from infinivar._core.fields import quantities_of, with_values
-from infinivar.analysis.cycles import performance
-from infinivar.motion.course import Course
+from infinivar import Course, Limit
 from infinivar.parts import belt, screw
+from internals import performance, quantities_of, with_values
 
 DRIVE = iv.ConventionalDrive(
     motor=iv.Motor(

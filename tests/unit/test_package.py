@@ -12,11 +12,10 @@ from pathlib import Path
 import pytest
 
 import infinivar as iv
-from infinivar import references
-from infinivar._core import extras
+from infinivar import plant_graph, references
 from infinivar.cli import app
-from infinivar.drivetrain.graphs.plants import plant_graph
-from infinivar.figures import bond_graph
+from internals import bond_graph_figure as bond_graph
+from internals import extras
 
 ROOT = Path(__file__).parents[2]
 SOURCES = sorted((ROOT / "src").rglob("*.py"))

@@ -8,11 +8,10 @@ import pytest
 
 import infinivar as iv
 from infinivar.parts import heat
-from infinivar.parts.tables.consistency import RELATIONS, contradictions_of
-from infinivar.parts.tables.derived import Rows, derived, derived_columns
-from infinivar.parts.tables.search import condition
-from infinivar.parts.tables.stores import shipped
-from infinivar.parts.tables.table import part_set, table
+from internals import RELATIONS, contradictions_of, derived, derived_columns, part_set, shipped
+from internals import DerivedRows as Rows
+from internals import part_table as table
+from internals import search_condition as condition
 
 MOTOR = iv.Motor(
     voltage=24.0,

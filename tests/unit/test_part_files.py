@@ -8,9 +8,9 @@ import pytest
 import infinivar as iv
 import partfiles
 from infinivar import units
-from infinivar.parts.tables import stored
-from infinivar.parts.tables.columns import number_columns, text_columns
-from infinivar.parts.tables.table import part_set, table
+from internals import number_columns, part_set, text_columns
+from internals import part_table as table
+from internals import stored_parts as stored
 
 
 def lines(entries):

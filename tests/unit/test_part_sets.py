@@ -7,8 +7,8 @@ import pytest
 import infinivar as iv
 import partfiles
 import plugin_package
-from infinivar.parts.tables import stored, stores
-from infinivar.study.extended_schema import extended_schema
+from internals import extended_schema, stores
+from internals import stored_parts as stored
 
 STUDY = """
 [requirement]

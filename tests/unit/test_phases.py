@@ -5,7 +5,7 @@ import pytest
 
 import infinivar as iv
 from infinivar import InputError, Recording
-from infinivar.report.motion_summary import rows
+from internals import motion_summary_rows as rows
 
 
 def written(path, phase, heading="phase_ipsi"):

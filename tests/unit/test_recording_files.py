@@ -11,16 +11,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import infinivar as iv
-from infinivar import DutyCycle, InputError, ParameterError, Recording, duty_cycle
-from infinivar.axis import LINEAR, ROTARY
-from infinivar.drivetrain.output import Output
-from infinivar.motion.files.headings import family_of, heading_of, spelt
-from infinivar.motion.files.reading import read_table
-from infinivar.motion.files.sheet import TextSheet
-from infinivar.motion.files.table import Column, RecordedTable
-from infinivar.motion.files.timing import read_timed, resampled, windowed
-from infinivar.parts.linkage import Linkage
-from infinivar.study.load import shipped_study
+from infinivar import (
+    DutyCycle,
+    InputError,
+    Linkage,
+    Output,
+    ParameterError,
+    RecordedTable,
+    Recording,
+    duty_cycle,
+    read_table,
+)
+from internals import LINEAR, ROTARY, TextSheet, family_of, heading_of, read_timed, shipped_study, windowed
+from internals import TableColumn as Column
+from internals import resampled_table as resampled
+from internals import spelt_heading as spelt
 from sampled import examples
 
 ARM = 0.0625

@@ -10,16 +10,10 @@ import pytest
 import xarray
 
 import infinivar as iv
-from infinivar._core import engine, stored
-from infinivar._core.frozen import FrozenDict, frozen
-from infinivar._core.presentation import presenter
-from infinivar._core.result import Result
-from infinivar.analysis.design_trends import Duty, sweep
-from infinivar.calibration import virtual_rig
-from infinivar.calibration.geared import virtual_bench
-from infinivar.motion.course import Course
-from infinivar.motion.waypoints import Waypoints
-from infinivar.study.load import shipped_study
+from infinivar import Course, Result, Waypoints
+from internals import Duty, FrozenDict, engine, frozen, presenter, shipped_study, virtual_bench, virtual_rig
+from internals import stored_values as stored
+from internals import swept_design as sweep
 from locks import SAVED, arrays_in, assert_locked
 from sampled import sampled
 
@@ -474,8 +468,8 @@ def test_what_has_no_figure_says_so():
 
 
 def test_every_registered_presenter_exists():
-    from infinivar._core import presentation
-    from infinivar.paper.reproduce import Reproduction
+    from infinivar import Reproduction
+    from internals import presentation
 
     for kind in ("plot", "save", "dataset", "table"):
         assert presentation.presented(kind)

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 import infinivar as iv
+from infinivar import ParameterError, TransientRolling
 from infinivar.contact import creep, shakedown
-from infinivar.contact.exact.transient import TransientRolling
-from infinivar.errors import ParameterError
-from infinivar.study.load import shipped_study
-from infinivar.transmission import turning
+from internals import shipped_study, turning
 
 PATCH = iv.RollingPatch(1.0, cells=8)
 NUMBER = "must be a real number or an array of them, got "

@@ -9,7 +9,7 @@ from matplotlib.quiver import Quiver
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.figures import rolling_patch
+from internals import rolling_patch_figure as rolling_patch
 
 CASES = {
     "lateral": (iv.RollingPatch(1.0, cells=12), (0.0, 0.3, 0.0)),

@@ -9,16 +9,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import DutyCycle, ParameterError, Recording
-from infinivar.analysis.cycles.cylinder_policy import policies
-from infinivar.analysis.cycles.duty_cycle import duty_cycle
-from infinivar.analysis.cycles.mixed_use import mixed_use
-from infinivar.analysis.cycles.tracking import two_ways
-from infinivar.analysis.robustness import outcomes
-from infinivar.motion.fourier import Series
-from infinivar.motion.runs import RunSeries
+from infinivar import DutyCycle, ParameterError, Recording, duty_cycle, policies, two_ways
 from infinivar.parts import heat
-from infinivar.study.load import shipped_study
+from internals import FourierSeries as Series
+from internals import RunSeries, mixed_use, outcomes, shipped_study
 
 DRIVES = shipped_study("faulring2006").drives
 PERIOD, CUTOFF = 1.25, 10.0

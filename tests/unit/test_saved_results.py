@@ -10,11 +10,9 @@ import pytest
 import infinivar as iv
 import machine_runs
 import machine_studies
-from infinivar._core import stored
-from infinivar._core.result import Result
-from infinivar.analysis.cycles.mixed_use import mixed_use
-from infinivar.analysis.machines import compare_machines
-from infinivar.study.load import shipped_study
+from infinivar import Result
+from internals import compare_machines, mixed_use, shipped_study
+from internals import stored_values as stored
 from locks import SAVED, assert_locked
 from small_catalogue import SLIDE, slides
 

@@ -8,18 +8,31 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import DutyCycle, Reaches, Sinusoid
-from infinivar._core import complex_step
-from infinivar._core.fields import quantities_of, quantity, value_at, with_values
-from infinivar.analysis.cycles.duty_cycle import duty_cycle
-from infinivar.analysis.robustness import outcomes
-from infinivar.analysis.robustness.derivatives import METHODS, designs, gradient, values_of, varied
-from infinivar.analysis.robustness.sampling import Batch, draw, low_discrepancy
-from infinivar.analysis.robustness.sensitivity import index_values, indices, sensitivity, sobol
-from infinivar.analysis.robustness.verdicts import BAND, Mapper, band, percent
-from infinivar.errors import InputError
+from infinivar import DutyCycle, InputError, Reaches, Sinusoid, duty_cycle, quantity, sensitivity
 from infinivar.parts import heat
-from infinivar.study.spreads import Spread
+from internals import DERIVATIVE_METHODS as METHODS
+from internals import VERDICT_BAND as BAND
+from internals import (
+    Batch,
+    Mapper,
+    Spread,
+    complex_step,
+    designs,
+    gradient,
+    index_values,
+    low_discrepancy,
+    outcomes,
+    percent,
+    quantities_of,
+    sobol,
+    value_at,
+    values_of,
+    varied,
+    with_values,
+)
+from internals import draw_samples as draw
+from internals import sobol_indices as indices
+from internals import verdict_band as band
 
 SHAKE = DutyCycle(motion=Sinusoid(distance=0.03, frequency=2.0), load_mass=0.8)
 
@@ -144,7 +157,7 @@ class TestDerivatives:
     )
     def test_functions_that_carry_derivatives(self, formula):
         def function(thing):
-            from infinivar._core.array_namespace import namespace
+            from infinivar import array_namespace as namespace
 
             xp = namespace(thing)
             return formula(xp, *(xp.reshape(xp.asarray(v, dtype=xp.float64), (-1,)) for v in (thing.a, thing.b)))

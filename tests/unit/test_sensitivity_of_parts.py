@@ -7,9 +7,8 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from all_part_kinds import DRIVES, JOINT, LINE, REGIONS, one_axis_studies
-from infinivar._core.fields import value_at
-from infinivar.analysis.robustness.derivatives import varied
-from infinivar.analysis.robustness.outcomes import KINDS
+from internals import OUTCOME_KINDS as KINDS
+from internals import value_at, varied
 from sampled import sampled
 
 

@@ -8,9 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar._core import collocation
-from infinivar.analysis.sessions.measures import measures
-from infinivar.drivetrain.guidance.controller import Commands
+from infinivar import Commands
+from internals import collocation, measures
 from machines import HEXAPOD, LEG, REAL_WHEEL, cart
 
 CART = cart(REAL_WHEEL, steering=replace(LEG.steering, patch_half_length=3e-4))

@@ -13,13 +13,9 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 import reference_meshes
-from infinivar.analysis.sessions.measures import measures
-from infinivar.analysis.sessions.of_study import check_sessions, study_session
-from infinivar.figures import session_motion
-from infinivar.study.json_schema import json_schema
-from infinivar.study.schema import keys
-from infinivar.study.sessions import SessionTask
-from infinivar.study.shipped import shipped_studies
+from infinivar import SessionTask, study_session
+from internals import check_sessions, json_schema, measures, session_motion, shipped_studies
+from internals import schema_keys as keys
 from rendering import rendered
 from sampled import sampled
 from session_studies import CART, tables, text

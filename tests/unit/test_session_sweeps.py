@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.calibration import model
-from infinivar.calibration.calibrate import calibrate
-from infinivar.calibration.virtual_rig import experiment, protocol
+from infinivar import calibrate
+from internals import calibration_model as model
+from internals import experiment, protocol
 
 STUDY = iv.load_study("hand_controller")
 RUNS = {"ratios": (20.0, 4.0), "loads": (0.2, 0.5)}

@@ -8,16 +8,20 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis.sessions.session import session
-from infinivar.drivetrain.guidance.controller import Commands, Measured, Plant, begun
-from infinivar.drivetrain.guidance.impedance import ImpedanceGuide, wall_force
-from infinivar.drivetrain.guidance.legs import AdmittanceGuide, HoldGuide, nearest_within
-from infinivar.drivetrain.guidance.planar import PathGuide
-from infinivar.drivetrain.moving.handles import grip_of
-from infinivar.drivetrain.moving.legged import PlatformLoad
-from infinivar.drivetrain.moving.machines import GearedSlideMachine, SeparateMachine, SlideMachine
-from infinivar.drivetrain.moving.system import System
-from infinivar.transmission.legs import creep_drift
+from infinivar import (
+    AdmittanceGuide,
+    Commands,
+    GearedSlideMachine,
+    HoldGuide,
+    ImpedanceGuide,
+    Measured,
+    PathGuide,
+    SlideMachine,
+    session,
+)
+from internals import GuidedPlant as Plant
+from internals import PlatformLoad, SeparateMachine, System, creep_drift, grip_of, nearest_within, wall_force
+from internals import controllers_begun as begun
 from machines import HEXAPOD, LEG, MACHINES, PLATFORM, ideal_leg
 from sampled import sampled
 

@@ -12,9 +12,8 @@ import xarray
 
 import infinivar as iv
 from infinivar import ConstantForce, Scenario, Sinusoid, Step, StepForce
-from infinivar.analysis import run_limits
-from infinivar.analysis.simulate import Event
-from infinivar.figures import energy_flow, time_history
+from internals import RunEvent as Event
+from internals import energy_flow, run_limits, time_history
 from rendering import rendered
 
 

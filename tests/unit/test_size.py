@@ -6,12 +6,18 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.drivetrain.drive import operated
-from infinivar.parts.screw import Screw
-from infinivar.sizing.geared import nearest_geared, size_geared
-from infinivar.sizing.geared.candidates import candidates
-from infinivar.sizing.pool import pool
-from infinivar.sizing.studies import motion_file, not_simulated, scenario_of, study_of
+from infinivar import Screw
+from internals import (
+    candidates,
+    motion_file,
+    nearest_geared,
+    not_simulated,
+    operated,
+    scenario_of,
+    size_geared,
+    study_of,
+)
+from internals import pool_of_parts as pool
 from part_tables import part_tables
 from small_catalogue import SHELF, changed
 

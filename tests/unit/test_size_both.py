@@ -9,11 +9,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar._core.fields import value_at, with_values
-from infinivar.limits import Limit
-from infinivar.sizing import of_cobotic
-from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR
-from infinivar.sizing.studies import motion_file, scenario_of
+from infinivar import Limit
+from internals import AXLE_BEARING, STEERING_MOTOR, motion_file, of_cobotic, scenario_of, value_at, with_values
 from small_catalogue import SLOW, changed
 
 ROOT = Path(__file__).parents[2]

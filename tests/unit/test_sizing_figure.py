@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from infinivar.figures import sizing, style
+from internals import sizing_figure as sizing
+from internals import style
 
 
 def drawn(front, cloud=((0.3, 30.0),)):

@@ -5,9 +5,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis.steering_step import RELAXED, steering_steps
-from infinivar.figures import steering_step
-from infinivar.study.load import shipped_study
+from infinivar import steering_steps
+from internals import RELAXED, shipped_study
+from internals import steering_step_figure as steering_step
 
 STUDY = shipped_study("faulring2006")
 

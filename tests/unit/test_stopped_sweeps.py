@@ -15,8 +15,8 @@ import pytest
 
 import infinivar as iv
 from dummy_sweep import Toy
-from infinivar.sweeps.executors import in_processes
-from infinivar.sweeps.workers import Job
+from internals import SweepJob as Job
+from internals import in_processes
 
 pytestmark = pytest.mark.slow
 

@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar import DutyCycle, InputError, ParameterError, Recording
-from infinivar.motion.strides import find_strides, resampled
-from infinivar.study.load import shipped_study
+from internals import find_strides, shipped_study
+from internals import resampled_strides as resampled
 
 DRIVES = shipped_study("faulring2006").drives
 

@@ -9,19 +9,22 @@ from dataclasses import replace
 import pytest
 
 import infinivar as iv
-from infinivar import DutyCycle, Scenario, units
-from infinivar._core.fields import check_value
-from infinivar.errors import InputError
-from infinivar.study import schema
-from infinivar.study.catalogue import gearheads, motors
-from infinivar.study.json_schema import json_schema, table
-from infinivar.study.load import shipped_study
-from infinivar.study.requirement import Requirement
-from infinivar.study.rig import Rig
-from infinivar.study.schema import DRIVES, KINDS, described
-from infinivar.study.shipped import parameter_set, parameter_sets, shipped_studies
-from infinivar.study.template import TEMPLATE
-from infinivar.transmission import turning
+from infinivar import DutyCycle, InputError, Requirement, Rig, Scenario, gearheads, motors, units
+from internals import SCHEMA_DRIVES as DRIVES
+from internals import SCHEMA_KINDS as KINDS
+from internals import (
+    TEMPLATE,
+    check_value,
+    described,
+    json_schema,
+    parameter_set,
+    parameter_sets,
+    shipped_studies,
+    shipped_study,
+    turning,
+)
+from internals import schema_table as table
+from internals import study_schema as schema
 
 MINIMAL = """
 [requirement]

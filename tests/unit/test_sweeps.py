@@ -15,12 +15,16 @@ import pytest
 
 import infinivar as iv
 from dummy_sweep import TOP, Toy
-from infinivar.sweeps import sweep as sweeping
-from infinivar.sweeps.fingerprint import fingerprint
-from infinivar.sweeps.folder import DESCRIPTION
-from infinivar.sweeps.reducers import Best, Rows, added, merged_order, reducer_of, stacked, taken
-from infinivar.sweeps.storage import DamagedError, decoded, encoded
-from infinivar.sweeps.workers import Job, compute_apart, versions
+from internals import DESCRIPTION, DamagedError, compute_apart, fingerprint, merged_order, reducer_of, sweeping
+from internals import BestReducer as Best
+from internals import RowsReducer as Rows
+from internals import SweepJob as Job
+from internals import added_rows as added
+from internals import decoded_chunk as decoded
+from internals import encoded_chunk as encoded
+from internals import stacked_rows as stacked
+from internals import taken_rows as taken
+from internals import worker_versions as versions
 
 TOY = Toy()
 
@@ -146,7 +150,7 @@ assert len(os.listdir("/proc/self/task")) == before
 
 
 def _digest(folder):
-    from infinivar.sweeps.folder import SweepFolder
+    from internals import SweepFolder
 
     place = SweepFolder(folder)
     place.load()

@@ -8,9 +8,8 @@ import pytest
 from scipy.optimize import brentq
 
 import infinivar as iv
-from infinivar.analysis import sampled_springs
-from infinivar.analysis.cycles.tracking import TwoWays
-from infinivar.drivetrain.control import ConventionalControl
+from infinivar import TwoWays
+from internals import ConventionalControl, sampled_springs
 
 HAND, KNEE, REACH = (iv.load_study(name) for name in ("hand_controller", "knee_walking", "reach_and_hold"))
 GEARED = [drive for name, drive in HAND.drives.items() if "motor" in name]

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from infinivar import units
-from infinivar.errors import InputError
+from infinivar import InputError, units
 from sampled import examples
 
 
@@ -191,7 +190,7 @@ def test_values_with_units_for_people():
 
 
 def test_numbers_on_pages():
-    from infinivar.report import numbers
+    from internals import report_numbers as numbers
 
     bound = "\N{NO-BREAK SPACE}"
     assert str(numbers.si(1543.2)) == "1540"

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from scipy.special import ellipe
 
 import infinivar as iv
-from infinivar.motion.virtual.curves import ArcCurve, FunctionCurve, LineCurve, PointCurve
+from infinivar import ArcCurve, FunctionCurve, LineCurve, PointCurve
 
 RNG = np.random.default_rng(3)
 ELLIPSE = FunctionCurve(function=lambda u: (0.2 * math.cos(u), 0.1 * math.sin(u)), end=2.0 * math.pi, closed=True)

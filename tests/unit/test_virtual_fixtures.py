@@ -8,10 +8,9 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 import infinivar as iv
-from infinivar.motion.virtual.constrained import constrained_motion, free_basis, free_projection
-from infinivar.motion.virtual.curves import ArcCurve, FunctionCurve
-from infinivar.motion.virtual.fixtures import AboutAxis, AboutPoint, AlongLine, ByRows, InPlane, OnCurve, OnSurface, Row
-from infinivar.motion.virtual.surfaces import Ball
+from infinivar import AboutAxis, AboutPoint, AlongLine, ArcCurve, Ball, FunctionCurve, InPlane, OnCurve, OnSurface
+from internals import ByRows, constrained_motion, free_basis, free_projection
+from internals import FixtureRow as Row
 
 SPACE, PLANE, CARRIAGE = ("x", "y", "z", "rx", "ry", "rz"), ("x", "y", "angle"), ("x", "y")
 RNG = np.random.default_rng(11)

@@ -11,8 +11,8 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 import reference_meshes
-from infinivar.motion.virtual.meshes import MeshFile, TriangleMesh
-from infinivar.motion.virtual.surfaces import Ball, FlatWalls, HalfSpace, Surface, Surfaces, Tube, sliding_curvature
+from infinivar import Ball, HalfSpace, Surfaces, TriangleMesh, Tube
+from internals import FlatWalls, MeshFile, Surface, sliding_curvature
 
 RNG = np.random.default_rng(5)
 HALF = np.array([1.0, 2.0, 3.0])

@@ -10,14 +10,28 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 import reference_meshes
-from infinivar.motion.virtual.curves import ArcCurve, LineCurve, PointCurve
-from infinivar.motion.virtual.fixtures import AboutAxis, AlongLine, ByRows, OnSurface, Row
-from infinivar.motion.virtual.meshes import MeshFile, TriangleMesh
-from infinivar.motion.virtual.surfaces import Ball, FlatWalls, HalfSpace, Tube
-from infinivar.motion.virtual.tasks import TASKS, Caster, Coasting, Fixture, HoldingTask, VirtualPath, VirtualWall
-from infinivar.study.build import built
-from infinivar.study.layers import annotated
-from infinivar.study.messages import StudyError
+from infinivar import (
+    AboutAxis,
+    AlongLine,
+    ArcCurve,
+    Ball,
+    Caster,
+    Coasting,
+    Fixture,
+    HalfSpace,
+    HoldingTask,
+    LineCurve,
+    OnSurface,
+    PointCurve,
+    TriangleMesh,
+    Tube,
+    VirtualPath,
+    VirtualWall,
+)
+from internals import VIRTUAL_TASKS as TASKS
+from internals import ByRows, FlatWalls, MeshFile, StudyError, annotated
+from internals import FixtureRow as Row
+from internals import built_from_study as built
 
 LINE, FLOOR = LineCurve(start=(0.0, 0.0), end=(1.0, 0.0)), HalfSpace(point=(0.0, 0.0), direction=(0.0, 1.0))
 

@@ -9,14 +9,21 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar._core.fields import value_at, with_values
-from infinivar.drivetrain.drive import with_rated_gear
-from infinivar.limits import Limit
-from infinivar.report.sizing import html, text
-from infinivar.sizing.design import STEERING_MOTOR, SizedDrive, exceeded_words
-from infinivar.sizing.levers import levers
-from infinivar.sizing.what_if import change_words, what_if
-from infinivar.units import parse
+from infinivar import Limit
+from internals import (
+    STEERING_MOTOR,
+    SizedDrive,
+    change_words,
+    exceeded_words,
+    levers,
+    parse,
+    value_at,
+    what_if,
+    with_rated_gear,
+    with_values,
+)
+from internals import sizing_html as html
+from internals import sizing_text as text
 from sampled import sampled
 from small_catalogue import SHELF
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.study.load import shipped_study
+from internals import shipped_study
 
 STUDY = shipped_study("faulring2006")
 CYCLE = {"motion": iv.Hold(time=1.0)}

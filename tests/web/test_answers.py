@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.study.shipped import shipped_studies
-from infinivar.web.answers import document
-from infinivar.web.answers.answer import Answer, RefusedError, plain, unpack
-from infinivar.web.answers.dispatch import ANSWERS, answered, function_of
+from internals import ANSWERS, Answer, RefusedError, function_of, shipped_studies
+from internals import answered_request as answered
+from internals import document_answer as document
+from internals import plain_answer as plain
+from internals import unpack_answer as unpack
 from serving import unpacked
 
 
@@ -284,7 +285,7 @@ def test_faults_stand_at_their_fields(asked):
     ],
 )
 def test_no_file_that_the_page_names_is_opened(asked, tables, at, monkeypatch):
-    import infinivar.study.load as loading
+    from internals import study_loading as loading
 
     def refuse(*_, **__):
         raise AssertionError("the study was built")
@@ -421,7 +422,7 @@ def test_reports():
 
 
 def test_long_computations():
-    from infinivar.web.answers.jobs import worked
+    from internals import worked_job as worked
 
     asked = SMALL
     told = []

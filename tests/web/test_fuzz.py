@@ -13,8 +13,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from infinivar.study.shipped import shipped_studies
-from infinivar.web.answers.dispatch import ANSWERS, answered
+from internals import ANSWERS, shipped_studies
+from internals import answered_request as answered
 from serving import free_port, serving
 
 pytestmark = [

@@ -6,7 +6,7 @@ import pytest
 
 import infinivar as iv
 from explorer_pages import Page
-from infinivar.analysis.plane import of_study
+from internals import of_study
 
 pytestmark = pytest.mark.slow
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from explorer_pages import Page
-from infinivar.study.shipped import study_file
+from internals import study_file
 from serving import free_port, serving
 
 pytestmark = pytest.mark.slow

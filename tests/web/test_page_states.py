@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from explorer_pages import SIZES, Page
-from infinivar.study.shipped import shipped_studies, study_file
+from internals import shipped_studies, study_file
 from serving import free_port, serving
 
 pytestmark = pytest.mark.slow

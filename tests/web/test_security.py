@@ -138,7 +138,7 @@ def test_scripts_and_styles_have_their_types(served):
 
 def test_the_page_asks_for_nothing_else(served):
     """No file of the page names another machine, except for links that a user follows."""
-    from infinivar.web.server.app import PAGE
+    from internals import SERVED_PAGE as PAGE
 
     for file in PAGE.rglob("*"):
         if file.suffix in (".html", ".css", ".js", ".svg"):

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 import infinivar as iv
-from infinivar.web.server.recovery import Recovery
+from internals import Recovery
 from serving import begun, children, serving, unpacked
 
 pytestmark = [
@@ -253,7 +253,7 @@ def test_bad_study_port_and_host(tmp_path):
 def test_a_missing_extra_is_named(monkeypatch):
     import importlib.util
 
-    from infinivar.web.server.start import serve
+    from internals import serve_explorer as serve
 
     found = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "uvicorn" else found(name))

@@ -10,11 +10,16 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.drivetrain.drive import is_machine
-from infinivar.errors import InputError
-from infinivar.study.shipped import shipped_studies
-from infinivar.web.answers import contact, drawing, motion, places, plane, point, shapes
-from infinivar.web.answers.answer import RefusedError, plain
+from infinivar import InputError
+from internals import RefusedError, is_machine, shipped_studies
+from internals import contact_answer as contact
+from internals import drawing_answer as drawing
+from internals import motion_answer as motion
+from internals import places_answer as places
+from internals import plain_answer as plain
+from internals import plane_answer as plane
+from internals import point_answer as point
+from internals import shapes_answer as shapes
 
 
 @pytest.fixture(scope="module")

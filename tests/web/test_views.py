@@ -8,9 +8,9 @@ import pytest
 
 import infinivar as iv
 from explorer_pages import Page
-from infinivar.study.shipped import shipped_studies
-from infinivar.units import plain
-from infinivar.web.answers import point
+from internals import plain_units as plain
+from internals import point_answer as point
+from internals import shipped_studies
 
 pytestmark = pytest.mark.slow
 

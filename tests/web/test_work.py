@@ -5,8 +5,10 @@ import json
 
 import pytest
 
-from infinivar.web.server import work
-from infinivar.web.server.work import BusyError, FailedError, Lane, StaleError, TooLongError, UnusableError, Worker
+from internals import BusyError, FailedError, StaleError, TooLongError, UnusableError
+from internals import ServerLane as Lane
+from internals import ServerWorker as Worker
+from internals import server_work as work
 
 
 class Fake:
@@ -181,7 +183,7 @@ def test_a_real_process_answers_refuses_and_is_ended():
 def test_memory_of_a_process_is_bounded(monkeypatch):
     """A process may not take more than its share: what needs more is refused, and the next request is answered."""
     resource = pytest.importorskip("resource")
-    from infinivar.web.server import worker as process
+    from internals import server_worker as process
 
     limits = []
     monkeypatch.setattr(resource, "setrlimit", lambda what, ends: limits.append((what, ends)))
