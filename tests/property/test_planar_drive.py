@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar import Limit
-from infinivar.transmission.planar_drive import driving_creepage
+from infinivar.transmission.planar import driving_creepage
 
 LAWS = ("linear", "vermeulen-johnson", "polach", "fastsim", "exact")
 POINTS = ((0.3, 0.0), (-0.2, 0.25), (-0.2, -0.25))
