@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from infinivar.sweeps.problem import Chunk
-from infinivar.sweeps.reducers import Best
+from infinivar.sweeps.problem import Best, Chunk
 
 TOP = 5
 

@@ -147,8 +147,7 @@ from .study.sessions import ControllerSettings, SessionTask
 from .study.spreads import Uncertainty
 from .study.study import Study
 from .sweeps.builds import BuildsSweep, builds_sweep
-from .sweeps.cobotic import CoboticSweep, cobotic_sweep
-from .sweeps.cobotic_study import CoboticStudySweep, cobotic_study_sweep
+from .sweeps.cobotic import CoboticStudySweep, CoboticSweep, cobotic_study_sweep, cobotic_sweep
 from .sweeps.geared import GearedSweep, geared_sweep
 from .sweeps.sensitivity import SensitivitySweep, sensitivity_sweep
 from .sweeps.sessions import Sessions, SessionsSweep, sessions_sweep

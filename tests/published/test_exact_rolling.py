@@ -10,7 +10,7 @@ from scipy.integrate import quad
 import infinivar as iv
 from infinivar.contact import exact_tables, kalker
 from infinivar.contact.exact import grid as cells_of
-from infinivar.contact.exact.influence import influence
+from infinivar.contact.exact.equations import influence
 from infinivar.contact.exact.many import extrapolated, rolling_forces
 from infinivar.contact.exact.newton import Friction
 from sampled import sampled

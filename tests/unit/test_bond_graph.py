@@ -25,8 +25,7 @@ from infinivar.bondgraph.equations import derive
 from infinivar.bondgraph.graph import Bond, BondGraph, BondGraphError, Parameter, Signal, join
 from infinivar.bondgraph.model import model
 from infinivar.bondgraph.namespaces import FloatNamespace, casadi_namespace
-from infinivar.bondgraph.solver import solve
-from infinivar.bondgraph.steppers import stepper
+from infinivar.bondgraph.solver import solve, stepper
 from infinivar.bondgraph.trace import Traced, clip, trace
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.graphs import plants

@@ -16,7 +16,7 @@ from annotated_types import Gt
 import infinivar as iv
 import plugin_package
 from infinivar._core import plugins
-from infinivar.contact import creep, probe
+from infinivar.contact import creep, law_checks
 from infinivar.drivetrain.drive import Drive, MovingDrive
 from infinivar.figures import style
 from infinivar.limits import binding, binding_demand, words_of
@@ -395,9 +395,9 @@ def test_a_law_that_cannot_be_is_refused_when_given(fault):
 
 @pytest.mark.parametrize("law", creep.LAWS.values(), ids=str)
 def test_the_laws_of_the_program_pass_the_probe(law):
-    probe.check_law(law.creepage, law.slope, law.force, law.slip_creepage)
+    law_checks.check_law(law.creepage, law.slope, law.force, law.slip_creepage)
     if law.flow_factor is not None:
-        probe.check_flow(law.flow_factor)
+        law_checks.check_flow(law.flow_factor)
     renamed = replace(law, name="mine")
     assert (renamed.straight, renamed.slip_creepage) == (law.straight, law.slip_creepage)
     assert replace(law) == law

@@ -12,7 +12,7 @@ import sys
 
 import numpy as np
 
-from infinivar._core.memory import kept
+from infinivar.sweeps.workers import kept
 
 
 def faults():
@@ -49,9 +49,9 @@ def test_pages_of_deleted_arrays_are_used_again():
 
 
 def test_other_c_libraries_are_left_alone(monkeypatch):
-    from infinivar._core import memory
+    from infinivar.sweeps import workers
 
     for answer in ("musl 1.2", None):
         monkeypatch.setattr(os, "confstr", lambda name, answer=answer: answer, raising=False)
-        with memory.kept():
-            assert memory._library() is None
+        with workers.kept():
+            assert workers._library() is None

@@ -15,8 +15,7 @@ import pytest
 
 import infinivar as iv
 from dummy_sweep import Toy
-from infinivar.sweeps.executors import in_processes
-from infinivar.sweeps.workers import Job
+from infinivar.sweeps.workers import Job, in_processes
 
 pytestmark = pytest.mark.slow
 

@@ -17,9 +17,8 @@ import infinivar as iv
 from dummy_sweep import TOP, Toy
 from infinivar.sweeps import sweep as sweeping
 from infinivar.sweeps.fingerprint import fingerprint
-from infinivar.sweeps.folder import DESCRIPTION
-from infinivar.sweeps.reducers import Best, Rows, added, merged_order, reducer_of, stacked, taken
-from infinivar.sweeps.storage import DamagedError, decoded, encoded
+from infinivar.sweeps.problem import Best, Rows, added, merged_order, reducer_of, stacked, taken
+from infinivar.sweeps.storage import DESCRIPTION, DamagedError, decoded, encoded
 from infinivar.sweeps.workers import Job, compute_apart, versions
 
 TOY = Toy()
@@ -146,7 +145,7 @@ assert len(os.listdir("/proc/self/task")) == before
 
 
 def _digest(folder):
-    from infinivar.sweeps.folder import SweepFolder
+    from infinivar.sweeps.storage import SweepFolder
 
     place = SweepFolder(folder)
     place.load()

@@ -26,10 +26,9 @@ from infinivar.sizing.result import Sizing
 from infinivar.sizing.size import Aim, aims_of, sizing_of, templates_of
 from infinivar.study.check import check_study
 from infinivar.study.study import Study
-from infinivar.sweeps.demands import column_of, demands_of, each, key_of, limit_counts, rows_of
+from infinivar.sweeps.designs import column_of, demands_of, each, key_of, limit_counts, rows_of
 from infinivar.sweeps.fingerprint import fingerprint
-from infinivar.sweeps.problem import CANDIDATES, Chunk
-from infinivar.sweeps.reducers import FRONT, LIST, TOP, Best
+from infinivar.sweeps.problem import CANDIDATES, FRONT, LIST, TOP, Best, Chunk
 from infinivar.sweeps.sweep import Sweep, check_finished
 from infinivar.units import show_in
 
