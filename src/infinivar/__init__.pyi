@@ -134,8 +134,8 @@ from .parts.tables.stores import load_parts
 from .parts.tables.table import PartSet, PartTable
 from .report.stored import load_result, save
 from .sizing.builds.result import Doubt
-from .sizing.doubt import doubt
 from .sizing.result import Sizing
+from .sizing.robustness import doubt
 from .sizing.size import size
 from .study.catalogue import bearings, gearheads, materials, motors
 from .study.load import load_study

@@ -9,8 +9,7 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from folders import results
-from infinivar.paper.claims.claim import Machine, statements
-from infinivar.paper.claims.verdict import counted
+from infinivar.paper.claims.claim import Machine, counted, statements
 from infinivar.paper.figures import FIGURES as FIGURES_BY_NUMBER
 from infinivar.paper.report import left_out, save
 from infinivar.paper.reproduce import Reproduction

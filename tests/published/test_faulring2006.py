@@ -10,8 +10,7 @@ import infinivar as iv
 from infinivar.contact import creep, kalker
 from infinivar.contact.exact_tables import lateral_creep
 from infinivar.paper.claims.claim import at_ratio, efficiency_by
-from infinivar.paper.claims.element import excess_creep
-from infinivar.paper.claims.groups import with_groups
+from infinivar.paper.claims.element import excess_creep, with_groups
 
 
 def groups_for(element, at_100, at_8, ratio=8.0):

@@ -17,10 +17,22 @@ from infinivar.contact.exact_tables import lateral_creep
 from infinivar.limits import Limit
 from infinivar.paper.claims import design, element, plane_measures, shaking, system
 from infinivar.paper.claims.bench import MOVES, Bench
-from infinivar.paper.claims.claim import Claim, Machine, Varied, at_ratio, statements
-from infinivar.paper.claims.groups import fitted
+from infinivar.paper.claims.claim import (
+    FACTOR,
+    Claim,
+    Found,
+    Machine,
+    Varied,
+    at_ratio,
+    counted,
+    near,
+    row,
+    settle,
+    statements,
+    turned,
+)
+from infinivar.paper.claims.element import fitted
 from infinivar.paper.claims.planes import PLANES
-from infinivar.paper.claims.verdict import FACTOR, Found, counted, near, row, settle, turned
 from infinivar.paper.reproduce import CHECKS, STEERED, Reproduction, reproduce, two_6004
 
 HOLDS, FAILS = Found(1.0, "at least 0.9", "holds"), Found(0.8, "at least 0.9", "does not hold")

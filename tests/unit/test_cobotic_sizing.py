@@ -12,15 +12,13 @@ from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.sizing.cobotic import size_cobotic
 from infinivar.sizing.cobotic.bounds import MOTOR, cylinder_signals, lower_bounds, steering_signals
-from infinivar.sizing.cobotic.capped import least_power
-from infinivar.sizing.cobotic.choice import Behind, best_behind
+from infinivar.sizing.cobotic.choice import Behind, best_behind, least_power
 from infinivar.sizing.cobotic.evaluation import TIER
 from infinivar.sizing.cobotic.evolution import _Space
-from infinivar.sizing.cobotic.region import judged, outer
 from infinivar.sizing.cobotic.sampled import Sampled, sample
 from infinivar.sizing.cobotic.search import prepared
 from infinivar.sizing.cobotic.wheels import AXLE, CONTACT, FREE, Points, critical, evaluate, static_demands, values_of
-from infinivar.sizing.geared.tasks import REQUIREMENT, MotionTask, RegionTask
+from infinivar.sizing.geared.tasks import REQUIREMENT, MotionTask, RegionTask, judged, outer
 from part_tables import part_tables
 
 KNEE = iv.load_study("knee_walking")

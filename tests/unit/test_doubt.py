@@ -8,15 +8,14 @@ import pytest
 import infinivar as iv
 from infinivar._core.fields import value_at
 from infinivar.sizing.builds.compiled import structure
-from infinivar.sizing.builds.judged import built, judge
-from infinivar.sizing.builds.region import decisive
+from infinivar.sizing.builds.evaluation import built, decisive, judge
 from infinivar.sizing.builds.result import interval
 from infinivar.sizing.builds.spreads import FRICTION, GEAR_LOSS, RESISTANCE, TORQUE_CONSTANT, draw, varied_of
 from infinivar.sizing.design import SizedDrive
-from infinivar.sizing.doubt import doubt, judged_designs
 from infinivar.sizing.geared.sampled import Laws
 from infinivar.sizing.geared.tasks import tasks_of
 from infinivar.sizing.pool import ChosenPart
+from infinivar.sizing.robustness import doubt, judged_designs
 from infinivar.study.spreads import Uncertainty
 
 SLIDE = {

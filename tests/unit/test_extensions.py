@@ -20,10 +20,9 @@ from infinivar.contact import creep, law_checks
 from infinivar.drivetrain.drive import Drive, MovingDrive
 from infinivar.figures import style
 from infinivar.limits import binding, binding_demand, words_of
-from infinivar.motion.probe import check_motion
+from infinivar.motion.task import check_motion
 from infinivar.report.datasets import steady_map as labelled_map
-from infinivar.study.extended_schema import extended_schema
-from infinivar.study.json_schema import json_schema
+from infinivar.study.json_schema import extended_schema, json_schema
 from rendering import rendered
 
 MINE = """

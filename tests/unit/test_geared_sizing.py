@@ -14,11 +14,11 @@ from infinivar.parts.screw import Screw
 from infinivar.sizing.geared import size_geared
 from infinivar.sizing.geared.at_stages import closed_forms
 from infinivar.sizing.geared.candidates import candidates
+from infinivar.sizing.geared.closed_form import SPARE
 from infinivar.sizing.geared.radius_bounds import Bounds, Laurent, Resting, below, mean_square_below
 from infinivar.sizing.geared.radius_limits import least_power, limits, load_of, region_points
 from infinivar.sizing.geared.sampled import HOT, UNCHECKED, sample
 from infinivar.sizing.geared.tasks import REQUIREMENT, RegionTask, tasks_of
-from infinivar.sizing.geared.warmth import SPARE
 from part_tables import part_tables
 from sampled import sampled
 

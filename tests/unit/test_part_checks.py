@@ -9,8 +9,7 @@ import pytest
 import infinivar as iv
 from infinivar.parts import heat
 from infinivar.parts.tables.consistency import RELATIONS, contradictions_of
-from infinivar.parts.tables.derived import Rows, derived, derived_columns
-from infinivar.parts.tables.search import condition
+from infinivar.parts.tables.search import Rows, condition, derived, derived_columns
 from infinivar.parts.tables.stores import shipped
 from infinivar.parts.tables.table import part_set, table
 

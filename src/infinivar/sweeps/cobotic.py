@@ -17,7 +17,6 @@ from infinivar._core.frozen import FrozenDict
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.errors import InputError, ParameterError, require
 from infinivar.parts.tables.columns import counted
-from infinivar.sizing.asked import Asked
 from infinivar.sizing.cobotic.bounds import Side
 from infinivar.sizing.cobotic.designs import chosen_drive
 from infinivar.sizing.cobotic.result import CoboticDesign, CoboticSizing
@@ -25,6 +24,7 @@ from infinivar.sizing.cobotic.search import Searched, excluded_of, searched_of, 
 from infinivar.sizing.cobotic.wheels import FREE
 from infinivar.sizing.of_cobotic import arguments_of, found_of, objective_of
 from infinivar.sizing.pool import pool_of
+from infinivar.sizing.request import Asked
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.size import (
     GENERATIONS,

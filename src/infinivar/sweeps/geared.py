@@ -15,13 +15,13 @@ from infinivar.errors import InputError, ParameterError, require
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.linear import Pulley
 from infinivar.parts.stage import OutputStage
-from infinivar.sizing.asked import Found
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Candidates, candidates
 from infinivar.sizing.geared.result import Design, GearedSizing, best_so_far
 from infinivar.sizing.geared.search import nearest_geared, size_geared
 from infinivar.sizing.of_geared import RANGE, drive_of, excluded_by, stages_tried
 from infinivar.sizing.pool import PartPool, pool_of
 from infinivar.sizing.records import SearchRecord
+from infinivar.sizing.request import Found
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.size import Aim, aims_of, sizing_of, templates_of
 from infinivar.study.check import check_study
