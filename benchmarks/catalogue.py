@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks._measure import Line, in_turn, ratio_line, timed
 from infinivar.parts import catalogue
-from infinivar.parts.tables import stored, stores
+from infinivar.parts.tables import importing, stores
 from infinivar.parts.tables.table import PartSet, part_set, table
 
 PAIRS = 15
@@ -34,13 +34,13 @@ def run() -> Iterator[Line]:
     with tempfile.TemporaryDirectory() as directory:
         folder = Path(directory)
         parts = made_up()
-        file = stored.write(parts, folder / "made.npz")
+        file = importing.write(parts, folder / "made.npz")
         _write_csv(parts, folder)
-        if stored.read(file) != parts:
+        if importing.read(file) != parts:
             raise RuntimeError("what was stored is not what is read")
         _agree(parts, _by_hand(folder))
-        yield _line("load 640 motors, 1,897 gearheads, 60,143 pairs", timed(lambda: stored.read(file)))
-        ours, theirs = in_turn(timed(lambda: stored.read(file)), timed(lambda: _by_hand(folder)), PAIRS)
+        yield _line("load 640 motors, 1,897 gearheads, 60,143 pairs", timed(lambda: importing.read(file)))
+        ours, theirs = in_turn(timed(lambda: importing.read(file)), timed(lambda: _by_hand(folder)), PAIRS)
         yield ratio_line("the same against CSV by hand", ours, theirs, rival="csv and NumPy", at_most=0.5)
     yield _line("the shipped catalogue as tables", timed(_shipped))
 

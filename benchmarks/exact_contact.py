@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks._measure import Line, in_turn, ratio_line
 from infinivar import RollingPatch
 from infinivar.contact import exact_tables, kalker
-from infinivar.contact.exact import equations, influence
+from infinivar.contact.exact import equations
 from infinivar.contact.exact.grid import grid
 
 PAIRS = 3
@@ -55,7 +55,7 @@ def run() -> Iterator[Line]:
 
 def _build() -> float:
     """Seconds for the matrices of one shape, nothing stored."""
-    for stored in (grid, influence.influence, influence._corner_sums, equations.equations):
+    for stored in (grid, equations.influence, equations._corner_sums, equations.equations):
         stored.cache_clear()
     start = time.perf_counter()
     equations.equations(RollingPatch(0.7).grid, 0.3, True)

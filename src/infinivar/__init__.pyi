@@ -134,8 +134,8 @@ from .parts.tables.stores import load_parts
 from .parts.tables.table import PartSet, PartTable
 from .report.stored import load_result, save
 from .sizing.builds.result import Doubt
-from .sizing.doubt import doubt
 from .sizing.result import Sizing
+from .sizing.robustness import doubt
 from .sizing.size import size
 from .study.catalogue import bearings, gearheads, materials, motors
 from .study.load import load_study
@@ -147,8 +147,7 @@ from .study.sessions import ControllerSettings, SessionTask
 from .study.spreads import Uncertainty
 from .study.study import Study
 from .sweeps.builds import BuildsSweep, builds_sweep
-from .sweeps.cobotic import CoboticSweep, cobotic_sweep
-from .sweeps.cobotic_study import CoboticStudySweep, cobotic_study_sweep
+from .sweeps.cobotic import CoboticStudySweep, CoboticSweep, cobotic_study_sweep, cobotic_sweep
 from .sweeps.geared import GearedSweep, geared_sweep
 from .sweeps.sensitivity import SensitivitySweep, sensitivity_sweep
 from .sweeps.sessions import Sessions, SessionsSweep, sessions_sweep

@@ -31,7 +31,7 @@ NOTE = "; fitted for a/b from 0.05 to 20: that of the nearest"
 
 
 def test_one_range():
-    assert (spin_nodes.A_OVER_B[0], spin_nodes.A_OVER_B[-1]) == (exact_law.NARROWEST, exact_law.WIDEST)
+    assert (spin_map.A_OVER_B[0], spin_map.A_OVER_B[-1]) == (exact_law.NARROWEST, exact_law.WIDEST)
 
 
 @pytest.mark.parametrize("command", ["check", "compare", "contact"])

@@ -101,7 +101,7 @@ def test_an_interruption_tells_how_to_continue(infinivar, folder, monkeypatch):
 
 
 def test_a_cluster_that_does_not_answer_is_named(infinivar, folder, monkeypatch):
-    monkeypatch.setattr("infinivar.sweeps.executors._PATIENCE", 0.5)
+    monkeypatch.setattr("infinivar.sweeps.workers._PATIENCE", 0.5)
     done = sweep(infinivar, "slide.toml", "--dask", "tcp://127.0.0.1:9")
     assert done.code == 2
     assert "no scheduler of a cluster answers at tcp://127.0.0.1:9" in done.err

@@ -50,7 +50,7 @@ def test_damage_is_reported_and_nothing_is_lost(tmp_path_factory, name, wounds):
             message, part = outcome(table.part, int(row))
             assert part is not None or table.part_keys[row] in message
     iv.check_parts(found.parts)
-    again = stored.read(stored.write(found.parts, folder / "again.npz"), found.parts.name)
+    again = importing.read(importing.write(found.parts, folder / "again.npz"), found.parts.name)
     assert again == found.parts
 
 

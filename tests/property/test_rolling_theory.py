@@ -58,7 +58,7 @@ def test_inset_follows_from_the_strip():
 @pytest.fixture
 def moved(monkeypatch):
     """A function that sets inset and shift of the cells; no matrix of theirs is kept."""
-    stored = (cells_of.grid, influence_of.influence, influence_of._corner_sums, equations_of.equations)
+    stored = (cells_of.grid, equations_of.influence, equations_of._corner_sums, equations_of.equations)
 
     def forget():
         for one in stored:
@@ -100,7 +100,7 @@ def test_what_inset_and_shift_are_worth(moved):
 def _lengthwise(patch):
     """Slip of all cells times their lengths, by tractions."""
     grid = patch.grid
-    matrix = influence_of.influence(grid, patch.poisson, False).ahead
+    matrix = equations_of.influence(grid, patch.poisson, False).ahead
     return np.tile(np.repeat(grid.length, grid.cells), 2)[:, None] * matrix
 
 
@@ -123,7 +123,7 @@ def test_displacements_are_those_of_point_loads(poisson):
     """The influence of one cell on others against the integral of Cerruti's point loads over it."""
     patch = iv.RollingPatch(1.5, poisson, 0.4, 4)
     grid = patch.grid
-    matrix = influence_of.influence(grid, poisson, False).displacement.reshape(2, 4, 4, 2, 4, 4)
+    matrix = equations_of.influence(grid, poisson, False).displacement.reshape(2, 4, 4, 2, 4, 4)
     row, cell = 2, 1
     half, width = 0.5 * grid.length[row], 0.5 * grid.width
 

@@ -34,9 +34,9 @@ def _errors(rng, low, high, count):
         ratio, poisson = float(np.exp(rng.uniform(np.log(low), np.log(high)))), float(rng.uniform(0.0, 0.5))
         patch = iv.spin_map(ratio, poisson)
         u, alpha = rng.uniform(0.02, 0.97), rng.uniform(-math.pi, math.pi)
-        rho = spin_nodes.HALF * u / (1.0 - u) / patch.scale.c22
+        rho = spin_map.HALF * u / (1.0 - u) / patch.scale.c22
         lateral, turn = rho * math.cos(alpha), rho * math.sin(alpha) / patch.scale.lever
-        off = np.abs(np.array(patch.forces(lateral, turn)) - spin_table.solved(ratio, poisson, lateral, turn))
+        off = np.abs(np.array(patch.forces(lateral, turn)) - tabulate.solved(ratio, poisson, lateral, turn))
         errors.append(off / [1.0, patch.scale.lever])
     return np.array(errors)
 
@@ -68,27 +68,27 @@ def test_a_sample_of_the_table_is_what_the_solver_finds():
     """Nodes of the stored table, computed anew; 1e-6 for its single precision, 0.005 with what is added for slender ones."""
     rng = np.random.default_rng(RNG_SEED)
     for _ in range(6):
-        ratio, poisson = float(rng.choice(spin_nodes.A_OVER_B)), float(rng.choice(spin_nodes.POISSON))
-        i, j = int(rng.integers(spin_nodes.SIZES - 1)), int(rng.integers(spin_nodes.ANGLES))
-        u, alpha = (i + 1) / spin_nodes.SIZES, j * math.pi / spin_nodes.ANGLES
+        ratio, poisson = float(rng.choice(spin_map.A_OVER_B)), float(rng.choice(spin_map.POISSON))
+        i, j = int(rng.integers(spin_map.SIZES - 1)), int(rng.integers(spin_map.ANGLES))
+        u, alpha = (i + 1) / spin_map.SIZES, j * math.pi / spin_map.ANGLES
         patch = iv.spin_map(ratio, poisson)
-        rho = spin_nodes.HALF * u / (1.0 - u) / patch.scale.c22
+        rho = spin_map.HALF * u / (1.0 - u) / patch.scale.c22
         lateral, turn = rho * math.cos(alpha), rho * math.sin(alpha) / patch.scale.lever
-        found = spin_table.solved(ratio, poisson, lateral, turn)
-        room = 5e-3 if ratio > spin_table.SLENDER else 1e-6
+        found = tabulate.solved(ratio, poisson, lateral, turn)
+        room = 5e-3 if ratio > tabulate.SLENDER else 1e-6
         assert_allclose(patch.forces(lateral, turn), found, atol=room * patch.scale.lever)
 
 
-@pytest.mark.parametrize("ratio", [spin_nodes.A_OVER_B[0], spin_nodes.A_OVER_B[5], spin_nodes.A_OVER_B[-1]])
+@pytest.mark.parametrize("ratio", [spin_map.A_OVER_B[0], spin_map.A_OVER_B[5], spin_map.A_OVER_B[-1]])
 def test_the_stored_table_is_what_its_generator_makes(ratio):
     """Nodes of the file as the generator makes them, what is added for slender patches and full slip included."""
     with np.load(resources.files("infinivar.contact") / "data" / "spin_map.npz") as stored:
         values = stored["values"]
-    rng, place = np.random.default_rng(RNG_SEED), spin_nodes.A_OVER_B.index(ratio)
-    rows = [*rng.integers(spin_nodes.SIZES - 1, size=2), spin_nodes.SIZES - 1]
+    rng, place = np.random.default_rng(RNG_SEED), spin_map.A_OVER_B.index(ratio)
+    rows = [*rng.integers(spin_map.SIZES - 1, size=2), spin_map.SIZES - 1]
     for i in map(int, rows):
-        j, number = int(rng.integers(1, spin_nodes.ANGLES)), int(rng.integers(len(spin_nodes.POISSON)))
-        found = spin_table.node(ratio, spin_nodes.POISSON[number], i, j)
+        j, number = int(rng.integers(1, spin_map.ANGLES)), int(rng.integers(len(spin_map.POISSON)))
+        found = tabulate.node(ratio, spin_map.POISSON[number], i, j)
         assert_allclose(values[place, number, i, j], found, atol=1e-6)  # its single precision
 
 

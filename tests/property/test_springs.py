@@ -113,21 +113,23 @@ def test_hysteresis_never_creates_energy(largest, presliding, seed):
     random = np.random.default_rng(seed)
     state, speed = largest * random.uniform(-1, 1, POINTS), random.uniform(-1, 1, POINTS)
     speed[:9] = 0.0
-    lost, stored = dahl.loss(state, speed, largest), dahl.stored(state, speed, largest, presliding)
+    lost, stored = elastic.loss(state, speed, largest), elastic.stored(state, speed, largest, presliding)
     assert np.all(lost >= 0)
     assert_allclose(lost + stored, state * speed, atol=1e-12 * largest)
-    after = dahl.after(state, presliding * random.uniform(-9, 9, POINTS), largest, presliding)
+    after = elastic.after(state, presliding * random.uniform(-9, 9, POINTS), largest, presliding)
     assert np.all(np.abs(after) <= largest)
 
 
 def test_hysteresis_force_follows_its_slope():
     state, way = np.linspace(-2.0, 2.0, 11), np.linspace(1e-4, 3e-3, 7)[:, None]
     for sign in (-1.0, 1.0):
-        found = dahl.derivatives(dahl.after(state, sign * way, 2.0, 1e-3), np.float64(sign), 2.0, 1e-3, 4)
+        found = elastic.derivatives(elastic.after(state, sign * way, 2.0, 1e-3), np.float64(sign), 2.0, 1e-3, 4)
         for order, row in enumerate(found[1:]):
 
             def lower(x, order=order, sign=sign):
-                return dahl.derivatives(dahl.after(state, x, 2.0, 1e-3), np.float64(sign), 2.0, 1e-3, order)[order]
+                return elastic.derivatives(elastic.after(state, x, 2.0, 1e-3), np.float64(sign), 2.0, 1e-3, order)[
+                    order
+                ]
 
             assert_allclose(row, difference(lower, sign * way, 1e-6), rtol=1e-6, atol=1e-6 * np.max(np.abs(row)))
 

@@ -84,7 +84,7 @@ def test_contradictions(imported):
 
 def test_values_survive_import_and_storage(imported, tmp_path):
     parts = imported["maxon"].parts
-    assert stored.read(stored.write(parts, tmp_path / "maxon.npz")) == parts
+    assert importing.read(importing.write(parts, tmp_path / "maxon.npz")) == parts
     with (FOLDER / "maxon_motors.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     for ours, theirs in (

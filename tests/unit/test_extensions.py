@@ -401,9 +401,9 @@ def test_a_law_that_cannot_be_is_refused_when_given(fault):
 
 @pytest.mark.parametrize("law", creep.LAWS.values(), ids=str)
 def test_the_laws_of_the_program_pass_the_probe(law):
-    probe.check_law(law.creepage, law.slope, law.force, law.slip_creepage)
+    law_checks.check_law(law.creepage, law.slope, law.force, law.slip_creepage)
     if law.flow_factor is not None:
-        probe.check_flow(law.flow_factor)
+        law_checks.check_flow(law.flow_factor)
     renamed = replace(law, name="mine")
     assert (renamed.straight, renamed.slip_creepage) == (law.straight, law.slip_creepage)
     assert replace(law) == law

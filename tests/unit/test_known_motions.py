@@ -100,7 +100,7 @@ def test_a_mass_moved_at_constant_speed_takes_no_force(method):
 def test_the_method_asked_for_is_used_and_radau_where_lsoda_gives_up(method, by, monkeypatch):
     """At a tolerance of 1e-3 methods differ by 3e-4 m: SciPy's own, on equations by hand, is met to what differences leave of
     the Jacobian, which hardly counts. LSODA is given too few steps here to get anywhere."""
-    monkeypatch.setattr(steppers, "_MOST_STEPS", 2)
+    monkeypatch.setattr(solver, "_MOST_STEPS", 2)
     m, k, c = 0.5, 200.0, 1.5
     oscillator = BondGraph(
         "oscillator",

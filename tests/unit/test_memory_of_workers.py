@@ -12,7 +12,7 @@ import sys
 
 import numpy as np
 
-from infinivar._core.memory import kept
+from infinivar.sweeps.workers import kept
 
 
 def faults():
@@ -53,5 +53,5 @@ def test_other_c_libraries_are_left_alone(monkeypatch):
 
     for answer in ("musl 1.2", None):
         monkeypatch.setattr(os, "confstr", lambda name, answer=answer: answer, raising=False)
-        with memory.kept():
-            assert memory._library() is None
+        with workers.kept():
+            assert workers._library() is None

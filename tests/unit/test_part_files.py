@@ -255,8 +255,8 @@ def test_files_that_hold_no_parts(tmp_path):
 
 def test_a_set_is_stored_without_loss(made, plain, tmp_path):
     for found in (made, plain):
-        path = stored.write(found.parts, tmp_path / f"{found.parts.name}.npz")
-        again = stored.read(path)
+        path = importing.write(found.parts, tmp_path / f"{found.parts.name}.npz")
+        again = importing.read(path)
         assert again == found.parts
         assert again.path == path
         assert again.motors.part(0) == found.parts.motors.part(0)
@@ -270,34 +270,34 @@ def test_unstated_pairs_stay_unstated(tmp_path):
     # The friction of a whole actuator is of its own motor.
     assert parts.pairs.tolist() == [[0, 0], [1, 0]]
     assert not parts.pairs_stated
-    assert stored.read(stored.write(parts, tmp_path / "x.npz")) == parts
+    assert importing.read(importing.write(parts, tmp_path / "x.npz")) == parts
     none = part_set("x", [one, other], np.empty((0, 2)))
     assert none.pairs_stated
-    assert stored.read(stored.write(none, tmp_path / "x.npz")) == none
+    assert importing.read(importing.write(none, tmp_path / "x.npz")) == none
 
 
 def test_a_file_that_is_no_set(made, tmp_path):
     path = tmp_path / "x.npz"
     with pytest.raises(iv.InputError, match="no such file"):
-        stored.read(path)
+        importing.read(path)
     path.write_bytes(b"PK nonsense")
     with pytest.raises(iv.InputError, match="is no set of parts"):
-        stored.read(path)
-    stored.write(made.parts, path)
+        importing.read(path)
+    importing.write(made.parts, path)
     content = path.read_bytes()
     path.write_bytes(content[: len(content) // 2])
     with pytest.raises(iv.InputError, match="is no set of parts"):
-        stored.read(path)
+        importing.read(path)
     np.savez(path, mass=np.array([1.0]))
     with pytest.raises(iv.InputError, match="is no set of parts, but a NumPy archive of something else"):
-        stored.read(path)
+        importing.read(path)
     np.savez(path, format=np.array(99))
     with pytest.raises(iv.InputError, match="written by another version"):
-        stored.read(path)
+        importing.read(path)
     np.savez(path, **{"format": np.array(1), "motors.key": np.array(["a"]), "motors.columns": np.array(["mass"]),
                       "motors.numbers": np.array([[1.0, 2.0]])})  # fmt: skip
     with pytest.raises(iv.InputError, match=r"motors\.mass is no column of 1 numbers"):
-        stored.read(path)
+        importing.read(path)
     random = np.random.default_rng(3)
     for _ in range(60):
         damaged = bytearray(content)
@@ -305,11 +305,11 @@ def test_a_file_that_is_no_set(made, tmp_path):
             damaged[place] = int(random.integers(256))
         path.write_bytes(bytes(damaged))
         try:
-            stored.read(path)
+            importing.read(path)
         except iv.InputError:
             continue
     with pytest.raises(iv.InputError, match="cannot be written"):
-        stored.write(made.parts, path / "below" / "x.npz")
+        importing.write(made.parts, path / "below" / "x.npz")
 
 
 def test_columns_are_the_fields_of_the_parts():

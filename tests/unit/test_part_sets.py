@@ -74,7 +74,7 @@ def test_a_study_uses_parts_of_the_users_folder(folder):
 
 def test_a_stored_part_is_the_same_to_the_last_digit(folder):
     made = iv.import_parts(partfiles.write_mgdb(folder), name="made")
-    stored.write(made.parts, folder / "home" / "made.npz")
+    importing.write(made.parts, folder / "home" / "made.npz")
     study = iv.load_study(write_study(folder, STUDY.format(motor="made:XX_B2", gearhead="made:XX_G16_R16:1")))
     motor, gearhead = study.drives["geared"].motor, study.drives["geared"].gearhead
     expected = made.parts.motors.part("XX_B2")
@@ -152,7 +152,7 @@ def test_parts_that_are_not_there(folder, motor, message):
 
 def test_an_incomplete_part_can_be_completed_in_the_study(folder):
     made = iv.import_parts(partfiles.write_mgdb(folder), name="made")
-    stored.write(made.parts, folder / "home" / "made.npz")
+    importing.write(made.parts, folder / "home" / "made.npz")
     text = STUDY.format(motor="made:XX_C3", gearhead="made:XX_G22_R5:1")
     with pytest.raises(iv.InputError, match=r"motor\.no_load_current is missing"):
         iv.load_study(write_study(folder, text))
@@ -165,7 +165,7 @@ def test_places_are_listed_in_their_order(folder):
     partfiles.write(folder / "home", "mine.toml", partfiles.TOML)
     partfiles.write(folder / "home", "notes.txt", "no set")
     partfiles.write(folder / "home", "bad name.toml", partfiles.TOML)
-    stored.write(
+    importing.write(
         iv.import_parts(partfiles.write(folder, "mine.toml", partfiles.TOML)).parts, folder / "home" / "two.npz"
     )
     assert [place.name for place in stores.places()] == ["shipped", "two", "mine"]

@@ -230,26 +230,26 @@ class TestMotion:
 
 class TestPlane:
     def test_equals_the_dynamic_map(self, hand):
-        found = plane.plane(hand, {"drives": ["cobotic"]})
+        found = motion.plane(hand, {"drives": ["cobotic"]})
         wanted = iv.dynamic_map(
             hand.drives["cobotic"],
-            np.geomspace(plane.LOWEST, plane.HIGHEST, 2 * plane.FREQUENCIES + 1)[1::2],
-            (np.arange(plane.FRACTIONS) + 0.5) / plane.FRACTIONS,
+            np.geomspace(motion.LOWEST, motion.HIGHEST, 2 * motion.FREQUENCIES + 1)[1::2],
+            (np.arange(motion.FRACTIONS) + 0.5) / motion.FRACTIONS,
             power=12.0,
             load_mass=0.8,
-            samples=plane.SAMPLES,
+            samples=motion.SAMPLES,
         )
         assert np.array_equal(
             found.arrays["cobotic/performance"], wanted.performance.T.astype(np.float32), equal_nan=True
         )
         assert np.array_equal(found.arrays["cobotic/limit"], wanted.binding.T)
         edge = found.arrays["cobotic/edge"]
-        for column in range(0, plane.FREQUENCIES, 7):
+        for column in range(0, motion.FREQUENCIES, 7):
             inside = found.arrays["power"] <= edge[column]
             assert np.all(wanted.works[column, inside])
 
     def test_a_study_without_a_mass_says_what_to_state(self, studies):
-        assert "load_inertia" in plane.plane(studies["ankle_walking"], {}).header["reason"]
+        assert "load_inertia" in motion.plane(studies["ankle_walking"], {}).header["reason"]
 
 
 class TestDrawing:

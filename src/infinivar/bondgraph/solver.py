@@ -12,15 +12,182 @@ from __future__ import annotations
 import contextlib
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
+
+import numpy as np
 
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory, audited
 from infinivar.bondgraph.graph import BondGraph, BondGraphError
 from infinivar.bondgraph.inputs import Constant, Controller, Input
 from infinivar.bondgraph.march import March, Watch
-from infinivar.bondgraph.model import model
-from infinivar.bondgraph.steppers import Method, stepper
+from infinivar.bondgraph.model import Model, model
+from infinivar.bondgraph.namespaces import FloatNamespace, casadi_namespace
 from infinivar.errors import nearest
+
+Method = Literal["LSODA", "Radau", "BDF", "CVODES"]
+
+_ENERGY_SCALE = 1e-2
+"""Energy scale of the absolute tolerance. [J]"""
+
+_MOST_STEPS = 20_000
+"""Most steps of LSODA in one segment."""
+
+_SMALLEST_RTOL = 1e-12
+"""Smallest tolerance that SciPy's solvers accept without a warning."""
+
+
+def stepper(
+    method: str, made: Model, parameters: Mapping[str, float], rtol: float, absolute: Any, energies_too: bool
+) -> Callable[..., tuple[Any, str]]:
+    """Function that integrates one segment: (state, begin, output times, inputs) to (rows, problem).
+
+    Parameters
+    ----------
+    method : str                   LSODA, Radau, BDF or CVODES.
+    made, parameters               Model of the graph and its parameter values.
+    rtol : float                   Relative tolerance.
+    absolute : (n,) float          Absolute tolerances of the states.
+    energies_too : bool            Whether energies of sources and losses are states as well.
+
+    Raises
+    ------
+    BondGraphError
+        If the method is unknown or not installed.
+    """
+    if method == "CVODES":
+        return _cvodes(made, parameters, rtol, absolute, energies_too)
+    if method not in ("LSODA", "Radau", "BDF"):
+        raise BondGraphError(f"method must be one of LSODA, Radau, BDF, CVODES, got {method!r}")
+    from scipy import integrate
+
+    dynamics = made.function("dynamics" if energies_too else "motion", FloatNamespace, parameters)
+    count = len(made.states)
+    extra = len(made.sources) + len(made.losses) if energies_too else 0
+    tolerances = np.concatenate([absolute, np.full(extra, _ENERGY_SCALE * rtol)])
+    moving = [made.inputs.index(name) for name in made.rates]
+
+    def piece(now: list[float], begin: float, wanted: Any, functions: Sequence[Input]) -> tuple[Any, str]:
+        # Asked some thousand times a second of motion: only what changes is computed again.
+        given = [function.value(begin) for function in functions]
+        changing = [(i, each.value) for i, each in enumerate(functions) if not isinstance(each, Constant)]
+        speeds = [functions[index].rate for index in moving]
+        if not changing:
+            still = [0.0] * len(moving)
+
+            def rates(time: float, row: Any) -> tuple[float, ...]:
+                return dynamics(row.tolist()[:count] if extra else row.tolist(), given, still)
+
+        else:
+
+            def rates(time: float, row: Any) -> tuple[float, ...]:
+                for i, value in changing:
+                    given[i] = value(time)
+                return dynamics(row.tolist()[:count] if extra else row.tolist(), given, [rate(time) for rate in speeds])
+
+        def slopes(time: float, row: Any) -> Any:
+            # Nothing depends on the energies: their columns stay zero.
+            base, matrix = np.array(rates(time, row)), np.zeros((count + extra, count + extra))
+            for index in range(count):
+                moved = row.copy()
+                moved[index] += 1e-7 * (abs(row[index]) + 1e-3)
+                matrix[:, index] = (np.array(rates(time, moved)) - base) / (moved[index] - row[index])
+            return matrix
+
+        if method == "LSODA":
+            rows, said = integrate.odeint(
+                rates,
+                now,
+                np.concatenate([[begin], wanted]),
+                Dfun=slopes if energies_too else None,
+                tfirst=True,
+                rtol=rtol,
+                atol=tolerances,
+                tcrit=[wanted[-1]],
+                mxstep=_MOST_STEPS,
+                full_output=True,
+            )
+            if said["message"] == "Integration successful.":
+                return rows[1:], ""
+        solution = integrate.solve_ivp(
+            rates,
+            (begin, wanted[-1]),
+            now,
+            method="Radau" if method == "LSODA" else method,
+            t_eval=wanted,
+            jac=slopes,
+            rtol=max(rtol, _SMALLEST_RTOL),
+            atol=tolerances,
+        )
+        return solution.y.T, "" if solution.success else f"{solution.message} Try a larger stick speed."
+
+    return piece
+
+
+def _cvodes(
+    made: Model, parameters: Mapping[str, float], rtol: float, absolute: Any, energies_too: bool
+) -> Callable[..., tuple[Any, str]]:
+    """Function that integrates one piece, as `stepper` has it.
+
+    An input that moves within a piece is taken as the cubic through its values and rates at both ends.
+
+    Raises
+    ------
+    BondGraphError
+        If CasADi is not installed.
+    """
+    try:
+        import casadi
+    except ImportError as problem:
+        raise BondGraphError("the method CVODES needs CasADi: install infinivar[casadi]") from problem
+    import numpy as np
+
+    states, share = casadi.SX.sym("x", len(made.states)), casadi.SX.sym("share")  # type: ignore[attr-defined]
+    span = casadi.SX.sym("span")  # type: ignore[attr-defined]
+    ends = casadi.SX.sym("ends", 4, len(made.inputs))  # type: ignore[attr-defined]
+    values, slopes = [], []
+    for column in range(len(made.inputs)):
+        first, last, first_rate, last_rate = (ends[row, column] for row in range(4))
+        bend = last - first - first_rate * span
+        turn = (last_rate - first_rate) * span - 2.0 * bend
+        values.append(first + share * (first_rate * span + share * (bend - turn + share * turn)))
+        slopes.append(first_rate + share * (2.0 * (bend - turn) + 3.0 * share * turn) / span)
+    rates = [slopes[made.inputs.index(name)] for name in made.rates]
+    code = "dynamics" if energies_too else "motion"
+    result = made.function(code, casadi_namespace(), parameters)(casadi.vertsplit(states), values, rates)
+    count = len(made.states)
+    problem_ = {
+        "x": states,
+        "t": share,
+        "p": casadi.vertcat(span, casadi.vec(ends)),
+        "ode": span * casadi.vertcat(*result[:count]),
+    }
+    if energies_too:
+        problem_["quad"] = span * casadi.vertcat(*result[count:])
+    options = {"reltol": rtol, "abstol": float(np.min(absolute)), "max_num_steps": 100_000, "quad_err_con": True}
+    made_for: dict[tuple[float, ...], Any] = {}
+
+    def integrator(grid: tuple[float, ...]) -> Any:
+        if grid not in made_for:
+            made_for[grid] = casadi.integrator("piece", "cvodes", problem_, 0.0, list(grid), options)
+        return made_for[grid]
+
+    def piece(now: list[float], begin: float, wanted: Any, functions: Sequence[Input]) -> tuple[Any, str]:
+        end = float(wanted[-1])
+        width = end - begin
+        columns = [(f.value(begin), f.value(end), f.rate(begin), f.rate(end)) for f in functions]
+        grid = tuple(round(float((time - begin) / width), 12) for time in wanted)
+        given = [width, *(number for column in columns for number in column)]
+        try:
+            found = integrator(grid)(x0=now[:count], p=given)
+        except RuntimeError as problem:
+            return np.empty((0, len(now))), f"CVODES failed: {str(problem).splitlines()[-1]}"
+        rows = np.array(found["xf"])
+        if energies_too:
+            rows = np.vstack([rows, np.array(found["qf"]) + np.array(now[count:])[:, None]])
+        return rows.T, ""
+
+    return piece
+
 
 RTOL = 1e-10
 """Default relative tolerance. LSODA restarts at every sample, each time with an error of this size in the same direction;

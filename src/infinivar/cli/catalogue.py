@@ -238,7 +238,7 @@ def import_files(
 
     Good rows are kept. Bad ones are reported with file, line and reason, and the exit code is 1.
     """
-    from infinivar.parts.tables import stored
+    from infinivar.parts.tables import importing
     from infinivar.parts.tables.importing import import_parts
     from infinivar.parts.tables.stores import NAME, SHIPPED, users_folder
     from infinivar.report import catalogue as report
@@ -249,7 +249,7 @@ def import_files(
     if path.exists() and not overwrite:
         raise InputError(f"{printable(path)}: already exists; add --overwrite to replace it")
     found = import_parts(files, name=name, source=source, date=date, columns=headings("--columns", columns))
-    stored.write(found.parts, path)
+    importing.write(found.parts, path)
     for fault in found.faults:
         complain(str(fault))
     if as_json:

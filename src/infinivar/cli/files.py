@@ -69,7 +69,7 @@ def _write_new(path: Path, text: str) -> None:
 
 
 def _schema() -> str:
-    from infinivar.study.extended_schema import extended_schema
+    from infinivar.study.json_schema import extended_schema
 
     return json.dumps(extended_schema(lambda fault: complain(f"left out: {fault}")), indent=2) + "\n"
 

@@ -145,8 +145,8 @@ def cobotic(
     With --out, write the report and the study files of the command size. Exit with code 1 if no design is feasible.
     """
     from infinivar.report.saving import save
-    from infinivar.sweeps.cobotic_study import cobotic_study_sweep
-    from infinivar.sweeps.reducers import LIST, TOP
+    from infinivar.sweeps.cobotic import cobotic_study_sweep
+    from infinivar.sweeps.problem import LIST, TOP
 
     aims = aims_of_option(objective)
     wheel = wheel_options(ranges, steering_ratios, slip_margin, life)

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from infinivar._core.array_namespace import Array, as_floats, common_floats, namespace
 from infinivar._core.arrays import shown
-from infinivar.contact import exact_law, fastsim, kalker, probe
+from infinivar.contact import exact_law, fastsim, kalker, law_checks
 from infinivar.contact.laws import (
     FASTSIM_SLIP,
     VERMEULEN_JOHNSON_SLIP,
@@ -95,7 +95,7 @@ class CreepLaw:
     ------
     ParameterError
         If the name is empty or that of a shipped law, a formula is not a function, or `slip_creepage` is not positive; if
-        the functions, evaluated at a few force ratios, do not have the properties above: see `contact.probe`.
+        the functions, evaluated at a few force ratios, do not have the properties above: see `contact.law_checks`.
     """
 
     name: str
@@ -130,11 +130,11 @@ class CreepLaw:
         other = shipped is None or shipped == self
         require(other, "name", repr(self.name), "another than that of a built-in creep law")
         if shipped is None:
-            probe.check_law(self.creepage, self.slope, self.force, self.slip_creepage)
+            law_checks.check_law(self.creepage, self.slope, self.force, self.slip_creepage)
         if shipped is None and self.flow_factor is not None:
-            probe.check_flow(self.flow_factor)
+            law_checks.check_flow(self.flow_factor)
         if shipped is None and self.on_patch is not None:
-            probe.check_law(*self.on_patch(*_PROBED)[:4])
+            law_checks.check_law(*self.on_patch(*_PROBED)[:4])
 
     def on(self, a_over_b: Array, poisson: Array) -> Formulas:
         """The formulas on a patch: rolling over lateral semi-axis, > 0, and Poisson's ratio, 0 to 0.5. [-]"""

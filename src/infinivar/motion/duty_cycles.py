@@ -18,9 +18,8 @@ from infinivar.motion.course import Course
 from infinivar.motion.gait import Gait, Running, Walking
 from infinivar.motion.motion import PeriodicMotion
 from infinivar.motion.motions import Hold, Reaches, Sinusoid, Tremor
-from infinivar.motion.probe import check_motion, enough
 from infinivar.motion.recordings import Recording
-from infinivar.motion.task import Task, check_task
+from infinivar.motion.task import Task, check_motion, check_task, enough
 from infinivar.units import plain
 
 CYCLES: dict[str, type] = {kind.shape: kind for kind in (Hold, Sinusoid, Reaches, Tremor, Walking, Running, Recording)}

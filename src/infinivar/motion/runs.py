@@ -1,7 +1,7 @@
-r"""Smoothing of a recorded run that does not close.
+"""Smoothing of a recorded run that does not close.
 
-A filter that assumes periodicity would smear the end of a run into its start. The run is therefore continued beyond both ends,
-until the continuation no longer affects the run, and only then made periodic:
+A filter that assumes periodicity would smear the end of a run into its start. The run is therefore continued beyond both
+ends, until the continuation no longer affects the run, and only then made periodic:
 
 1. Beyond an end at which the quantity is ``x_0`` and its second derivative ``a``, it continues as the odd reflection about the
    parabola: ``x(-t) = 2 (x_0 + a t^2/2) - x(t)``. Value and slope continue by the reflection, the second derivative by the
@@ -11,6 +11,11 @@ until the continuation no longer affects the run, and only then made periodic:
    reflected to an odd periodic function: a sine series with the low-pass filter of `infinivar.motion.fourier`.
 
 Derivatives of any order follow from the series and the line.
+
+Between the rows of a recording stands a straight line, or a spline where the rows are coarse. A straight line between rows a
+time h apart shrinks a frequency f by the factor ``sinc^2(f h)``, by ``(pi f h)^2/3`` to leading order, and adds images of it
+at ``1/h - f``, whose acceleration is as large as that of the motion. Rows are coarse where that changes what the filter
+passes unchanged, up to half of the cutoff, by more than 1 %: below nine rows in a period of the cutoff.
 """
 
 from __future__ import annotations
@@ -23,6 +28,13 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from infinivar.motion.fourier import Series
+
+_COARSE = 9.0
+"""Rows per period of the cutoff below which they are coarse: (pi/18)^2/3 = 1 % at half of the cutoff."""
+
+STRAIGHT, CUBIC, QUINTIC, SEPTIC = 1, 3, 5, 7
+"""Orders of the polynomials between rows."""
+
 
 _LEAD = 3.0
 """Length of the continuation beyond each end, in waves (periods of the cutoff)."""
@@ -150,3 +162,52 @@ def _fitted(time: np.ndarray, values: np.ndarray, wave: float, waves: float, ord
     if order == 4 and abs(best[4]) <= _CURVED * errors[4]:
         return float(best[0]), float(best[2]), np.inf
     return float(best[0]), float(best[2]), float(errors[2])
+
+
+def is_coarse(time: np.ndarray, cutoff: float) -> bool:
+    """Whether straight lines between rows change what a cutoff [Hz] keeps, by their median step."""
+    return float(np.median(np.diff(time))) * cutoff * _COARSE > 1.0
+
+
+def between(time: np.ndarray, values: np.ndarray, even: np.ndarray, order: int, *, closed: bool = True) -> np.ndarray:
+    """Values at equal steps: straight lines between rows, or a spline through them, that of a cycle periodic but for a ramp."""
+    if order == STRAIGHT:
+        return np.interp(even, time, values)
+    from scipy.interpolate import make_interp_spline
+
+    if not closed:
+        return make_interp_spline(time, values, k=order)(even)
+    rise = (values[-1] - values[0]) / time[-1]
+    level = values - rise * time
+    level[-1] = level[0]
+    return make_interp_spline(time, level, k=order, bc_type="periodic")(even) + rise * even
+
+
+def run_series(
+    time: np.ndarray, values: np.ndarray, even: np.ndarray, cutoff: float, order: int
+) -> tuple[RunSeries, np.ndarray]:
+    """A run, smoothed, from straight lines between rows or a spline through them, and the values of these."""
+    if order == STRAIGHT:
+        raw = np.interp(even, time, values)
+        return RunSeries.through(time, values, raw, cutoff), raw
+    from scipy.interpolate import make_interp_spline
+
+    spline = make_interp_spline(time, values, k=order)
+    first, last = spline(time[[0, -1]], 2).tolist()
+    raw = spline(even)
+    return RunSeries.through(time, values, raw, cutoff, (first, last)), raw
+
+
+def series_of(
+    name: str, time: np.ndarray, values: np.ndarray, count: int, cutoff: float, order: int, *, closed: bool
+) -> Series | RunSeries:
+    """The position smoothed, without rest, from a recorded position or speed."""
+    period = float(time[-1])
+    even = np.arange(count + 1) * (period / count)
+    if closed:
+        share = time / period
+        drift = np.trapezoid(values, share) if name == "speed" else (values[-1] - values[0]) * share
+        series = Series.through(period, between(time, values - drift, even[:-1], order), cutoff)
+    else:
+        series, _ = run_series(time, values, even, cutoff, order)
+    return series.integral() if name == "speed" else series

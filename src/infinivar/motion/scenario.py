@@ -15,8 +15,7 @@ from infinivar.errors import ParameterError, require
 from infinivar.motion.forces import ConstantForce, SinusoidalForce, StepForce
 from infinivar.motion.motion import Force, Motion, PeriodicMotion
 from infinivar.motion.motions import Cruise, Reach, Rest, Sinusoid, Step
-from infinivar.motion.probe import check_motion
-from infinivar.motion.task import Task, check_task
+from infinivar.motion.task import Task, check_motion, check_task
 from infinivar.motion.waypoints import RecordedForce, Waypoints
 from infinivar.units import plain
 

@@ -23,10 +23,7 @@ import numpy as np
 
 from infinivar.axis import LINEAR, Axis
 from infinivar.errors import InputError, ParameterError
-from infinivar.motion.accelerations import Rows, doubts, instants
-from infinivar.motion.between_rows import CUBIC, STRAIGHT, between, is_coarse, run_series
 from infinivar.motion.fourier import Series
-from infinivar.motion.joins import joins
 from infinivar.motion.rest import (
     Masks,
     Resolution,
@@ -39,7 +36,8 @@ from infinivar.motion.rest import (
     rest_of_value,
     settled,
 )
-from infinivar.motion.runs import RunSeries, mirrored, odd_reflected
+from infinivar.motion.runs import CUBIC, STRAIGHT, RunSeries, between, is_coarse, mirrored, odd_reflected, run_series
+from infinivar.motion.smoothing_warnings import Rows, doubts, instants, joins
 from infinivar.motion.spectrum import Density, density
 from infinivar.units import percent, plain, rounded_up
 

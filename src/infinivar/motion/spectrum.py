@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from infinivar.motion.between_rows import STRAIGHT, between
 from infinivar.motion.fourier import equal_steps, passed
+from infinivar.motion.runs import STRAIGHT, between
 
 _ABOVE_NOISE = 4.0
 """Power of a frequency over the noise floor from which it counts as motion."""

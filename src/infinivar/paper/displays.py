@@ -26,8 +26,7 @@ from infinivar.analysis.sessions.stability import largest_force_gain, stiffest_w
 from infinivar.analysis.shared_motor import share_motor
 from infinivar.errors import require
 from infinivar.motion.users import ArmModel
-from infinivar.paper.claims.claim import Claim
-from infinivar.paper.claims.verdict import Finding, Found, Kind, Variant, row, settle, yes
+from infinivar.paper.claims.claim import Claim, Finding, Found, Kind, Variant, row, settle, yes
 from infinivar.study.load import shipped_study
 
 _SIX = 6
@@ -54,7 +53,7 @@ class DisplayClaims(Result):
 
     Attributes
     ----------
-    claims : tuple of Claim           By `Claim.id`, H1 to H9; `infinivar.paper.claims.verdict.Finding` describes the fields.
+    claims : tuple of Claim           By `Claim.id`, H1 to H9; `infinivar.paper.claims.claim.Finding` describes the fields.
     comparison : DisplayComparison    The session on which some of them are asked, with one and six axes.
     """
 

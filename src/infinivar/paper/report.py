@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from infinivar.errors import InputError
 from infinivar.figures import style
-from infinivar.paper.claims.claim import Claim
+from infinivar.paper.claims.claim import FACTOR, KINDS, Claim, Range, turned
 from infinivar.paper.claims.shaking import FARTHEST
-from infinivar.paper.claims.verdict import FACTOR, KINDS, Range, turned
 from infinivar.paper.figures import FIGURES, missing_for
 from infinivar.paper.reproduce import Reproduction
 from infinivar.report.output import all_or_nothing

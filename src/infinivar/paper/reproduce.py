@@ -9,8 +9,7 @@ from typing import Any
 from infinivar._core.result import Result, result
 from infinivar.errors import InputError
 from infinivar.paper.claims import contact, design, element, plants, shaking, system
-from infinivar.paper.claims.claim import Claim, Machine, Varied, statements
-from infinivar.paper.claims.verdict import Finding, Found, counted, row, turned
+from infinivar.paper.claims.claim import Claim, Finding, Found, Machine, Varied, counted, row, statements, turned
 from infinivar.paper.displays import display_claims
 from infinivar.paper.figures import FIGURES
 from infinivar.parts.bearing import Bearing

@@ -17,7 +17,7 @@ from infinivar._core.result import Result, result
 from infinivar.analysis.sphere_map import efficiency_of
 from infinivar.errors import ParameterError, nearest, require
 from infinivar.figures import gear_points
-from infinivar.paper.claims.verdict import Verdict
+from infinivar.paper.claims.claim import Verdict
 from infinivar.study.catalogue import materials
 from infinivar.study.load import shipped_study
 from infinivar.transmission.rolling_contact import RollingContact

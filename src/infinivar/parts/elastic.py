@@ -9,6 +9,15 @@ F(d) in addition to the force on the load. A series spring deflects by d = x_dri
   tangents beyond it;
 - ``one-sided``: :math:`F = F_0\,s(d/w) + k\,w \ln(1 + e^{d/w})` with :math:`s(u) = 1/(1 + e^{-u})`: no force before contact and
   :math:`F_0 + k\,d` after it, with a transition of width w; with ``side = "negative"`` mirrored, -F(-d).
+
+Hysteresis of springs and belts is friction that follows the deflection x at any rate,
+
+.. math:: \dot z = \sigma\,\dot x \left(1 - \mathrm{sgn}(\dot x)\,z/F_c\right), \qquad \sigma = F_c/x_s
+
+where z is the friction force, positive where it opposes a growing deflection; F_c is its largest value and x_s the presliding
+deflection. With the stored energy z^2/(2 sigma), the power lost is ``|x'| z^2/F_c >= 0``: the law never creates energy.
+
+Source of the hysteresis: dahl1968, with exponent 1.
 """
 
 from __future__ import annotations
@@ -25,8 +34,85 @@ from infinivar._core.chain_rule import inverse, is_zero
 from infinivar._core.fields import check, check_choice, check_value, given
 from infinivar._core.pieces import Pieces, through
 from infinivar.errors import ParameterError
-from infinivar.parts import dahl
 from infinivar.units import show
+
+
+def after(force: Array, travel: Array, largest: Array, presliding: Array) -> Array:
+    """Friction force after a one-way change of the deflection.
+
+    Parameters
+    ----------
+    force : (...,) float        z before, of magnitude <= `largest`. [N] or [N m]
+    travel : (...,) float       Change of the deflection, without reversal. [m] or [rad]
+    largest : (...,) float      F_c, > 0. [N] or [N m]
+    presliding : (...,) float   x_s, > 0. [m] or [rad]
+
+    Returns
+    -------
+    (...,) float   z after it; inputs broadcast.
+
+    Source: dahl1968, integrated along x.
+    """
+    xp = namespace(force, travel, largest, presliding)
+    bound = largest * xp.sign(travel)
+    return bound + (force - bound) * xp.exp(-xp.abs(travel) / presliding)
+
+
+def slope(force: Array, direction: Array, largest: Array, presliding: Array) -> Array:
+    """Slope dz/dx of the friction force by the deflection, >= 0.
+
+    Parameters
+    ----------
+    force : (...,) float       z, of magnitude <= `largest`. [N] or [N m]
+    direction : (...,) float   Sign of the deflection's speed, or the speed. At rest the slope is that of a reversal from z = 0.
+    largest, presliding        As in `after`.
+
+    Returns
+    -------
+    (...,) float   [N m^-1] or [N m rad^-1]
+
+    Source: dahl1968.
+    """
+    xp = namespace(force, direction, largest, presliding)
+    return (largest - xp.sign(direction) * force) / presliding
+
+
+def derivatives(force: Array, direction: Array, largest: Array, presliding: Array, orders: int) -> list[Array]:
+    """z and its derivatives by the deflection between reversals, up to an order.
+
+    Source: dahl1968, differentiated.
+    """
+    xp = namespace(force, direction, largest, presliding)
+    found = [force, slope(force, direction, largest, presliding)]
+    for _ in range(orders - 1):
+        found.append(-xp.sign(direction) * found[-1] / presliding)
+    return found[: orders + 1]
+
+
+def loss(force: Array, speed: Array, largest: Array) -> Array:
+    """Power lost, ``|x'| z^2/F_c >= 0``. [W]
+
+    Source: dahl1968; the remainder of ``z x'`` after the change of ``z^2/(2 sigma)``.
+    """
+    xp = namespace(force, speed, largest)
+    return xp.abs(speed) * force * force / largest
+
+
+def stored(force: Array, speed: Array, largest: Array, presliding: Array) -> Array:
+    """Power into the stored energy ``z^2/(2 sigma)``: ``z z'/sigma``. [W]
+
+    Source: dahl1968.
+    """
+    return force * slope(force, speed, largest, presliding) * speed * presliding / largest
+
+
+def energy(force: Array, largest: Array, presliding: Array) -> Array:
+    """Stored energy ``z^2/(2 sigma)``. [J]
+
+    Source: dahl1968.
+    """
+    return 0.5 * force * force * presliding / largest
+
 
 SpringShape = Literal["linear", "progressive", "one-sided"]
 SpringSide = Literal["positive", "negative"]
@@ -301,20 +387,20 @@ class Elastic:
         return width * newton(xp, step, bisect(xp, excess, low, force / scale + 1.0, 40), _STEPS)
 
     def hysteresis_after(self, force: Array, travel: Array) -> Array:
-        """Hysteresis force after a one-way deflection; see `infinivar.parts.dahl.after`. [N] or [N m]"""
-        return dahl.after(force, travel, self.hysteresis, self.hysteresis_travel)
+        """Hysteresis force after a one-way deflection; see `infinivar.parts.elastic.after`. [N] or [N m]"""
+        return after(force, travel, self.hysteresis, self.hysteresis_travel)
 
     def hysteresis_derivatives(self, force: Array, direction: Array, orders: int) -> list[Array]:
-        """Hysteresis force and its derivatives by the deflection; see `infinivar.parts.dahl.derivatives`."""
-        return dahl.derivatives(force, direction, self.hysteresis, self.hysteresis_travel, orders)
+        """Hysteresis force and its derivatives by the deflection; see `infinivar.parts.elastic.derivatives`."""
+        return derivatives(force, direction, self.hysteresis, self.hysteresis_travel, orders)
 
     def hysteresis_loss(self, force: Array, speed: Array) -> Array:
         """Power lost to hysteresis at a hysteresis force and a speed of the deflection. [W]"""
-        return dahl.loss(force, speed, self.hysteresis)
+        return loss(force, speed, self.hysteresis)
 
     def hysteresis_stored(self, force: Array, speed: Array) -> Array:
         """Power stored by hysteresis at a hysteresis force and a speed of the deflection. [W]"""
-        return dahl.stored(force, speed, self.hysteresis, self.hysteresis_travel)
+        return stored(force, speed, self.hysteresis, self.hysteresis_travel)
 
 
 @functools.lru_cache(maxsize=64)

@@ -1,6 +1,6 @@
 """Springs: linear, progressive or one-sided, with preload and hysteresis; along a line or about a joint.
 
-The laws and their signs are those of `infinivar.parts.elastic`; hysteresis is that of `infinivar.parts.dahl`.
+The laws and their signs are those of `infinivar.parts.elastic`; hysteresis is that of `infinivar.parts.elastic`.
 """
 
 from __future__ import annotations

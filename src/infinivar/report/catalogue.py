@@ -9,9 +9,8 @@ import numpy as np
 
 from infinivar.parts.tables.columns import ONE, counted, number_columns, shown, text_columns
 from infinivar.parts.tables.consistency import CatalogueCheck
-from infinivar.parts.tables.derived import derived, derived_columns
 from infinivar.parts.tables.importing import PartImport
-from infinivar.parts.tables.search import Hit, PartSearch, columns_of, values
+from infinivar.parts.tables.search import Hit, PartSearch, columns_of, derived, derived_columns, values
 from infinivar.parts.tables.stores import SHIPPED, Place, shipped
 from infinivar.parts.tables.table import PartSet
 

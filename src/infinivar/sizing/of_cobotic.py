@@ -10,7 +10,6 @@ from typing import Any
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.parts.bearing import Bearing
-from infinivar.sizing.asked import Asked, Found
 from infinivar.sizing.cobotic.result import CoboticDesign, CoboticSizing
 from infinivar.sizing.cobotic.search import RANGE, size_cobotic
 from infinivar.sizing.cobotic.wheels import FREE, values_of
@@ -26,6 +25,7 @@ from infinivar.sizing.design import (
 from infinivar.sizing.pool import ChosenPart
 from infinivar.sizing.progress import Progress
 from infinivar.sizing.records import WheelRecord
+from infinivar.sizing.request import Asked, Found
 
 POPULATION = 40
 """Wheel designs of each generation."""

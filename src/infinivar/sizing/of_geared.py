@@ -13,13 +13,13 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.parts.linear import Pulley
 from infinivar.parts.screw import Screw
 from infinivar.parts.stage import OutputStage
-from infinivar.sizing.asked import Asked, Found
 from infinivar.sizing.design import FreeValue, SizedDrive
 from infinivar.sizing.geared.result import Design, GearedSizing
 from infinivar.sizing.geared.search import nearest_geared, size_geared
 from infinivar.sizing.pool import PartPool
 from infinivar.sizing.progress import Progress, part_of
 from infinivar.sizing.records import OF_FRONT, SearchRecord
+from infinivar.sizing.request import Asked, Found
 
 RANGE = 5.0
 """Radii are searched from the template's divided by this to the template's times this, unless a range is given."""

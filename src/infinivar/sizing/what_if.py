@@ -23,11 +23,10 @@ from infinivar.drivetrain.drive import operated
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.parts.amplifier import Amplifier
-from infinivar.sizing.cobotic.region import judged
 from infinivar.sizing.design import SizedDrive, beyond_words
 from infinivar.sizing.geared.sampled import TaskDemand
 from infinivar.sizing.geared.search import equal_shares
-from infinivar.sizing.geared.tasks import REQUIREMENT, RegionTask
+from infinivar.sizing.geared.tasks import REQUIREMENT, RegionTask, judged
 from infinivar.sizing.levers import Lever, allowances, levers, weighed
 from infinivar.study.study import Study
 from infinivar.units import plain, show

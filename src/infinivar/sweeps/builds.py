@@ -21,8 +21,7 @@ from infinivar.study.check import check_duty, check_spreads, check_study
 from infinivar.study.spreads import Spread
 from infinivar.study.study import Study
 from infinivar.sweeps.fingerprint import fingerprint
-from infinivar.sweeps.problem import CANDIDATES, Chunk
-from infinivar.sweeps.reducers import Rows
+from infinivar.sweeps.problem import CANDIDATES, Chunk, Rows
 from infinivar.sweeps.sweep import Sweep, check_finished
 
 DRAWS = 2**16

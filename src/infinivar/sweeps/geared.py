@@ -15,21 +15,20 @@ from infinivar.errors import InputError, ParameterError, require
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.linear import Pulley
 from infinivar.parts.stage import OutputStage
-from infinivar.sizing.asked import Found
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Candidates, candidates
 from infinivar.sizing.geared.result import Design, GearedSizing, best_so_far
 from infinivar.sizing.geared.search import nearest_geared, size_geared
 from infinivar.sizing.of_geared import RANGE, drive_of, excluded_by, stages_tried
 from infinivar.sizing.pool import PartPool, pool_of
 from infinivar.sizing.records import SearchRecord
+from infinivar.sizing.request import Found
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.size import Aim, aims_of, sizing_of, templates_of
 from infinivar.study.check import check_study
 from infinivar.study.study import Study
-from infinivar.sweeps.demands import column_of, demands_of, each, key_of, limit_counts, rows_of
+from infinivar.sweeps.designs import column_of, demands_of, each, key_of, limit_counts, rows_of
 from infinivar.sweeps.fingerprint import fingerprint
-from infinivar.sweeps.problem import CANDIDATES, Chunk
-from infinivar.sweeps.reducers import FRONT, LIST, TOP, Best
+from infinivar.sweeps.problem import CANDIDATES, FRONT, LIST, TOP, Best, Chunk
 from infinivar.sweeps.sweep import Sweep, check_finished
 from infinivar.units import show_in
 

@@ -20,8 +20,7 @@ from infinivar.study.check import check_study
 from infinivar.study.spreads import NORMAL_95
 from infinivar.study.study import Study
 from infinivar.sweeps.fingerprint import fingerprint
-from infinivar.sweeps.problem import CANDIDATES, Chunk
-from infinivar.sweeps.reducers import Rows
+from infinivar.sweeps.problem import CANDIDATES, Chunk, Rows
 from infinivar.sweeps.sweep import Sweep, check_finished
 from infinivar.units import plain, show
 

@@ -1,20 +1,38 @@
-"""A chunk as the content of a Parquet file: equal chunks give equal bytes, and damage is noticed."""
+"""The folder of a sweep: a description, one Parquet file for each chunk that is done, and a log of times.
+
+Equal chunks give files of equal bytes, and damage is noticed. Every file is written under another name, synced and renamed, so
+that a file under its own name is whole. The files are the manifest: what is there is done.
+"""
 
 from __future__ import annotations
 
 import base64
+import contextlib
+import errno
 import hashlib
 import importlib
 import io
 import json
+import os
+import re
 import zlib
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from infinivar._core import extras
+from infinivar.errors import InputError, printable
 from infinivar.sweeps.problem import Chunk
+
+DESCRIPTION, LOG = "sweep.json", "times.jsonl"
+_TEMPORARY = ".writing"
+_CHUNK = re.compile(r"chunk-(\d+)\.parquet")
+_OWN = (".infinivar.lock", ".infinivar.json")
+"""Files of the lock on a folder."""
+_FORMAT = 1
+
 
 _KEY = b"infinivar"
 _ARRAY = "array"
@@ -124,3 +142,199 @@ def _restored(value: Any) -> Any:
         content = zlib.decompress(base64.b64decode(value[_ARRAY]))
         return np.frombuffer(content, dtype=value["type"]).reshape(value["shape"])
     return {key: _restored(item) for key, item in value.items()}
+
+
+class Times(NamedTuple):
+    """What the log tells."""
+
+    computing: float
+    """Time to compute the chunks, over all workers. [s]"""
+    elapsed: float
+    """Time that all runs together lasted, as far as they were logged. [s]"""
+    chunks: int
+    """Chunks whose time is known."""
+
+
+class SweepFolder:
+    """Files of a sweep."""
+
+    def __init__(self, path: str | Path) -> None:
+        """Name the folder; nothing is read or written."""
+        self.path = Path(path)
+        self.description: Mapping[str, Any] = {}
+
+    @property
+    def digest(self) -> str:
+        """Digest of the description, which each chunk carries."""
+        return hashlib.sha256(json.dumps(self.description, sort_keys=True).encode()).hexdigest()[:32]
+
+    def begin(self, description: Mapping[str, Any], resume: bool) -> None:
+        """Begin a sweep, or continue the same one.
+
+        Raises
+        ------
+        InputError
+            If the folder holds other files or another sweep, or the same one and `resume` is False.
+        """
+        wanted = {"format": _FORMAT, **json.loads(json.dumps(description))}
+        names = {entry.name for entry in self.path.iterdir()} - {*_OWN}
+        if DESCRIPTION not in names:
+            others = sorted(name for name in names if not name.endswith(_TEMPORARY))
+            if others:
+                raise InputError(
+                    f"{printable(self.path)}: is not empty and holds no sweep ({printable(others[0])}); choose another folder"
+                )
+            self.description = wanted
+            self._write(DESCRIPTION, (json.dumps(wanted, indent=1) + "\n").encode())
+        else:
+            self.load()
+            different = list(_differences(self.description, wanted))
+            if different:
+                raise InputError(
+                    f"{printable(self.path)}: holds another sweep, which cannot be continued with this: "
+                    f"{'; '.join(different)}; choose another folder"
+                )
+            if not resume:
+                raise InputError(
+                    f"{printable(self.path)}: holds this sweep already, {len(self.numbers())} of {wanted['chunks']} chunks done; "
+                    "continue with --resume (resume=True), or choose another folder"
+                )
+        for name in names:
+            if name.endswith(_TEMPORARY):
+                (self.path / name).unlink(missing_ok=True)
+
+    def load(self) -> None:
+        """Read the description.
+
+        Raises
+        ------
+        InputError
+            If there is none, or it cannot be read.
+        """
+        try:
+            found = json.loads((self.path / DESCRIPTION).read_text("utf-8"))
+            known = found["format"] == _FORMAT and isinstance(found["chunks"], int)
+        except FileNotFoundError:
+            raise InputError(f"{printable(self.path)}: holds no sweep: there is no file {DESCRIPTION}") from None
+        except (OSError, ValueError, LookupError, TypeError) as problem:
+            raise InputError(f"{printable(self.path / DESCRIPTION)}: cannot be read: {problem}") from problem
+        if not known:
+            raise InputError(f"{printable(self.path / DESCRIPTION)}: was written by another version of infinivar")
+        self.description = found
+
+    def numbers(self) -> list[int]:
+        """Numbers of the chunks whose files are there, in order."""
+        found = (_CHUNK.fullmatch(entry.name) for entry in self.path.iterdir())
+        return sorted({int(match[1]) for match in found if match is not None})
+
+    def read(self, number: int) -> Chunk:
+        """A chunk from its file.
+
+        Raises
+        ------
+        DamagedError
+            If the file is not this chunk of this sweep.
+        """
+        try:
+            content = self._place(number).read_bytes()
+        except OSError as problem:
+            raise DamagedError(f"cannot be read: {problem.strerror}") from problem
+        return decoded(content, number, self.digest)
+
+    def remove(self, number: int) -> None:
+        """Remove the file of a chunk."""
+        self._place(number).unlink(missing_ok=True)
+
+    def write(self, number: int, content: bytes) -> None:
+        """Write the file of a chunk.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written; nothing is there then.
+        """
+        self._write(self._place(number).name, content)
+
+    def note(self, **entry: Any) -> None:
+        """Add a line to the log of times."""
+        with contextlib.suppress(OSError), (self.path / LOG).open("a", encoding="utf-8") as file:
+            file.write(json.dumps(entry) + "\n")
+
+    def times(self) -> Times:
+        """Sums over the log; lines that a crash cut short are left out."""
+        seconds: dict[int, float] = {}
+        ends: dict[str, float] = {}
+        for line in self._lines():
+            with contextlib.suppress(ValueError, LookupError, TypeError):
+                said = json.loads(line)
+                seconds[int(said["chunk"])] = float(said["seconds"])
+                ends[str(said["run"])] = max(ends.get(str(said["run"]), 0.0), float(said["at"]))
+        return Times(sum(seconds.values()), sum(ends.values()), len(seconds))
+
+    def _lines(self) -> Iterable[str]:
+        try:
+            return (self.path / LOG).read_text("utf-8").splitlines()
+        except (OSError, ValueError):
+            return []
+
+    def _place(self, number: int) -> Path:
+        return self.path / f"chunk-{number:08d}.parquet"
+
+    def _write(self, name: str, content: bytes) -> None:
+        """Write a file, sync it, and give it its name."""
+        scratch = self.path / f".{name}{_TEMPORARY}"
+        try:
+            with scratch.open("wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            scratch.replace(self.path / name)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                scratch.unlink(missing_ok=True)
+            raise
+        _sync_folder(self.path)
+
+
+def _sync_folder(path: Path) -> None:
+    """Make sure that new names in a folder outlast a power failure, where the system can."""
+    try:
+        handle = os.open(path, os.O_RDONLY)
+    except OSError:  # Windows opens no folders
+        return
+    try:
+        os.fsync(handle)
+    except OSError as problem:
+        if problem.errno not in (errno.EINVAL, errno.ENOTSUP):
+            raise
+    finally:
+        os.close(handle)
+
+
+def _differences(known: Mapping[str, Any], wanted: Mapping[str, Any]) -> Iterable[str]:
+    """What two descriptions differ in, in words."""
+    if known == wanted:
+        return
+    if known.get("kind") != wanted["kind"]:
+        yield f"it is a sweep of {printable(known.get('kind'))}, not of {wanted['kind']}"
+        return
+    for group in ("identity", "versions"):
+        before, now = known.get(group, {}), wanted[group]
+        for name in dict.fromkeys([*before, *now]):
+            if before.get(name) != now.get(name):
+                yield _changed(name, before.get(name), now.get(name))
+    for name in ("chunks", "title", "merge"):
+        if known.get(name) != wanted[name] and known.get("identity") == wanted["identity"]:
+            yield _changed(name, known.get(name), wanted[name])
+
+
+def _changed(name: str, before: Any, now: Any) -> str:
+    if isinstance(before, str) and isinstance(now, str) and len(before) == len(now) == 32:
+        return f"{name}: the content differs"
+    return f"{name}: {_said(before)} there, {_said(now)} here"
+
+
+def _said(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(_said, value))
+    return "none" if value is None else printable(value)

@@ -14,13 +14,10 @@ import numpy as np
 from infinivar._core.result import Result, result
 from infinivar.errors import InputError, printable
 from infinivar.report.output import claimed
-from infinivar.sweeps.executors import Executor, executor_of
-from infinivar.sweeps.folder import SweepFolder
-from infinivar.sweeps.problem import CANDIDATES, Chunk, Problem
-from infinivar.sweeps.reducers import LIST, added, reducer_of, stacked, taken
-from infinivar.sweeps.storage import DamagedError, check_installed
-from infinivar.sweeps.words import count_lines, design_words, list_title, row_of
-from infinivar.sweeps.workers import Done, Job, versions
+from infinivar.sweeps.designs import count_lines, design_words, list_title, row_of
+from infinivar.sweeps.problem import CANDIDATES, LIST, Chunk, Problem, added, reducer_of, stacked, taken
+from infinivar.sweeps.storage import DamagedError, SweepFolder, check_installed
+from infinivar.sweeps.workers import Done, Executor, Job, executor_of, versions
 from infinivar.units import plain
 
 Progress = Callable[[str, float], None]

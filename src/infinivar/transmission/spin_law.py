@@ -19,8 +19,7 @@ from typing import NamedTuple, Protocol
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar.contact.exact.spin_calls import force_ratio, moment_ratio
-from infinivar.contact.exact.spin_map import SpinMap, spin_map
-from infinivar.contact.exact.spin_nodes import scales
+from infinivar.contact.exact.spin_map import SpinMap, scales, spin_map
 from infinivar.errors import ParameterError
 from infinivar.transmission.geometry import LossGroups, PressedContact, plain
 

@@ -29,7 +29,7 @@ from annotated_types import Ge, Gt
 
 from infinivar._core.arrays import shown
 from infinivar._core.fields import check_instance, check_real, component, given, quantity
-from infinivar.contact.exact.spin_nodes import scales
+from infinivar.contact.exact.spin_map import scales
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed

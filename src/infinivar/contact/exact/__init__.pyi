@@ -1,15 +1,13 @@
-from . import equations, fit, grid, influence, many, newton, patch, spin_map, spin_nodes, spin_table, transient
+from . import equations, fit, grid, many, newton, patch, spin_map, tabulate, transient
 
 __all__ = [
     "equations",
     "fit",
     "grid",
-    "influence",
     "many",
     "newton",
     "patch",
     "spin_map",
-    "spin_nodes",
-    "spin_table",
+    "tabulate",
     "transient",
 ]

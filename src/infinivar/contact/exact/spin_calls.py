@@ -11,19 +11,18 @@ import math
 from typing import Any
 
 from infinivar._core.array_namespace import Array, recorded
-from infinivar.contact.exact.spin_map import SpinMap, four_splines, spin_map
-from infinivar.contact.exact.spin_nodes import ANGLES, HALF, SIZES, linear_part
+from infinivar.contact.exact.spin_map import ANGLES, HALF, SIZES, SpinMap, four_splines, linear_part, spin_map
 
 
 @recorded
 def force_ratio(x: Array, y: Array, a_over_b: Array, poisson: Array) -> Array:
-    """Lateral force over mu N under the scaled creepages x and y of `contact.exact.spin_nodes`. [-]"""
+    """Lateral force over mu N under the scaled creepages x and y of `contact.exact.spin_map`. [-]"""
     return _both(x, y, a_over_b, poisson)[0]
 
 
 @recorded
 def moment_ratio(x: Array, y: Array, a_over_b: Array, poisson: Array) -> Array:
-    """Moment over mu N h under the scaled creepages x and y of `contact.exact.spin_nodes`. [-]"""
+    """Moment over mu N h under the scaled creepages x and y of `contact.exact.spin_map`. [-]"""
     return _both(x, y, a_over_b, poisson)[1]
 
 

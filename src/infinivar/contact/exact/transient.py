@@ -10,9 +10,8 @@ import numpy as np
 
 from infinivar._core.arrays import real_array
 from infinivar._core.result import Result, result
-from infinivar.contact.exact.equations import Equations, equations, times, totals
+from infinivar.contact.exact.equations import Equations, equations, half_cell_displacements, times, totals
 from infinivar.contact.exact.grid import Floats, Grid
-from infinivar.contact.exact.influence import half_cell_displacements
 from infinivar.contact.exact.newton import Friction, Outcome
 from infinivar.errors import require
 

@@ -14,10 +14,8 @@ from infinivar._core.encodings import text_of
 from infinivar._core.frozen import FrozenDict
 from infinivar.errors import InputError, ParameterError, nearest, printable, require
 from infinivar.motion.files.choice import SCALED, Chosen, by_heading, by_map, listed, place_of, spoken
-from infinivar.motion.files.delimited import delimited
+from infinivar.motion.files.formats import MAGIC, ParquetSheet, delimited, looks_like_opensim, opensim
 from infinivar.motion.files.headings import folded
-from infinivar.motion.files.opensim import looks_like_opensim, opensim
-from infinivar.motion.files.parquet import MAGIC, ParquetSheet
 from infinivar.motion.files.sheet import Source, fault, shown
 from infinivar.motion.files.table import ROLES, SIGNED, Column, RecordedTable
 

@@ -15,9 +15,8 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.steering import SteeringPlant
-from infinivar.paper.claims.claim import Machine
+from infinivar.paper.claims.claim import FACTOR, Found, Machine, Variant, row
 from infinivar.paper.claims.planes import Cells, Scale, plane_map
-from infinivar.paper.claims.verdict import FACTOR, Found, Variant, row
 from infinivar.parts.linear import Guideway
 
 

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from infinivar.contact import creep
-from infinivar.paper.claims.claim import Machine
+from infinivar.paper.claims.claim import FACTOR, Finding, Found, Machine, row, settle, yes
 from infinivar.paper.claims.element import elements, gears, with_friction_model
-from infinivar.paper.claims.verdict import FACTOR, Finding, Found, row, settle, yes
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 _HALF = 0.5

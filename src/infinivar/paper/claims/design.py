@@ -13,10 +13,9 @@ from infinivar.analysis.design_trends import Duty, elasticities, with_friction
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import motor_side, needed
 from infinivar.paper.claims.bench import Bench
-from infinivar.paper.claims.claim import Machine
+from infinivar.paper.claims.claim import Finding, Found, Machine, Variant, row, settle, yes
 from infinivar.paper.claims.element import with_friction_model
 from infinivar.paper.claims.planes import PLANES
-from infinivar.paper.claims.verdict import Finding, Found, Variant, row, settle, yes
 from infinivar.parts.bearing import SIZE_POWERS
 
 _NAMES = {

@@ -8,7 +8,7 @@ import numpy as np
 
 from infinivar.analysis.cycles.shaking import DynamicMap
 from infinivar.paper.claims.bench import Pair
-from infinivar.paper.claims.verdict import Found, yes
+from infinivar.paper.claims.claim import Found, yes
 
 EXCEPTIONS = 0.05
 """Share of cells that may be exceptions to "in general" and "both show"."""

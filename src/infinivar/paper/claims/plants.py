@@ -14,9 +14,8 @@ from infinivar.analysis.design_trends import with_friction, with_material
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.graphs.compliances import DAMPING
-from infinivar.paper.claims.claim import Machine, at_ratio
+from infinivar.paper.claims.claim import FACTOR, Finding, Found, Machine, at_ratio, near, row, settle, yes
 from infinivar.paper.claims.planes import PLANES, plane_map
-from infinivar.paper.claims.verdict import FACTOR, Finding, Found, near, row, settle, yes
 from infinivar.parts.motor import Motor
 from infinivar.study.catalogue import materials
 from infinivar.transmission import spin_law

@@ -14,7 +14,7 @@ from infinivar.analysis.cycles.performance import PAPER, Definition
 from infinivar.analysis.cycles.shaking import DynamicMap
 from infinivar.limits import words_of
 from infinivar.paper.claims.bench import MOVES, TRACED, Bench, Pair
-from infinivar.paper.claims.claim import Machine
+from infinivar.paper.claims.claim import FACTOR, Finding, Found, Kind, Machine, Range, Variant, row, settle, yes
 from infinivar.paper.claims.plane_measures import (
     EXCEPTIONS,
     READING,
@@ -29,7 +29,6 @@ from infinivar.paper.claims.plane_measures import (
     trends,
 )
 from infinivar.paper.claims.planes import LEAST_FRACTION
-from infinivar.paper.claims.verdict import FACTOR, Finding, Found, Kind, Range, Variant, row, settle, yes
 
 FARTHEST = 30.0
 """Ranges of a verdict are searched up to this factor, either way."""

@@ -18,9 +18,8 @@ from infinivar.drivetrain.drive import Drive, DrivePoint
 from infinivar.drivetrain.drive import needed as stated
 from infinivar.limits import Limit
 from infinivar.paper.claims.bench import MOVES, Bench, demands
-from infinivar.paper.claims.claim import Machine
+from infinivar.paper.claims.claim import FACTOR, Finding, Found, Machine, Range, Variant, near, row, settle, yes
 from infinivar.paper.claims.element import best_point
-from infinivar.paper.claims.verdict import FACTOR, Finding, Found, Range, Variant, near, row, settle, yes
 from infinivar.parts.linear import Guideway
 from infinivar.units import plain
 

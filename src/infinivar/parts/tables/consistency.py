@@ -12,7 +12,7 @@ from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError
 from infinivar.parts.heat import COPPER, REFERENCE
 from infinivar.parts.tables.columns import ONE, counted, shown
-from infinivar.parts.tables.derived import Rows
+from infinivar.parts.tables.search import Rows
 from infinivar.parts.tables.table import PartSet, PartTable
 
 Compared = tuple[np.ndarray, np.ndarray]

@@ -10,8 +10,8 @@ from typing import Any
 
 from infinivar import units
 from infinivar.errors import InputError, nearest
+from infinivar.parts.tables.checked_rows import NOT_STATED, Gathering, checked_number
 from infinivar.parts.tables.columns import Column, counted, kind_by_columns, number_columns, text_columns
-from infinivar.parts.tables.gathering import NOT_STATED, Gathering, checked_number
 from infinivar.parts.tables.mgdb import Line
 
 _HEADING = re.compile(r"\s*([^\[\(]*?)\s*(?:[\[\(]\s*(.*?)\s*[\]\)])?\s*$")

@@ -2,24 +2,33 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import datetime
 import io
+import os
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from infinivar._core import archives
 from infinivar._core import files as reading
 from infinivar._core.encodings import text_of
 from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts.catalogue import PARTS
-from infinivar.parts.tables import delimited, mgdb, stored, tomls
-from infinivar.parts.tables.columns import counted
-from infinivar.parts.tables.gathering import DATE, Fault, Gathering, Remark
-from infinivar.parts.tables.table import PartSet
+from infinivar.parts.tables import delimited, mgdb, tomls
+from infinivar.parts.tables.checked_rows import DATE, Fault, Gathering, Remark
+from infinivar.parts.tables.columns import counted, number_columns, text_columns
+from infinivar.parts.tables.table import PartSet, PartTable, part_set
+
+_FORMAT = 1
+_MOST_BYTES_OF_SETS = 500_000_000
+"""Largest content of a file, unpacked; a hundred times the largest known set."""
+
 
 SUFFIXES = (".npz", ".toml", ".csv")
 """Files that can hold a set, in the order in which one name is looked up."""
@@ -129,7 +138,7 @@ def import_parts(
 def read_set(path: Path, name: str | None = None) -> PartImport:
     """Read one file that holds a set: stored by the program, or TOML or CSV."""
     if path.suffix.lower() == ".npz":
-        return PartImport(parts=stored.read(path, name), faults=(), remarks=())
+        return PartImport(parts=read(path, name), faults=(), remarks=())
     return import_parts(path, name=name or path.stem, date="")
 
 
@@ -139,7 +148,7 @@ def _read(gathering: Gathering, path: Path, columns: Mapping[str, str]) -> None:
         raise InputError(f"{printable(path)}: is a stored set already; copy the file to where sets are looked up")
     if suffix not in SUFFIXES:
         raise InputError(f"{printable(path)}: must be a .csv or .toml file{nearest(suffix, SUFFIXES)}")
-    content = reading.read(path, _MOST_BYTES)
+    content = reading.read(path, _MOST_BYTES_OF_SETS)
     read = text_of(printable(path), content)
     text = "\n".join(read.lines)
     if not read.encoding.startswith("UTF-8"):
@@ -191,3 +200,87 @@ def _check_quotes(text: str, separator: str, path: Path) -> None:
     except csv.Error as problem:
         if "end of data" in str(problem):
             raise InputError(f"{printable(path)}:{begin}: has a quote that is not closed") from None
+
+
+def write(parts: PartSet, path: Path) -> Path:
+    """Write a set; a file of that name is replaced once the new one is complete.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    arrays: dict[str, np.ndarray] = {"format": np.array(_FORMAT)}
+    if parts.pairs_stated:
+        arrays["pairs"] = parts.pairs.astype(np.int32)
+    for kind, one in parts.tables.items():
+        if not one:
+            continue
+        names = [name for name, column in one.columns.items() if not np.isnan(column).all()]
+        arrays[f"{kind}.columns"] = np.array(names)
+        arrays[f"{kind}.numbers"] = (
+            np.stack([one.columns[name] for name in names]) if names else np.empty((0, len(one)))
+        )
+        arrays[f"{kind}.key"] = one.texts["key"]
+        for name, column in one.texts.items():
+            if name != "key" and (column != "").any():
+                arrays[f"{kind}.{name}"] = column[:1] if (column == column[0]).all() else column
+    temporary = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.stem}-", suffix=".npz", delete=False) as file:
+            temporary = file.name
+            np.savez_compressed(file, allow_pickle=False, **arrays)
+            file.flush()
+            os.fsync(file.fileno())
+        Path(temporary).replace(path)
+    except OSError as problem:
+        if temporary is not None:
+            with contextlib.suppress(OSError):
+                Path(temporary).unlink()
+        raise InputError(f"{printable(path)}: cannot be written: {problem.strerror}") from problem
+    return path
+
+
+def read(path: Path, name: str | None = None) -> PartSet:
+    """Read a set that `write` wrote.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is no such set.
+    """
+    arrays = archives.read(path, _MOST_BYTES_OF_SETS, "set of parts")
+    try:
+        if "format" not in arrays:
+            raise InputError(f"{printable(path)}: is no set of parts, but a NumPy archive of something else")
+        if int(arrays["format"]) != _FORMAT:
+            raise InputError(
+                f"{printable(path)}: was written by another version of the program; import its files again"
+            )
+        tables = [_table(kind, arrays) for kind in PARTS if f"{kind}.key" in arrays]
+        return part_set(name or path.stem, tables, arrays.get("pairs"), path)
+    except InputError as problem:
+        here = printable(path)
+        raise InputError(str(problem) if str(problem).startswith(here) else f"{here}: {problem}") from None
+    except Exception as problem:  # columns of other shapes or types than those of a set may fail in any way
+        raise InputError(f"{printable(path)}: is no set of parts: {problem}") from problem
+
+
+def _table(kind: str, arrays: Mapping[str, np.ndarray]) -> PartTable:
+    keys = arrays[f"{kind}.key"]
+    rows = keys.shape
+    numbers = dict(zip(arrays[f"{kind}.columns"].tolist(), arrays[f"{kind}.numbers"], strict=True))
+    texts = {name: arrays.get(f"{kind}.{name}", np.array([""])) for name in text_columns(kind)}
+    unstated = np.broadcast_to(np.nan, rows)
+    for name, column in numbers.items():
+        if name not in number_columns(kind) or column.shape != rows or column.dtype.kind != "f":
+            raise ValueError(f"{kind}.{name} is no column of {rows[0]} numbers")
+    for name, column in texts.items():
+        if column.dtype.kind != "U" or column.shape not in (rows, (1,)):
+            raise ValueError(f"{kind}.{name} is no column of {rows[0]} texts")
+    return PartTable(
+        kind=kind,
+        columns={name: numbers.get(name, unstated) for name in number_columns(kind)},
+        texts={name: np.broadcast_to(column, rows) for name, column in texts.items()},
+    )

@@ -13,8 +13,8 @@ from typing import Any
 
 from infinivar._core.array_namespace import Array
 from infinivar.errors import InputError
+from infinivar.parts.tables.checked_rows import Gathering, number_of
 from infinivar.parts.tables.columns import UNLIMITED, counted
-from infinivar.parts.tables.gathering import Gathering, number_of
 
 Line = tuple[int, Sequence[str]]
 """Number of a line of a file, from 1, and its cells."""

@@ -15,8 +15,8 @@ from infinivar._core import files, plugins
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts import catalogue
 from infinivar.parts.tables import tomls
+from infinivar.parts.tables.checked_rows import Gathering
 from infinivar.parts.tables.columns import check_kind, number_columns
-from infinivar.parts.tables.gathering import Gathering
 from infinivar.parts.tables.importing import SUFFIXES, PartImport, read_set
 from infinivar.parts.tables.table import PartSet
 

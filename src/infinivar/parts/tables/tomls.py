@@ -16,8 +16,8 @@ from infinivar import units
 from infinivar._core import toml
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts.catalogue import PARTS
+from infinivar.parts.tables.checked_rows import Gathering
 from infinivar.parts.tables.columns import ONE, kind_by_columns, number_columns, text_columns
-from infinivar.parts.tables.gathering import Gathering
 
 _KINDS = ("stated", "catalogue", "derived", "fitted", "assumed")
 _FOR_ALL = {"manufacturer": "manufacturer", "where": "source", "source": "source", "date": "date", "kind": "kind"}

@@ -14,7 +14,7 @@ from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import quantities_of, value_at, with_values
 from infinivar.limits import Demand
 from infinivar.parts.motor import Motor
-from infinivar.sizing.builds.judged import built, points
+from infinivar.sizing.builds.evaluation import built, points
 from infinivar.sizing.geared.sampled import Laws
 from infinivar.sizing.geared.tasks import MotionTask
 

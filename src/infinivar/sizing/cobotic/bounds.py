@@ -24,10 +24,9 @@ from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.sizing.cobotic.wheels import Shaft
 from infinivar.sizing.geared.candidates import Pairs
-from infinivar.sizing.geared.closed_form import linear_of, supplied
+from infinivar.sizing.geared.closed_form import linear_of, supplied, warmth
 from infinivar.sizing.geared.sampled import HOT
 from infinivar.sizing.geared.tasks import MotionTask, Task, heat_counts
-from infinivar.sizing.geared.warmth import warmth
 
 MOTOR, STEERING = "motor", "steering motor"
 

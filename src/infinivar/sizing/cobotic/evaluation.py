@@ -11,8 +11,7 @@ import numpy as np
 from infinivar._core.threads import in_order
 from infinivar.limits import Limit
 from infinivar.sizing.cobotic.bounds import MOTOR, Bounds, Side, cylinder_signals, lower_bounds, steering_signals
-from infinivar.sizing.cobotic.capped import least_power
-from infinivar.sizing.cobotic.choice import Behind, Chosen, best_behind, together, towards_lighter
+from infinivar.sizing.cobotic.choice import Behind, Chosen, best_behind, least_power, together, towards_lighter
 from infinivar.sizing.cobotic.result import Objective
 from infinivar.sizing.cobotic.sampled import Sampled, sample
 from infinivar.sizing.cobotic.wheels import (

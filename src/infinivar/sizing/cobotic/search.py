@@ -19,13 +19,11 @@ from infinivar.parts.gearhead import LossModel
 from infinivar.sizing.cobotic.bounds import MOTOR, STEERING, Side
 from infinivar.sizing.cobotic.designs import best_designs, front_designs, nearest_design
 from infinivar.sizing.cobotic.evaluation import Evaluation
-from infinivar.sizing.cobotic.evolution import Box, Hunt, Record, Stage
-from infinivar.sizing.cobotic.levels import fill_front, find_lightest, find_thriftiest
-from infinivar.sizing.cobotic.region import judged, outer
+from infinivar.sizing.cobotic.evolution import Box, Hunt, Record, Stage, fill_front, find_lightest, find_thriftiest
 from infinivar.sizing.cobotic.result import CoboticDesign, CoboticSizing, Objective
 from infinivar.sizing.cobotic.wheels import FREE, Space, check_template, plain_bearings, values_of
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Pairs, pairs_of
-from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, tasks_of
+from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, judged, outer, tasks_of
 from infinivar.sizing.progress import Progress, part_of
 from infinivar.study.requirement import Requirement
 

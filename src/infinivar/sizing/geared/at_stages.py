@@ -13,12 +13,11 @@ from infinivar.limits import Demand
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared import closed_form
 from infinivar.sizing.geared.candidates import Candidates
-from infinivar.sizing.geared.ranking import mixed, ranked, unchecked
+from infinivar.sizing.geared.closed_form import friction_factors, warmth
 from infinivar.sizing.geared.result import GearedSizing, Objective, best_so_far
 from infinivar.sizing.geared.sampled import HOT, sample
-from infinivar.sizing.geared.tally import SPARE, Tally
+from infinivar.sizing.geared.tally import SPARE, Tally, mixed, ranked, unchecked
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
-from infinivar.sizing.geared.warmth import friction_factors, warmth
 from infinivar.sizing.progress import Progress
 
 

@@ -1,15 +1,22 @@
 r"""Demands and energy of many candidates at one stage, without sampling.
 
-With the sign s of the speed and ``x = (torque s, acceleration s, |speed|)`` at the gear's output, the current of a candidate is
-linear where the gear drives and where it is driven:
+With the sign s of the speed and ``x = (torque s, acceleration s, |speed|)`` at the gear's output, the current of a candidate
+is linear where the gear drives and where it is driven:
 
 .. math::
     s I = \alpha x_1 + \beta x_2 + \gamma x_3 + \delta, \qquad
     \alpha = \frac{e}{n k}, \quad \beta = \frac{n J}{k}, \quad \gamma = \frac{n c}{k}, \quad \delta = \frac{\tau_g + \tau_m}{k}
 
-with :math:`e = 1/\eta` while the motor drives, the backdriving efficiency while the load drives, and 1 for constant gear friction
-:math:`\tau_g`. Its mean square is a quadratic form of the moments of x, one matrix for all candidates; current and voltage are
-extreme at corners of the convex hull of x. At rest friction carries what it can: ``|I| = max(alpha |torque| - delta, 0)``.
+with :math:`e = 1/\eta` while the motor drives, the backdriving efficiency while the load drives, and 1 for constant gear
+friction :math:`\tau_g`. Its mean square is a quadratic form of the moments of x, one matrix for all candidates; current and
+voltage are extreme at corners of the convex hull of x. At rest friction carries what it can: ``|I| = max(alpha |torque| -
+delta, 0)``.
+
+Over a settled cycle the heat that enters winding and housing leaves them, so that with the mean powers of winding loss J and
+friction F the winding is ``(R_wh + R_ha) J + R_ha F`` above ambient on average, and thus at some instant. It is nowhere below
+ambient, where its resistance gives a lower bound of J. The law divides the cycle into steps of at most a fiftieth of the
+winding's time constant, within which temperatures err by a small part of their change in a step, for which `SPARE` leaves
+ample room; where steps are longer, the bound is not used.
 
 Source: faulring2006, Fig 14; moments and hulls: linearity of the laws in x.
 """
@@ -27,9 +34,18 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.limits import Demand, Limit
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.heat_steps import step_count
 from infinivar.parts.motor import Motor
+from infinivar.sizing.geared.candidates import Pairs
 from infinivar.sizing.geared.extremes import extreme_places
-from infinivar.sizing.geared.tasks import Signals, Task, heat_counts
+from infinivar.sizing.geared.sampled import HOT
+from infinivar.sizing.geared.tasks import MotionTask, Signals, Task, heat_counts
+
+SPARE = 0.01
+"""Share by which the bound may exceed the permissible rise before it excludes a candidate."""
+_SHORT = 1.0 / 50.0 * (1.0 + 1e-9)
+"""Longest step, in multiples of the winding's time constant."""
+
 
 _ROWS = 4096
 """Candidates handled at once, so that intermediate arrays stay small."""
@@ -239,3 +255,41 @@ def with_resistance(drive: ConventionalDrive, resistance: np.ndarray) -> Convent
     """Many drives with other resistances of their windings (k,). [ohm]"""
     column: Any = resistance[:, None]
     return replace(drive, motor=drive.motor.with_resistance(column))
+
+
+class Warmth(NamedTuple):
+    """Thermal values of many candidates. (k,) each"""
+
+    known: np.ndarray
+    """Whether the bound applies. bool"""
+    by_winding: np.ndarray
+    """Rise per winding loss, over the permissible rise; 0 where the bound does not apply. [W^-1]"""
+    by_friction: np.ndarray
+    """Rise per friction and iron loss, over the permissible rise. [W^-1]"""
+    hopeless: np.ndarray
+    """Whether the surroundings alone are warmer than the winding may be. bool"""
+
+
+def warmth(found: Pairs, task: Task, rows: np.ndarray) -> Warmth | None:
+    """Thermal values of candidates; None for a task other than a cycle, and where no motor has them."""
+    if not isinstance(task, MotionTask) or not task.duty.closed:
+        return None
+    inner, outer, lag, limit = (
+        found.values("motor", name, rows)
+        for name in ("winding_to_housing", "housing_to_ambient", "winding_time_constant", "max_winding_temperature")
+    )
+    allowed, stated = limit - task.duty.ambient, found.stated(HOT, rows)
+    known, hopeless = stated & (allowed > 0.0), stated & (allowed < 0.0)
+    count = step_count(np.where(known, lag, 1.0), task.period, len(task.instants.time))
+    known = known & (task.period <= _SHORT * count * lag)
+    if not (known | hopeless).any():
+        return None
+    most = np.where(known, allowed, 1.0) * (1.0 + SPARE)
+    return Warmth(known, np.where(known, (inner + outer) / most, 0.0), np.where(known, outer / most, 0.0), hopeless)
+
+
+def friction_factors(drive: ConventionalDrive) -> tuple[np.ndarray, np.ndarray]:
+    """Friction and iron loss of many motors per speed of the gear's output, and per square of it. (k,), (k,) [W s], [W s^2]"""
+    motor, ratio = drive.motor, np.ravel(drive.gearhead.ratio)
+    viscous = 0.0 if motor.viscous_friction is None else np.ravel(motor.viscous_friction)
+    return np.ravel(motor.friction_torque) * ratio, viscous * ratio * ratio

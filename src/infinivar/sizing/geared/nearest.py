@@ -14,11 +14,10 @@ from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.over_radius import RadiusSearch, nodes
 from infinivar.sizing.geared.radius_bounds import Bounds
 from infinivar.sizing.geared.radius_limits import load_of, region_points
-from infinivar.sizing.geared.ranking import design, mixed
 from infinivar.sizing.geared.regeneration import returning, union, windows
 from infinivar.sizing.geared.result import Design
 from infinivar.sizing.geared.sampled import Sampled, sample
-from infinivar.sizing.geared.tally import Tally
+from infinivar.sizing.geared.tally import Tally, design, mixed
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
 from infinivar.sizing.margins import nearest_of, shortfalls
 

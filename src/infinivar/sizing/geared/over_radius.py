@@ -16,11 +16,10 @@ from infinivar._core.pareto import front
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.radius_bounds import Bounds
 from infinivar.sizing.geared.radius_limits import Load, least_power, limits, load_of, region_points
-from infinivar.sizing.geared.ranking import design, mixed, unchecked
 from infinivar.sizing.geared.regeneration import RETURNED, returning, union, windows
 from infinivar.sizing.geared.result import Design, GearedSizing, Objective, best_so_far
 from infinivar.sizing.geared.sampled import Sampled, TaskDemand, sample
-from infinivar.sizing.geared.tally import Tally
+from infinivar.sizing.geared.tally import Tally, design, mixed, unchecked
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
 from infinivar.sizing.progress import Progress
 

@@ -13,13 +13,12 @@ from infinivar.limits import Demand, Limit
 from infinivar.parts.linear import Pulley
 from infinivar.sizing.geared import closed_form
 from infinivar.sizing.geared.candidates import Candidates
-from infinivar.sizing.geared.closed_form import Linear
+from infinivar.sizing.geared.closed_form import Linear, Warmth, friction_factors, warmth
 from infinivar.sizing.geared.extremes import braking_places, extreme_places, least_places
 from infinivar.sizing.geared.radius_bounds import Bounds, Laurent, Resting, all_below, mean_square_below
 from infinivar.sizing.geared.sampled import HOT
 from infinivar.sizing.geared.tally import SPARE
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, heat_counts
-from infinivar.sizing.geared.warmth import Warmth, friction_factors, warmth
 
 _AT_ONCE = 512
 """Candidates whose power is bounded together, so that intermediate arrays stay small."""

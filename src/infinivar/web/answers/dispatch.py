@@ -11,8 +11,8 @@ from infinivar.web.answers.answer import Answer, FaultyError, RefusedError
 from infinivar.web.answers.document import study_of
 
 ANSWERS: dict[str, str] = {
-    "start": "infinivar.web.answers.start:start",
-    "disk": "infinivar.web.answers.start:disk",
+    "start": "infinivar.web.answers.maps:start",
+    "disk": "infinivar.web.answers.maps:disk",
     "study": "infinivar.web.answers.studies:study",
     "open": "infinivar.web.answers.studies:opened",
     "shipped": "infinivar.web.answers.studies:shipped",
@@ -25,7 +25,7 @@ ANSWERS: dict[str, str] = {
     "point": "infinivar.web.answers.point:point",
     "contact": "infinivar.web.answers.contact:contact",
     "motion": "infinivar.web.answers.motion:motion",
-    "plane": "infinivar.web.answers.plane:plane",
+    "plane": "infinivar.web.answers.motion:plane",
     "drawing": "infinivar.web.answers.drawing:drawing",
 }
 """Function of each answer, "module:function", loaded when first asked: from the payload of a request to an `Answer`."""

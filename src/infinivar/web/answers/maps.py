@@ -1,4 +1,6 @@
-"""Maps of the drives of a study on the force-speed plane: efficiency and the limit exceeded, cell by cell.
+"""What the page begins with, and maps of the drives of a study on the force-speed plane: efficiency and limit, cell by cell.
+
+At the start the page gets the study of the command line with its first maps, the shipped ones, and what was left behind.
 
 Arrays of drive D, each (count, count), first index force, second index speed, from the low to the high end of the plane:
 `D/efficiency` float32, nan where it is undefined; `D/limit` uint8, an index of the header's `limits`; and, where the load drives
@@ -11,11 +13,13 @@ in the header if they are known already; `judge` computes them.
 from __future__ import annotations
 
 import collections
+import functools
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from infinivar import __version__
 from infinivar.analysis.compare import DriveResult
 from infinivar.analysis.plane import of_requirement, of_study
 from infinivar.analysis.region import against
@@ -24,9 +28,11 @@ from infinivar.drivetrain.drive import is_machine
 from infinivar.errors import InfinivarError
 from infinivar.figures import operating_map
 from infinivar.limits import Limit
+from infinivar.study.load import read_tables
+from infinivar.study.shipped import shipped_studies
 from infinivar.study.study import Study
 from infinivar.web.answers.answer import Answer, FaultyError
-from infinivar.web.answers.document import key_of, name_and_tables, study_of, with_keys
+from infinivar.web.answers.document import begin_again, key_of, name_and_tables, source, stamp, study_of, with_keys
 from infinivar.web.answers.payload import MOST_CELLS, texts, whole, words
 from infinivar.web.answers.studies import plane_of, required_of
 
@@ -41,6 +47,62 @@ _KEPT = 48
 
 _verdicts: collections.OrderedDict[str, dict[str, Any]] = collections.OrderedDict()
 _maps: collections.OrderedDict[str, tuple[dict[str, Any], dict[str, np.ndarray]]] = collections.OrderedDict()
+
+
+MOST_MAPS = 2
+"""Drives shown at first: the first, and the last, which a study lists to compare it with."""
+
+
+def start(payload: Mapping[str, Any]) -> Answer:
+    """What the page begins with; with `count`, also the maps of `most` drives, as `maps` answers them.
+
+    With `again` the files of the study are read anew.
+    """
+    if payload.get("again") is True:
+        begin_again()
+    begun = source()
+    header = {
+        "version": __version__,
+        "study": {"name": begun.name, "tables": begun.tables},
+        "stamp": begun.stamp,
+        "shipped": _shipped(),
+        "recovered": _recovered(payload),
+    }
+    if "count" not in payload:
+        return Answer(header=header)
+    asked = {**header["study"], "count": whole(payload, "count", 8, MOST_CELLS)}
+    names = list(begun.tables.get("drives", {}))
+    shown = dict.fromkeys([*names[:1], *names[-1:]][: whole(payload, "most", 1, MOST_MAPS, MOST_MAPS)])
+    try:
+        made = maps({**asked, "drives": list(shown)})
+    except FaultyError:  # a file may have changed since: the page asks again, and is told
+        return Answer(header=header)
+    return Answer(header={**header, "maps": made.header}, arrays=made.arrays)
+
+
+def disk(payload: Mapping[str, Any]) -> Answer:
+    """Whether the files of the study have changed: the same stamp as in `start` if they have not."""
+    return Answer(header={"stamp": stamp()})
+
+
+def _recovered(payload: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """What pages of servers before this one edited last, as the server found it."""
+    found = payload.get("recovered")
+    listed = [one for one in found if isinstance(one, dict)] if isinstance(found, list) else []
+    return [
+        {**{key: str(one.get(key, "")) for key in ("id", "name", "time")}, "tables": one["tables"]}
+        for one in listed
+        if isinstance(one.get("tables"), dict)
+    ]
+
+
+@functools.cache
+def _shipped() -> list[dict[str, str]]:
+    listed = []
+    for name, file in shipped_studies().items():
+        tables = read_tables(file)
+        listed.append({"name": name, "title": tables.get("title", name), "description": tables.get("description", "")})
+    return listed
 
 
 def maps(payload: Mapping[str, Any]) -> Answer:

@@ -163,7 +163,7 @@ def _server(app: Any) -> Any:
     """A server of uvicorn that leaves signals to us and does not wait for peers that do not send."""
     import uvicorn
 
-    from infinivar.web.server.patience import PatientProtocol
+    from infinivar.web.server.connections import PatientProtocol
 
     class Server(uvicorn.Server):
         @contextlib.contextmanager

@@ -12,8 +12,7 @@ from infinivar.analysis.robustness.sampling import in_pieces
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError, require
 from infinivar.sizing.builds import compiled as engine
-from infinivar.sizing.builds.judged import Judged, at_once, built, judge, points
-from infinivar.sizing.builds.region import decisive
+from infinivar.sizing.builds.evaluation import Judged, at_once, built, decisive, judge, points
 from infinivar.sizing.builds.result import DesignBuilds, Doubt
 from infinivar.sizing.builds.spreads import draw
 from infinivar.sizing.design import SizedDrive
