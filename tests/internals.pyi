@@ -2,7 +2,7 @@
 
 # ruff: noqa: F401
 
-from infinivar._core import collocation, complex_step, engine, extras, memory, plugins, presentation
+from infinivar._core import collocation, complex_step, engine, extras, plugins, presentation
 from infinivar._core import files as core_files
 from infinivar._core import stored as stored_values
 from infinivar._core import toml as toml_tables
@@ -87,14 +87,14 @@ from infinivar.bondgraph import audit as bond_graph_audit
 from infinivar.bondgraph import graph as bond_graph_elements
 from infinivar.bondgraph import march as bond_graph_march
 from infinivar.bondgraph import model as bond_graph_models
+from infinivar.bondgraph import solver
 from infinivar.bondgraph import solver as bond_graph_solver
-from infinivar.bondgraph import steppers
 from infinivar.bondgraph.audit import CLOSURE as AUDIT_CLOSURE
 from infinivar.bondgraph.loops import LawValue
 from infinivar.bondgraph.loops import ordered as ordered_loops
 from infinivar.bondgraph.model import model as bond_graph_model
 from infinivar.bondgraph.namespaces import FloatNamespace, casadi_namespace
-from infinivar.bondgraph.steppers import stepper
+from infinivar.bondgraph.solver import stepper
 from infinivar.bondgraph.trace import Traced
 from infinivar.bondgraph.trace import clip as clip_traced
 from infinivar.bondgraph.trace import trace as trace_law
@@ -115,20 +115,18 @@ from infinivar.calibration.model import known_values, predict
 from infinivar.calibration.problem import Problem
 from infinivar.calibration.virtual_rig import experiment, protocol
 from infinivar.console import run as run_console
-from infinivar.contact import elliptic
+from infinivar.contact import elliptic, law_checks
 from infinivar.contact import laws as contact_laws
-from infinivar.contact import probe as probe_contact_laws
 from infinivar.contact.bodies import Cylinder, plane_strain_modulus
 from infinivar.contact.bodies import Wheel as ContactWheel
 from infinivar.contact.creep import LAWS as CREEP_LAWS
 from infinivar.contact.exact import equations as exact_equations
 from infinivar.contact.exact import fit as exact_fit
 from infinivar.contact.exact import grid as exact_grid
-from infinivar.contact.exact import influence as exact_influence
-from infinivar.contact.exact import spin_calls, spin_nodes, spin_table
+from infinivar.contact.exact import spin_calls, spin_map, tabulate
 from infinivar.contact.exact import spin_map as spin_maps
 from infinivar.contact.exact.equations import equations as equations_of_cells
-from infinivar.contact.exact.influence import influence as influence_of_cells
+from infinivar.contact.exact.equations import influence as influence_of_cells
 from infinivar.contact.exact.many import extrapolated as extrapolated_forces
 from infinivar.contact.exact.newton import Friction
 from infinivar.contact.exact.newton import opposed as opposed_friction
@@ -199,11 +197,11 @@ from infinivar.motion.files.timing import resampled as resampled_table
 from infinivar.motion.fourier import Series as FourierSeries
 from infinivar.motion.machine_scenario import check_continuous
 from infinivar.motion.machine_tasks import angular_velocity
-from infinivar.motion.probe import check_motion
 from infinivar.motion.runs import RunSeries
 from infinivar.motion.scenario import FORCES, MOTIONS
 from infinivar.motion.strides import find_strides
 from infinivar.motion.strides import resampled as resampled_strides
+from infinivar.motion.task import check_motion
 from infinivar.motion.virtual.constrained import constrained_motion, free_basis, free_projection
 from infinivar.motion.virtual.fixtures import ByRows
 from infinivar.motion.virtual.fixtures import Row as FixtureRow
@@ -219,17 +217,15 @@ from infinivar.paper.claims import shaking as claims_of_shaking
 from infinivar.paper.claims import system as claims_of_systems
 from infinivar.paper.claims.bench import MOVES as BENCH_MOVES
 from infinivar.paper.claims.bench import Bench
-from infinivar.paper.claims.claim import Claim, at_ratio, efficiency_by, statements
+from infinivar.paper.claims.claim import FACTOR as VERDICT_FACTOR
+from infinivar.paper.claims.claim import Claim, Found, at_ratio, counted, efficiency_by, settle, statements
 from infinivar.paper.claims.claim import Machine as ClaimMachine
 from infinivar.paper.claims.claim import Varied as VariedClaim
-from infinivar.paper.claims.element import excess_creep
-from infinivar.paper.claims.groups import fitted, with_groups
+from infinivar.paper.claims.claim import near as near_verdict
+from infinivar.paper.claims.claim import row as verdict_row
+from infinivar.paper.claims.claim import turned as turned_verdict
+from infinivar.paper.claims.element import excess_creep, fitted, with_groups
 from infinivar.paper.claims.planes import PLANES
-from infinivar.paper.claims.verdict import FACTOR as VERDICT_FACTOR
-from infinivar.paper.claims.verdict import Found, counted, settle
-from infinivar.paper.claims.verdict import near as near_verdict
-from infinivar.paper.claims.verdict import row as verdict_row
-from infinivar.paper.claims.verdict import turned as turned_verdict
 from infinivar.paper.displays import _sessions as varied_sessions
 from infinivar.paper.figures import FIGURES as PAPER_FIGURES
 from infinivar.paper.figures import (
@@ -248,7 +244,7 @@ from infinivar.paper.reproduce import STEERED, two_6004
 from infinivar.paper.sphere import PARTS as SPHERE_PARTS
 from infinivar.paper.sphere import _wheel as sphere_wheel
 from infinivar.paper.sphere import as_sphere
-from infinivar.parts import catalogue, dahl
+from infinivar.parts import catalogue, elastic
 from infinivar.parts import history as parts_history
 from infinivar.parts.bearing import COEFFICIENTS, SIZE_POWERS, BearingPair, BearingType, Lubrication
 from infinivar.parts.bearing import Series as BearingSeries
@@ -257,13 +253,12 @@ from infinivar.parts.gear_friction import terms as gear_friction_terms
 from infinivar.parts.heat_steps import over as heat_over
 from infinivar.parts.heat_steps import windings as heat_windings
 from infinivar.parts.shaft_bearings import WheelLoad
-from infinivar.parts.tables import stored as stored_parts
-from infinivar.parts.tables import stores
+from infinivar.parts.tables import importing, stores
 from infinivar.parts.tables.columns import number_columns, text_columns
 from infinivar.parts.tables.consistency import RELATIONS, contradictions_of
-from infinivar.parts.tables.derived import Rows as DerivedRows
-from infinivar.parts.tables.derived import derived, derived_columns
+from infinivar.parts.tables.search import Rows as DerivedRows
 from infinivar.parts.tables.search import condition as search_condition
+from infinivar.parts.tables.search import derived, derived_columns
 from infinivar.parts.tables.stores import shipped
 from infinivar.parts.tables.table import part_set
 from infinivar.parts.tables.table import table as part_table
@@ -283,22 +278,20 @@ from infinivar.report.sizing import html as sizing_html
 from infinivar.report.sizing import text as sizing_text
 from infinivar.sizing import of_cobotic
 from infinivar.sizing.builds.compiled import structure as compiled_structure
-from infinivar.sizing.builds.judged import built as built_rows
-from infinivar.sizing.builds.judged import judge as judge_builds
-from infinivar.sizing.builds.region import decisive
+from infinivar.sizing.builds.evaluation import built as built_rows
+from infinivar.sizing.builds.evaluation import decisive
+from infinivar.sizing.builds.evaluation import judge as judge_builds
 from infinivar.sizing.builds.result import interval as builds_interval
 from infinivar.sizing.builds.spreads import FRICTION, GEAR_LOSS, RESISTANCE, TORQUE_CONSTANT, varied_of
 from infinivar.sizing.builds.spreads import draw as draw_builds
 from infinivar.sizing.cobotic import size_cobotic
 from infinivar.sizing.cobotic.bounds import MOTOR as MOTOR_BOUND
 from infinivar.sizing.cobotic.bounds import cylinder_signals, lower_bounds, steering_signals
-from infinivar.sizing.cobotic.capped import least_power as cobotic_least_power
 from infinivar.sizing.cobotic.choice import Behind, best_behind
+from infinivar.sizing.cobotic.choice import least_power as cobotic_least_power
 from infinivar.sizing.cobotic.compiled import Compiled
 from infinivar.sizing.cobotic.evaluation import TIER
 from infinivar.sizing.cobotic.evolution import _Space as SearchSpace
-from infinivar.sizing.cobotic.region import judged as judged_region
-from infinivar.sizing.cobotic.region import outer as outer_region
 from infinivar.sizing.cobotic.sampled import Sampled
 from infinivar.sizing.cobotic.sampled import sample as cobotic_sample
 from infinivar.sizing.cobotic.search import prepared as prepared_search
@@ -311,10 +304,10 @@ from infinivar.sizing.cobotic.wheels import evaluate as evaluate_wheels
 from infinivar.sizing.cobotic.wheels import static_demands
 from infinivar.sizing.cobotic.wheels import values_of as wheel_values
 from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR, SizedDrive, exceeded_words
-from infinivar.sizing.doubt import judged_designs
 from infinivar.sizing.geared import nearest_geared, over_radius, size_geared
 from infinivar.sizing.geared.at_stages import closed_forms
 from infinivar.sizing.geared.candidates import candidates
+from infinivar.sizing.geared.closed_form import SPARE as SPARE_WARMTH
 from infinivar.sizing.geared.extremes import braking_places
 from infinivar.sizing.geared.radius_bounds import Bounds as RadiusBounds
 from infinivar.sizing.geared.radius_bounds import Laurent, Resting, mean_square_below
@@ -330,13 +323,15 @@ from infinivar.sizing.geared.sampled import UNCHECKED as UNCHECKED_GEARED
 from infinivar.sizing.geared.sampled import Laws as GearedLaws
 from infinivar.sizing.geared.sampled import sample as geared_sample
 from infinivar.sizing.geared.tasks import REQUIREMENT, MotionTask, RegionTask, tasks_of
-from infinivar.sizing.geared.warmth import SPARE as SPARE_WARMTH
+from infinivar.sizing.geared.tasks import judged as judged_region
+from infinivar.sizing.geared.tasks import outer as outer_region
 from infinivar.sizing.levers import levers
 from infinivar.sizing.margins import margin_of, shortfalls
 from infinivar.sizing.margins import nearest_of as nearest_of_margins
 from infinivar.sizing.margins import tightest_of as tightest_of_margins
 from infinivar.sizing.pool import ChosenPart
 from infinivar.sizing.pool import pool as pool_of_parts
+from infinivar.sizing.robustness import judged_designs
 from infinivar.sizing.studies import motion_file, not_simulated, scenario_of, study_of
 from infinivar.sizing.what_if import change_words, what_if
 from infinivar.study import load as study_loading
@@ -347,9 +342,8 @@ from infinivar.study.build import built_part
 from infinivar.study.check import check as check_study
 from infinivar.study.check import check_duty
 from infinivar.study.choices import variants, variants_of
-from infinivar.study.extended_schema import extended_schema
 from infinivar.study.inputs import input_files
-from infinivar.study.json_schema import json_schema
+from infinivar.study.json_schema import extended_schema, json_schema
 from infinivar.study.json_schema import table as schema_table
 from infinivar.study.layers import annotated
 from infinivar.study.load import shipped_study, study_from
@@ -364,21 +358,20 @@ from infinivar.study.shipped import parameter_set, parameter_sets, shipped_studi
 from infinivar.study.spreads import Spread
 from infinivar.study.template import TEMPLATE
 from infinivar.sweeps import sweep as sweeping
-from infinivar.sweeps.executors import in_processes
+from infinivar.sweeps import workers
 from infinivar.sweeps.fingerprint import fingerprint
-from infinivar.sweeps.folder import DESCRIPTION, SweepFolder
+from infinivar.sweeps.problem import Best as BestReducer
 from infinivar.sweeps.problem import Chunk as SweepChunk
-from infinivar.sweeps.reducers import Best as BestReducer
-from infinivar.sweeps.reducers import Rows as RowsReducer
-from infinivar.sweeps.reducers import added as added_rows
-from infinivar.sweeps.reducers import merged_order, reducer_of
-from infinivar.sweeps.reducers import stacked as stacked_rows
-from infinivar.sweeps.reducers import taken as taken_rows
-from infinivar.sweeps.storage import DamagedError
+from infinivar.sweeps.problem import Rows as RowsReducer
+from infinivar.sweeps.problem import added as added_rows
+from infinivar.sweeps.problem import merged_order, reducer_of
+from infinivar.sweeps.problem import stacked as stacked_rows
+from infinivar.sweeps.problem import taken as taken_rows
+from infinivar.sweeps.storage import DESCRIPTION, DamagedError, SweepFolder
 from infinivar.sweeps.storage import decoded as decoded_chunk
 from infinivar.sweeps.storage import encoded as encoded_chunk
 from infinivar.sweeps.workers import Job as SweepJob
-from infinivar.sweeps.workers import compute_apart
+from infinivar.sweeps.workers import compute_apart, in_processes
 from infinivar.sweeps.workers import versions as worker_versions
 from infinivar.transmission import legs, spin_law, turning
 from infinivar.transmission.driven_contact import DrivenContact
@@ -388,8 +381,7 @@ from infinivar.transmission.jacobians import jacobian
 from infinivar.transmission.kinematics import Steering, contact_balance, relative_velocities
 from infinivar.transmission.legs import creep_drift, reflected_mass
 from infinivar.transmission.mechanism_forward import slopes
-from infinivar.transmission.planar import drift, instant_centre
-from infinivar.transmission.planar_drive import driving_creepage
+from infinivar.transmission.planar import drift, driving_creepage, instant_centre
 from infinivar.transmission.platform import rotated, rotation_matrix
 from infinivar.transmission.rates import Varying, steering_rates
 from infinivar.transmission.sphere_layout import LAYOUTS
@@ -400,7 +392,6 @@ from infinivar.web.answers import document as document_answer
 from infinivar.web.answers import drawing as drawing_answer
 from infinivar.web.answers import motion as motion_answer
 from infinivar.web.answers import places as places_answer
-from infinivar.web.answers import plane as plane_answer
 from infinivar.web.answers import point as point_answer
 from infinivar.web.answers import shapes as shapes_answer
 from infinivar.web.answers.answer import Answer, FaultyError, RefusedError

@@ -6,7 +6,7 @@ import infinivar as iv
 from cobotic_study import GOOD
 from infinivar import contact_sheets
 from infinivar.contact import exact_law
-from internals import spin_nodes
+from internals import spin_map
 
 SLENDER = """
 [requirement]

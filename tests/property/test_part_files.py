@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 import infinivar as iv
 import partfiles
-from internals import stored_parts as stored
+from internals import importing
 
 FILES = {
     "made_motors.csv": partfiles.MGDB_MOTORS,

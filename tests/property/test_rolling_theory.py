@@ -13,7 +13,6 @@ from infinivar.contact import kalker
 from internals import equations_of_cells as equations
 from internals import exact_equations as equations_of
 from internals import exact_grid as cells_of
-from internals import exact_influence as influence_of
 from internals import opposed_friction as opposed
 
 

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from infinivar.contact import kalker, spin
 from internals import spin_maps as spin_map
-from internals import spin_nodes, spin_table
+from internals import tabulate
 
 RNG_SEED = 31
 

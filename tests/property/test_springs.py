@@ -14,7 +14,7 @@ from test_motion import cobotic_drives, conventional_drives
 import infinivar as iv
 from infinivar import Course, Limit, Linkage, Output, Spring, TorsionSpring
 from internals import FourierSeries as Series
-from internals import chain, dahl
+from internals import chain, elastic
 from internals import parts_history as history
 from sampled import examples
 

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from internals import shipped
-from internals import stored_parts as stored
+from internals import importing, shipped
 
 FOLDER = Path(__file__).parents[3] / "shared" / "reference" / "mgdb"
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="needs the MGDB files, which are not part of the project")

@@ -24,11 +24,11 @@ from internals import (
     check_motion,
     extended_schema,
     json_schema,
+    law_checks,
     plugins,
     style,
     words_of,
 )
-from internals import probe_contact_laws as probe
 from internals import steady_map_dataset as labelled_map
 from rendering import rendered
 

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from infinivar import array_namespace as namespace
 from infinivar.bondgraph import BondGraph, Parameter, solve
 from internals import bond_graph_elements as bg
-from internals import coulomb, steppers
+from internals import coulomb, solver
 from internals import plant_graphs as plants
 
 METHODS = ["LSODA", "Radau", "BDF", "CVODES"]

@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+from internals import workers
+
 COUNT = """
 import resource
 import sys
@@ -49,7 +51,6 @@ def test_pages_of_deleted_arrays_are_used_again():
 
 
 def test_other_c_libraries_are_left_alone(monkeypatch):
-    from internals import memory
 
     for answer in ("musl 1.2", None):
         monkeypatch.setattr(os, "confstr", lambda name, answer=answer: answer, raising=False)

@@ -8,9 +8,8 @@ import pytest
 import infinivar as iv
 import partfiles
 from infinivar import units
-from internals import number_columns, part_set, text_columns
+from internals import importing, number_columns, part_set, text_columns
 from internals import part_table as table
-from internals import stored_parts as stored
 
 
 def lines(entries):

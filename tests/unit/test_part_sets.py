@@ -7,8 +7,7 @@ import pytest
 import infinivar as iv
 import partfiles
 import plugin_package
-from internals import extended_schema, stores
-from internals import stored_parts as stored
+from internals import extended_schema, importing, stores
 
 STUDY = """
 [requirement]

@@ -17,7 +17,6 @@ from internals import drawing_answer as drawing
 from internals import motion_answer as motion
 from internals import places_answer as places
 from internals import plain_answer as plain
-from internals import plane_answer as plane
 from internals import point_answer as point
 from internals import shapes_answer as shapes
 
