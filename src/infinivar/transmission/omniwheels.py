@@ -11,7 +11,7 @@ from its motor, is :math:`F/\cos\gamma` there, and :math:`F v = (F/\cos\gamma)\,
 :math:`c P\,\mathrm{sgn}(s)` and the wheel itself with :math:`c_r P\,\mathrm{sgn}(v)`.
 
 Source: siegwart2004, Eq 3.19 for v, and Eq 3.20 for s, whose wheel term has the sign that leaves the rollers of a wheel at rest
-when it rolls straight ahead; as printed they would turn. Principle of virtual power for the forces.
+when it rolls straight ahead; as printed they would turn; muir1987 for mecanum wheels. Principle of virtual power for the forces.
 """
 
 from __future__ import annotations
