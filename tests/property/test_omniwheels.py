@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from infinivar.errors import ParameterError
+from infinivar import ParameterError
 from internals import Omniwheels, in_fixed_axes, regular_omniwheels
 
 _POINTS = 20_000
