@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 import infinivar as iv
-from infinivar.drivetrain.moving.legged import ArmLoad, PlatformLoad
-from infinivar.drivetrain.moving.machines import SeparateMachine
+from infinivar.machines.kinds.moving import SeparateMachine
+from infinivar.machines.linkage import ArmLoad, PlatformLoad
 from machines import HEXAPOD, LEG, MACHINES, PLATFORM, REAL_WHEEL, cart
 
 DRIVE = iv.load_study("hand_controller").drives["motor1-gear1"]

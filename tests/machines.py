@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 import infinivar as iv
-from infinivar.drivetrain.moving.machines import (
+from infinivar.machines.kinds.moving import (
     ArmMachine,
     PlanarMachine,
     PlatformMachine,

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import infinivar as iv
-from infinivar.drivetrain.machines.course import on_path, through
-from infinivar.drivetrain.machines.machine import as_machine
+from infinivar.machines.course import on_path, through
+from infinivar.machines.machine import as_machine
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.power import audit
 from machine_studies import PLANAR, SPHERE

@@ -12,8 +12,8 @@ from infinivar.analysis.machine_sensitivity import machine_sensitivity
 from infinivar.analysis.machines import compare_machines
 from infinivar.analysis.pose_map import pose_map
 from infinivar.analysis.tightest import tightest_of
-from infinivar.drivetrain.machines.legged import motor_mass
 from infinivar.limits import Limit
+from infinivar.machines.kinds.platform import motor_mass
 from machine_studies import ARM, EVERY, PLATFORM
 
 

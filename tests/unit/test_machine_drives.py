@@ -7,11 +7,11 @@ import pytest
 
 import infinivar as iv
 from infinivar.drivetrain.drive import is_machine, refuse_machine
-from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive, PlatformGeometry
-from infinivar.drivetrain.machines.machine import as_machine
-from infinivar.drivetrain.machines.planar import PlanarDrive
-from infinivar.drivetrain.machines.sphere import SphereDrive
-from infinivar.drivetrain.machines.wheel import Wheel
+from infinivar.machines.kinds.planar import PlanarDrive
+from infinivar.machines.kinds.platform import ArmDrive, PlatformDrive, PlatformGeometry
+from infinivar.machines.kinds.sphere import SphereDrive
+from infinivar.machines.machine import as_machine
+from infinivar.machines.wheel import Wheel
 from infinivar.motion.machine_tasks import MachinePath, MachineTask, angular_velocity
 from infinivar.motion.vectors import Point, Pose, Twist, Wrench
 from infinivar.power import audit

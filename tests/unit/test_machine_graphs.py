@@ -12,9 +12,9 @@ from infinivar.analysis.machine_motion import simulate_machine
 from infinivar.bondgraph.model import model
 from infinivar.bondgraph.namespaces import FloatNamespace
 from infinivar.bondgraph.solver import solve
-from infinivar.drivetrain.graphs.machines import machine_graph
-from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.figures import bond_graph
+from infinivar.machines.graph import machine_graph
+from infinivar.machines.system import Inputs, System
 from infinivar.motion.histories import VectorHistory
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.parts.shaft_bearings import CylinderBearings

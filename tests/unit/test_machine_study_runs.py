@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar.analysis.machine_study import simulated
-from infinivar.drivetrain.machines.legged import ArmDrive
 from infinivar.errors import ParameterError
 from infinivar.figures import energy_flow, machine_run
+from infinivar.machines.kinds.platform import ArmDrive
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from sampled import sampled

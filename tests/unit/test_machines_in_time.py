@@ -12,9 +12,9 @@ from infinivar.analysis.machine_sensitivity import machine_sensitivity
 from infinivar.analysis.machine_study import simulated
 from infinivar.analysis.machines import evaluate_machine
 from infinivar.contact.friction import STICK_SPEED, coulomb
-from infinivar.drivetrain.machines.course import on_path
-from infinivar.drivetrain.machines.legged import ArmDrive
 from infinivar.limits import Limit
+from infinivar.machines.course import on_path
+from infinivar.machines.kinds.platform import ArmDrive
 from infinivar.motion.course import Course
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from machine_studies import PLANAR

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 import infinivar as iv
-from infinivar.drivetrain.guidance.planar_fixtures import PlanarFixtureGuide, PlanarHoldGuide, locking_headings
+from infinivar.machines.control.planar_fixtures import PlanarFixtureGuide, PlanarHoldGuide, locking_headings
 from machines import HEXAPOD, IDEAL_WHEEL, LEG, REAL_WHEEL, cart
 
 STEERING = replace(LEG.steering, patch_half_length=3e-4)

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from infinivar._core import collocation
 from infinivar.analysis.sessions.measures import measures
-from infinivar.drivetrain.guidance.controller import Commands
+from infinivar.machines.control.controller import Commands
 from machines import HEXAPOD, LEG, REAL_WHEEL, cart
 
 CART = cart(REAL_WHEEL, steering=replace(LEG.steering, patch_half_length=3e-4))

@@ -8,8 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.drivetrain.guidance.tasks import SETTLING_LENGTH, controller_of
 from infinivar.figures import session as figure
+from infinivar.machines.control.tasks import SETTLING_LENGTH, controller_of
 from machines import HEXAPOD, LEG, MACHINES, REAL_WHEEL, cart
 
 CART = cart(REAL_WHEEL, steering=replace(LEG.steering, patch_half_length=3e-4))

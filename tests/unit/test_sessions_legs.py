@@ -9,14 +9,14 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar.analysis.sessions.session import session
-from infinivar.drivetrain.guidance.controller import Commands, Measured, Plant, begun
-from infinivar.drivetrain.guidance.impedance import ImpedanceGuide, wall_force
-from infinivar.drivetrain.guidance.legs import AdmittanceGuide, HoldGuide, nearest_within
-from infinivar.drivetrain.guidance.planar import PathGuide
-from infinivar.drivetrain.moving.handles import grip_of
-from infinivar.drivetrain.moving.legged import PlatformLoad
-from infinivar.drivetrain.moving.machines import GearedSlideMachine, SeparateMachine, SlideMachine
-from infinivar.drivetrain.moving.system import System
+from infinivar.machines.control.controller import Commands, Measured, Plant, begun
+from infinivar.machines.control.impedance import ImpedanceGuide, wall_force
+from infinivar.machines.control.legs import AdmittanceGuide, HoldGuide, nearest_within
+from infinivar.machines.control.planar import PathGuide
+from infinivar.machines.kinds.handles import grip_of
+from infinivar.machines.kinds.moving import GearedSlideMachine, SeparateMachine, SlideMachine
+from infinivar.machines.linkage import PlatformLoad
+from infinivar.machines.system import System
 from infinivar.transmission.legs import creep_drift
 from machines import HEXAPOD, LEG, MACHINES, PLATFORM, ideal_leg
 from sampled import sampled

@@ -11,11 +11,11 @@ from scipy.integrate import solve_ivp
 import infinivar as iv
 from infinivar.analysis.sessions.session import session
 from infinivar.drivetrain.control import CoboticControl
-from infinivar.drivetrain.guidance.controller import Commands
-from infinivar.drivetrain.guidance.planar import CasterGuide, PathGuide, WallGuide
-from infinivar.drivetrain.guidance.planar_laws import contact_turning_limit, creep_offset, wall_overshoot
-from infinivar.drivetrain.guidance.sensing import Sensing
-from infinivar.drivetrain.moving.machines import PlanarMachine
+from infinivar.machines.control.controller import Commands
+from infinivar.machines.control.planar import CasterGuide, PathGuide, WallGuide
+from infinivar.machines.control.planar_laws import contact_turning_limit, creep_offset, wall_overshoot
+from infinivar.machines.control.sensing import Sensing
+from infinivar.machines.kinds.moving import PlanarMachine
 from machines import IDEAL_WHEEL, LEG, REAL_WHEEL, cart
 from reference_curves import Circle, Disc, HalfPlane, Line
 from sampled import sampled

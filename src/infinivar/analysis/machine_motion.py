@@ -10,10 +10,10 @@ import numpy as np
 from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.marching import March
 from infinivar.drivetrain.control import ConventionalControl
-from infinivar.drivetrain.moving import control
-from infinivar.drivetrain.moving.control import LinkController
-from infinivar.drivetrain.moving.legged import LeggedMechanics
-from infinivar.drivetrain.moving.machines import (
+from infinivar.errors import ParameterError, require
+from infinivar.machines.control import loops as control
+from infinivar.machines.control.loops import LinkController
+from infinivar.machines.kinds.moving import (
     LINKED,
     MACHINES,
     Machine,
@@ -21,9 +21,9 @@ from infinivar.drivetrain.moving.machines import (
     SerialArmMachine,
     SphereMachine,
 )
-from infinivar.drivetrain.moving.separate import SeparateMechanics
-from infinivar.drivetrain.moving.system import System
-from infinivar.errors import ParameterError, require
+from infinivar.machines.linkage import LeggedMechanics
+from infinivar.machines.separate import SeparateMechanics
+from infinivar.machines.system import System
 from infinivar.motion.histories import VectorHistory
 from infinivar.motion.machine_scenario import MachineScenario, over_time
 

@@ -19,13 +19,13 @@ from infinivar._core.fields import given
 from infinivar.analysis.machine_motion import simulate_machine
 from infinivar.analysis.machine_run import MachineRun
 from infinivar.drivetrain.drive import EVERY_MACHINE, axis_of, is_machine, type_words
-from infinivar.drivetrain.machines.course import passing
-from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
-from infinivar.drivetrain.machines.planar import PlanarDrive
-from infinivar.drivetrain.machines.sphere import SphereDrive
-from infinivar.drivetrain.many_legs import LeggedDrive
-from infinivar.drivetrain.moving import control
 from infinivar.errors import ParameterError
+from infinivar.machines.control import loops as control
+from infinivar.machines.course import passing
+from infinivar.machines.kinds.planar import PlanarDrive
+from infinivar.machines.kinds.platform import ArmDrive, PlatformDrive
+from infinivar.machines.kinds.sphere import SphereDrive
+from infinivar.machines.many_legs import LeggedDrive
 from infinivar.motion.histories import VectorHistory
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.motion.machine_tasks import MachinePath, MachineTask

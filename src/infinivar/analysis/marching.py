@@ -18,9 +18,9 @@ from infinivar.analysis import run_limits
 from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE, ClosureError
 from infinivar.bondgraph.march import Watched
-from infinivar.drivetrain.moving.legged import LeggedMechanics
-from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.limits import Demand, Limit
+from infinivar.machines.linkage import LeggedMechanics
+from infinivar.machines.system import Inputs, System
 from infinivar.motion.machine_scenario import check_continuous
 
 _RESULTS = 1000

@@ -11,13 +11,13 @@ import numpy as np
 
 from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.sessions.session_result import Session
-from infinivar.drivetrain.moving.bodies import rotation_matrix
-from infinivar.drivetrain.moving.handles import grip_of
-from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
-from infinivar.drivetrain.moving.rolling import PlanarMechanics, SerialArmMechanics
-from infinivar.drivetrain.moving.separate import SeparateMechanics
-from infinivar.drivetrain.moving.slides import SlideLoad
 from infinivar.errors import InputError
+from infinivar.machines.bodies import rotation_matrix
+from infinivar.machines.kinds.handles import grip_of
+from infinivar.machines.kinds.rolling import PlanarMechanics, SerialArmMechanics
+from infinivar.machines.kinds.slides import SlideLoad
+from infinivar.machines.linkage import ArmLoad, LeggedMechanics, PlatformLoad
+from infinivar.machines.separate import SeparateMechanics
 
 STICK_SPEED = 1e-4
 """With which mechanics are made where only their geometry and inertia count. [m s^-1]"""

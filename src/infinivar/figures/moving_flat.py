@@ -10,9 +10,9 @@ import numpy as np
 from infinivar.analysis.moving_parts import Parts, members_of
 from infinivar.analysis.sessions.guides import Line, Plane, Shape, Track
 from infinivar.analysis.sessions.session_result import Session
-from infinivar.drivetrain.moving.legged import LeggedMechanics
-from infinivar.drivetrain.moving.rolling import PlanarMechanics
 from infinivar.figures import arm, planar_cobot, session_motion, style
+from infinivar.machines.kinds.rolling import PlanarMechanics
+from infinivar.machines.linkage import LeggedMechanics
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,10 +14,10 @@ from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.moving_parts import Parts, parts_of
 from infinivar.analysis.sessions.guides import guides_of
 from infinivar.analysis.sessions.session_result import Session
-from infinivar.drivetrain.moving.legged import ArmLoad, PlatformLoad
-from infinivar.drivetrain.moving.slides import SlideLoad
 from infinivar.errors import InputError
 from infinivar.figures import moving_flat, moving_platform, style
+from infinivar.machines.kinds.slides import SlideLoad
+from infinivar.machines.linkage import ArmLoad, PlatformLoad
 from infinivar.units import plain
 
 if TYPE_CHECKING:

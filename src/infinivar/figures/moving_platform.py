@@ -9,9 +9,9 @@ import numpy as np
 
 from infinivar.analysis.moving_parts import Parts, rods_of
 from infinivar.analysis.sessions.guides import Line, Plane, Rod, Round, Shape, Solid, Track
-from infinivar.drivetrain.moving.legged import LeggedMechanics
 from infinivar.figures import machine
 from infinivar.figures.moving_flat import GUIDE, HANDLE, SLIPS, draw_force
+from infinivar.machines.linkage import LeggedMechanics
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,13 +14,13 @@ from infinivar.analysis.machines import MachineComparison, MachineResult
 from infinivar.analysis.pose_map import PoseMap, pose_map
 from infinivar.analysis.sphere_map import sphere_map
 from infinivar.analysis.tightest import vector_words
-from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
-from infinivar.drivetrain.machines.planar import PlanarDrive
-from infinivar.drivetrain.machines.sphere import SphereDrive
 from infinivar.errors import InputError
 from infinivar.figures import arm, machine, machine_tasks, planar_cobot, sphere, style, wrench_set
 from infinivar.figures import sphere_map as sphere_figure
 from infinivar.limits import words_of
+from infinivar.machines.kinds.planar import PlanarDrive
+from infinivar.machines.kinds.platform import ArmDrive, PlatformDrive
+from infinivar.machines.kinds.sphere import SphereDrive
 from infinivar.power import AUDIT_TOLERANCE
 from infinivar.report.comparison import provenance_tables
 from infinivar.report.output import all_or_nothing

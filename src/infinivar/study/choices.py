@@ -14,9 +14,9 @@ from infinivar._core.fields import with_values
 from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.machines.sphere import SphereDrive
-from infinivar.drivetrain.machines.wheel import Wheel
 from infinivar.errors import ParameterError
+from infinivar.machines.kinds.sphere import SphereDrive
+from infinivar.machines.wheel import Wheel
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead

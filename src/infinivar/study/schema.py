@@ -26,10 +26,10 @@ from infinivar.contact import creep
 from infinivar.contact.bodies import Material
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
-from infinivar.drivetrain.machines.planar import PlanarDrive
-from infinivar.drivetrain.machines.sphere import SphereDrive
 from infinivar.errors import InputError, ParameterError, nearest, printable
+from infinivar.machines.kinds.planar import PlanarDrive
+from infinivar.machines.kinds.platform import ArmDrive, PlatformDrive
+from infinivar.machines.kinds.sphere import SphereDrive
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.parts.bearing import Bearing

@@ -17,16 +17,16 @@ from infinivar._core.fields import check_real, component, given, quantities, qua
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import type_words
-from infinivar.drivetrain.guidance.impedance import ImpedanceGuide
-from infinivar.drivetrain.guidance.legs import AdmittanceGuide
-from infinivar.drivetrain.guidance.planar import CasterGuide, PathGuide, WallGuide
-from infinivar.drivetrain.guidance.sensing import Sensing, check_rate
-from infinivar.drivetrain.guidance.tasks import controller_of, curve_of, surface_of
-from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
-from infinivar.drivetrain.machines.planar import PlanarDrive
-from infinivar.drivetrain.moving.handles import grip_of
-from infinivar.drivetrain.moving.machines import GearedSlideMachine, Machine, PlanarMachine, SlideMachine
 from infinivar.errors import InputError, ParameterError, require
+from infinivar.machines.control.impedance import ImpedanceGuide
+from infinivar.machines.control.legs import AdmittanceGuide
+from infinivar.machines.control.planar import CasterGuide, PathGuide, WallGuide
+from infinivar.machines.control.sensing import Sensing, check_rate
+from infinivar.machines.control.tasks import controller_of, curve_of, surface_of
+from infinivar.machines.kinds.handles import grip_of
+from infinivar.machines.kinds.moving import GearedSlideMachine, Machine, PlanarMachine, SlideMachine
+from infinivar.machines.kinds.planar import PlanarDrive
+from infinivar.machines.kinds.platform import ArmDrive, PlatformDrive
 from infinivar.motion.files.fields import FILE_KEYS
 from infinivar.motion.users import AXES, USERS, PushingUser, ReachingUser
 from infinivar.motion.vectors import Point, Pose, Twist

@@ -12,15 +12,15 @@ from infinivar._core.arrays import real_array
 from infinivar._core.fields import check_number, given
 from infinivar.analysis.marching import March
 from infinivar.analysis.sessions.session_result import Session, touches
-from infinivar.drivetrain.guidance.controller import Plant, begun
-from infinivar.drivetrain.guidance.sensing import GuidedController, Sensing, Sensors, check_rate
-from infinivar.drivetrain.guidance.tasks import controller_of, curve_of, surface_of
-from infinivar.drivetrain.moving import control
-from infinivar.drivetrain.moving.hand import GrippingArm, Hand
-from infinivar.drivetrain.moving.handles import grip_of
-from infinivar.drivetrain.moving.machines import LINKED, MACHINES, Machine
-from infinivar.drivetrain.moving.system import System
 from infinivar.errors import ParameterError, require
+from infinivar.machines.control import loops as control
+from infinivar.machines.control.controller import Plant, begun
+from infinivar.machines.control.sensing import GuidedController, Sensing, Sensors, check_rate
+from infinivar.machines.control.tasks import controller_of, curve_of, surface_of
+from infinivar.machines.hand import GrippingArm, Hand
+from infinivar.machines.kinds.handles import grip_of
+from infinivar.machines.kinds.moving import LINKED, MACHINES, Machine
+from infinivar.machines.system import System
 from infinivar.motion.machine_scenario import History, over_time
 from infinivar.motion.virtual.tasks import TASKS, HandleTask
 
@@ -92,7 +92,7 @@ def session(
     ClosureError
         If the energy balance does not close: an error in the program.
 
-    Source: `infinivar.drivetrain.moving.system` for the equations of motion.
+    Source: `infinivar.machines.system` for the equations of motion.
     """
     if not isinstance(machine, MACHINES):
         names = ", ".join(kind.__name__ for kind in MACHINES)

@@ -14,11 +14,11 @@ from infinivar.analysis.animated import Animated
 from infinivar.analysis.judged import Judged
 from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE
-from infinivar.drivetrain.guidance.sensing import Sensing
-from infinivar.drivetrain.moving.handles import grip_of
-from infinivar.drivetrain.moving.machines import Machine
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand
+from infinivar.machines.control.sensing import Sensing
+from infinivar.machines.kinds.handles import grip_of
+from infinivar.machines.kinds.moving import Machine
 from infinivar.units import plain
 
 _ROUNDED = 1e-9

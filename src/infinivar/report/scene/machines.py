@@ -13,12 +13,12 @@ import numpy as np
 
 from infinivar._core.fields import given
 from infinivar.analysis.moving_parts import STICK_SPEED, Parts, link_positions, members_of, rods_of
-from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
-from infinivar.drivetrain.moving.rolling import PlanarMechanics
-from infinivar.drivetrain.moving.separate import SeparateMechanics
-from infinivar.drivetrain.moving.slides import SlideLoad
 from infinivar.errors import ParameterError
 from infinivar.figures import planar_cobot
+from infinivar.machines.kinds.rolling import PlanarMechanics
+from infinivar.machines.kinds.slides import SlideLoad
+from infinivar.machines.linkage import ArmLoad, LeggedMechanics, PlatformLoad
+from infinivar.machines.separate import SeparateMechanics
 from infinivar.report.scene.elements import LEAST, Scene, text
 
 _X, _Y, _Z = np.eye(3)

@@ -14,12 +14,12 @@ from infinivar.contact.creep import CreepLaw
 from infinivar.contact.exact.patch import RollingPatch
 from infinivar.drivetrain import chain
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.machines.legged import legs_of
-from infinivar.drivetrain.machines.planar import PlanarDrive
-from infinivar.drivetrain.machines.sphere import SphereDrive
 from infinivar.errors import ParameterError
 from infinivar.figures import rolling_patch
 from infinivar.limits import Limit
+from infinivar.machines.kinds.planar import PlanarDrive
+from infinivar.machines.kinds.platform import legs_of
+from infinivar.machines.kinds.sphere import SphereDrive
 from infinivar.study.study import Study
 from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.geometry import LossGroups, PressedContact

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
-from infinivar.drivetrain.machines.planar import PlanarDrive
-from infinivar.drivetrain.machines.sphere import SphereDrive
 from infinivar.errors import InputError
 from infinivar.figures import planar_cobot, sphere
+from infinivar.machines.kinds.planar import PlanarDrive
+from infinivar.machines.kinds.platform import ArmDrive, PlatformDrive
+from infinivar.machines.kinds.sphere import SphereDrive
 from infinivar.transmission.platform import rotated
 from infinivar.web.answers import contact, drawing_wheels, shapes, words
 from infinivar.web.answers.places import Place

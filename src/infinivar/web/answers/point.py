@@ -9,9 +9,9 @@ import numpy as np
 
 from infinivar import power
 from infinivar.analysis.tightest import tight_words, tightest_of
-from infinivar.drivetrain.machines.planar import PlanarDrive
 from infinivar.figures import style
 from infinivar.limits import LEADING, Demand, Limit, words_of
+from infinivar.machines.kinds.planar import PlanarDrive
 from infinivar.study.study import Study
 from infinivar.units import times
 from infinivar.web.answers import words

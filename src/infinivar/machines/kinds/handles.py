@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from infinivar._core.arrays import real_array
-from infinivar.drivetrain.moving.hand import ArmGrip, BodyGrip, Grip, PointGrip
-from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
-from infinivar.drivetrain.moving.rolling import PlanarMechanics, SerialArmMechanics
-from infinivar.drivetrain.moving.separate import SeparateMechanics
-from infinivar.drivetrain.moving.slides import SlideLoad
-from infinivar.drivetrain.moving.system import Mechanics
 from infinivar.errors import ParameterError, require
+from infinivar.machines.hand import ArmGrip, BodyGrip, Grip, PointGrip
+from infinivar.machines.kinds.rolling import PlanarMechanics, SerialArmMechanics
+from infinivar.machines.kinds.slides import SlideLoad
+from infinivar.machines.linkage import ArmLoad, LeggedMechanics, PlatformLoad
+from infinivar.machines.separate import SeparateMechanics
+from infinivar.machines.system import Mechanics
 
 
 def grip_of(mechanics: Mechanics, handle: Sequence[float] = (0.0, 0.0)) -> Grip:

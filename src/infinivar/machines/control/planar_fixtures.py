@@ -21,11 +21,11 @@ import numpy as np
 from annotated_types import Gt
 
 from infinivar._core.fields import check, component, quantity
-from infinivar.drivetrain.guidance.controller import Law, Measured, Plant
-from infinivar.drivetrain.guidance.planar import CasterGuide, Going, PathGuide, Surface
-from infinivar.drivetrain.moving.control import Commands
-from infinivar.drivetrain.moving.machines import PlanarMachine
 from infinivar.errors import InputError, ParameterError
+from infinivar.machines.control.controller import Law, Measured, Plant
+from infinivar.machines.control.loops import Commands
+from infinivar.machines.control.planar import CasterGuide, Going, PathGuide, Surface
+from infinivar.machines.kinds.moving import PlanarMachine
 from infinivar.motion.virtual.fixtures import Allowed
 from infinivar.motion.virtual.surfaces import Ball, HalfSpace
 from infinivar.transmission.planar import COORDINATES
@@ -57,7 +57,7 @@ class Beside:
 
 @dataclass(frozen=True, slots=True)
 class BesidePoint:
-    """What `Beside.nearest` finds; as `infinivar.drivetrain.guidance.planar.OnCurve`."""
+    """What `Beside.nearest` finds; as `infinivar.machines.control.planar.OnCurve`."""
 
     arc_length: float
     tangent: np.ndarray

@@ -13,12 +13,12 @@ from infinivar._core.array_namespace import Array
 from infinivar._core.bounds import FINITE, NonZero
 from infinivar._core.fields import brief, check, check_real, component, given, quantity, several
 from infinivar.drivetrain.drive import DrivePoint, motor_side, needed, placed
-from infinivar.drivetrain.machines.course import MachineCourse
-from infinivar.drivetrain.machines.machine import TaskPoint, rows
-from infinivar.drivetrain.machines.wheel import Wheel
-from infinivar.drivetrain.moving.machines import SphereMachine
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
+from infinivar.machines.course import MachineCourse
+from infinivar.machines.kinds.moving import SphereMachine
+from infinivar.machines.machine import TaskPoint, rows
+from infinivar.machines.wheel import Wheel
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
@@ -251,7 +251,7 @@ class SphereDrive:
         )
 
     def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
-        """As `infinivar.drivetrain.machines.machine.Machine.perform`.
+        """As `infinivar.machines.machine.Machine.perform`.
 
         At rest, and slower than 1/400 of shaft 1, the losses are those at that speed: static friction of the roller on shaft 2
         leaves them indeterminate.

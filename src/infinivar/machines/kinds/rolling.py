@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.drivetrain.moving.legged import ArmLoad, judged
-from infinivar.drivetrain.moving.system import Forces, Place
 from infinivar.limits import Limit
+from infinivar.machines.linkage import ArmLoad, judged
+from infinivar.machines.system import Forces, Place
 from infinivar.transmission.mechanism import Mechanism
 from infinivar.transmission.planar import PlanarCobot
 from infinivar.transmission.spherical import SphericalIVT

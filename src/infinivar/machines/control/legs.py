@@ -20,12 +20,12 @@ import numpy as np
 from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.fields import check, component, given, quantity
-from infinivar.drivetrain.guidance.controller import Law, Measured, Plant
-from infinivar.drivetrain.guidance.planar import Surface
-from infinivar.drivetrain.moving.bodies import rotation_between
-from infinivar.drivetrain.moving.control import Commands
-from infinivar.drivetrain.moving.legged import LeggedMechanics, PlatformLoad
 from infinivar.errors import ParameterError
+from infinivar.machines.bodies import rotation_between
+from infinivar.machines.control.controller import Law, Measured, Plant
+from infinivar.machines.control.loops import Commands
+from infinivar.machines.control.planar import Surface
+from infinivar.machines.linkage import LeggedMechanics, PlatformLoad
 from infinivar.motion.virtual.constrained import free_basis
 from infinivar.motion.virtual.curves import Curve
 from infinivar.transmission.legs import least_creep_speed, least_surface_speed

@@ -18,14 +18,16 @@ from infinivar.contact.friction import STICK_SPEED, coulomb
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import GEAR_LIMITS, MovingPoint, axis_of, followed
-from infinivar.drivetrain.machines.course import CREEPING, MachineCourse
-from infinivar.drivetrain.machines.machine import SLOW_FRICTION, TaskPoint, held, moving, worst
-from infinivar.drivetrain.many_legs import LeggedDrive
-from infinivar.drivetrain.moving.machines import RIM
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
+from infinivar.machines.course import CREEPING, MachineCourse
+from infinivar.machines.machine import SLOW_FRICTION, TaskPoint, held, moving, worst
+from infinivar.machines.many_legs import LeggedDrive
 from infinivar.motion.course import Course
 from infinivar.transmission.configuration import Configuration, over_links
+
+RIM = 0.1
+"""Radius at which a joint that a drive turns directly counts as moving. [m]"""
 
 
 def moved(

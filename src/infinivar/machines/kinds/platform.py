@@ -19,16 +19,16 @@ from infinivar.axis import LINEAR
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import axis_of, needed
-from infinivar.drivetrain.machines.course import MachineCourse
-from infinivar.drivetrain.machines.links import Carried, lacking_of_leg, moved, with_legs, with_motors
-from infinivar.drivetrain.machines.machine import TaskPoint, checked, lacking_of_drive, rows
-from infinivar.drivetrain.machines.rods import PlatformGeometry
-from infinivar.drivetrain.many_legs import LeggedDrive
-from infinivar.drivetrain.moving.bodies import rigid_body
-from infinivar.drivetrain.moving.legged import ArmLoad, PlatformLoad
-from infinivar.drivetrain.moving.machines import ArmMachine, PlatformMachine, SeparateMachine
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
+from infinivar.machines.bodies import rigid_body
+from infinivar.machines.course import MachineCourse
+from infinivar.machines.kinds.moving import ArmMachine, PlatformMachine, SeparateMachine
+from infinivar.machines.kinds.rods import PlatformGeometry
+from infinivar.machines.linkage import ArmLoad, PlatformLoad
+from infinivar.machines.links import Carried, lacking_of_leg, moved, with_legs, with_motors
+from infinivar.machines.machine import TaskPoint, checked, lacking_of_drive, rows
+from infinivar.machines.many_legs import LeggedDrive
 from infinivar.transmission.arm import PlanarArm
 from infinivar.transmission.configuration import Configuration
 from infinivar.transmission.platform import Platform, rotation_matrix
@@ -194,7 +194,7 @@ class PlatformDrive(_Side):
         return self.configuration(pose).link_speeds(twist)
 
     def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
-        """As `infinivar.drivetrain.machines.machine.Machine.perform`."""
+        """As `infinivar.machines.machine.Machine.perform`."""
         pose, twist, wrench = rows(self, pose, twist, wrench)
         return moved(self.configuration(pose), self.legs, self.separate, twist, wrench)
 
@@ -220,7 +220,7 @@ class PlatformDrive(_Side):
         )
 
     def along(self, carried: Carried) -> TaskPoint:
-        """See `infinivar.drivetrain.machines.links`."""
+        """See `infinivar.machines.links`."""
         return self._along(carried)
 
     @property
@@ -370,7 +370,7 @@ class ArmDrive(_Side):
         return self.pulley_radius * self._placed(pose, twist, 0.0 * twist)[1]
 
     def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
-        """As `infinivar.drivetrain.machines.machine.Machine.perform`; beyond reach all is nan."""
+        """As `infinivar.machines.machine.Machine.perform`; beyond reach all is nan."""
         pose, twist, wrench = rows(self, pose, twist, wrench)
         _, rates, torques, configuration = self._placed(pose, twist, wrench)
         return moved(
@@ -387,7 +387,7 @@ class ArmDrive(_Side):
     def carried(self, course: MachineCourse) -> Carried:
         """What the joints carry along a course, with what accelerates the members; beyond reach all is nan.
 
-        Source: `infinivar.drivetrain.moving.bodies.planar_arm`.
+        Source: `infinivar.machines.bodies.planar_arm`.
         """
         angles, rates, torques, configuration = self._placed(course.pose, course.twist, course.wrench)
         load = torques[1:4]
@@ -406,7 +406,7 @@ class ArmDrive(_Side):
         return Carried(course=course, configuration=configuration, twist=rates, load=load, delivered=delivered)
 
     def along(self, carried: Carried) -> TaskPoint:
-        """See `infinivar.drivetrain.machines.links`."""
+        """See `infinivar.machines.links`."""
         return self._along(carried, self.pulley_radius, "joint", ("N m", "rad/s"))
 
     @property

@@ -16,13 +16,14 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.control import CoboticControl, ConventionalControl
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
-from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
-from infinivar.drivetrain.moving.motors import LinkMotors, PowerMotor, SteeringServo
-from infinivar.drivetrain.moving.rolling import PlanarMechanics, SerialArmMechanics, SphereMechanics
-from infinivar.drivetrain.moving.separate import SeparateMechanics
-from infinivar.drivetrain.moving.slides import SlideLoad
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
+from infinivar.machines.kinds.rolling import PlanarMechanics, SerialArmMechanics, SphereMechanics
+from infinivar.machines.kinds.slides import SlideLoad
+from infinivar.machines.linkage import ArmLoad, LeggedMechanics, PlatformLoad
+from infinivar.machines.links import RIM
+from infinivar.machines.motors import LinkMotors, PowerMotor, SteeringServo
+from infinivar.machines.separate import SeparateMechanics
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
@@ -296,7 +297,7 @@ class SphereMachine:
 class SeparateMachine:
     """A platform or arm whose links are moved by a geared motor each, without wheels; the rival of legs on one cylinder.
 
-    `infinivar.drivetrain.machines.legged` makes it. Without steering, the source is always on.
+    `infinivar.machines.kinds.platform` makes it. Without steering, the source is always on.
     """
 
     separate: ConventionalDrive
@@ -334,10 +335,6 @@ class SeparateMachine:
 
     def power_motor(self, stick_speed: float) -> None:
         """None: there is one for each link."""
-
-
-RIM = 0.1
-"""Radius at which a joint that a drive turns directly counts as moving. [m]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -15,12 +15,12 @@ import numpy as np
 from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.fields import check, component, given, quantity
-from infinivar.drivetrain.guidance.controller import Law, Measured, Plant
-from infinivar.drivetrain.guidance.planar_laws import caster_rate, contact_turning_limit, path_turning
-from infinivar.drivetrain.moving.control import Commands
-from infinivar.drivetrain.moving.hand import BodyGrip
-from infinivar.drivetrain.moving.machines import PlanarMachine
 from infinivar.errors import ParameterError
+from infinivar.machines.control.controller import Law, Measured, Plant
+from infinivar.machines.control.loops import Commands
+from infinivar.machines.control.planar_laws import caster_rate, contact_turning_limit, path_turning
+from infinivar.machines.hand import BodyGrip
+from infinivar.machines.kinds.moving import PlanarMachine
 from infinivar.transmission.planar import drift
 
 _NEVER_SLIPS = 0.95

@@ -20,8 +20,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from infinivar._core.collocation import Balance, Rates
-from infinivar.drivetrain.moving.hand import Grasp, Hand, at_times
-from infinivar.drivetrain.moving.motors import (
+from infinivar.limits import Limit
+from infinivar.machines.hand import Grasp, Hand, at_times
+from infinivar.machines.motors import (
     POWER_LOSSES,
     STEERING_LOSSES,
     LinkMotors,
@@ -29,7 +30,6 @@ from infinivar.drivetrain.moving.motors import (
     Powers,
     SteeringServo,
 )
-from infinivar.limits import Limit
 
 Angles = Callable[[float], Any]
 """Steering angles by time, where no servo sets them. [s] to (s,) [rad]"""

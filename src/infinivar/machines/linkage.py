@@ -11,9 +11,9 @@ import numpy as np
 
 from infinivar.contact import creep
 from infinivar.contact.friction import coulomb
-from infinivar.drivetrain.moving.bodies import Moved, planar_arm, rigid_body, rotation_rate
-from infinivar.drivetrain.moving.system import Forces, Place
 from infinivar.limits import Limit
+from infinivar.machines.bodies import Moved, planar_arm, rigid_body, rotation_rate
+from infinivar.machines.system import Forces, Place
 from infinivar.parts.shaft_bearings import ROLLERS, CylinderBearings, WheelLoad
 from infinivar.transmission.arm import PlanarArm
 from infinivar.transmission.platform import Platform, rotation_matrix

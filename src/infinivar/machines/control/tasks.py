@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.fields import given
-from infinivar.drivetrain.guidance.controller import Commands, Law, Measured, Plant
-from infinivar.drivetrain.guidance.impedance import ImpedanceGuide
-from infinivar.drivetrain.guidance.legs import AdmittanceGuide, HoldGuide
-from infinivar.drivetrain.guidance.planar import CasterGuide, PathGuide, WallGuide
-from infinivar.drivetrain.guidance.planar_fixtures import Beside, PlanarFixtureGuide, PlanarHoldGuide
-from infinivar.drivetrain.moving.machines import (
+from infinivar.errors import ParameterError
+from infinivar.machines.control.controller import Commands, Law, Measured, Plant
+from infinivar.machines.control.impedance import ImpedanceGuide
+from infinivar.machines.control.legs import AdmittanceGuide, HoldGuide
+from infinivar.machines.control.planar import CasterGuide, PathGuide, WallGuide
+from infinivar.machines.control.planar_fixtures import Beside, PlanarFixtureGuide, PlanarHoldGuide
+from infinivar.machines.kinds.moving import (
     LINKED,
     ArmMachine,
     Machine,
@@ -21,7 +22,6 @@ from infinivar.drivetrain.moving.machines import (
     PlatformMachine,
     SlideMachine,
 )
-from infinivar.errors import ParameterError
 from infinivar.motion.virtual.fixtures import OnCurve, OnSurface
 from infinivar.motion.virtual.tasks import (
     TASKS,

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from infinivar.drivetrain.moving.bodies import Moved
-from infinivar.drivetrain.moving.legged import Linkage
 from infinivar.limits import Limit
+from infinivar.machines.bodies import Moved
+from infinivar.machines.linkage import Linkage
 
 
 def axes_of(count: int) -> tuple[str, ...]:

@@ -30,9 +30,9 @@ from infinivar.drivetrain.drive import (
     operated,
     orders_of,
 )
-from infinivar.drivetrain.machines.course import MachineCourse
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
+from infinivar.machines.course import MachineCourse
 from infinivar.motion.course import Course
 from infinivar.motion.vectors import TRANSLATIONS
 from infinivar.power import PowerPoint

@@ -4,7 +4,7 @@ Each contact is one resistance with a port at every coordinate that moves its ca
 :math:`A_k^T f_k`, so that its losses are the power at its ports for every map A. Links of a platform hang on transformers whose
 moduli are the entries of its Jacobian. Masses that do not move on their own are dependent storages.
 
-The graphs are the source of the equations that `infinivar.drivetrain.moving` integrates by functions over arrays: the tests
+The graphs are the source of the equations that `infinivar.machines.system` integrates by functions over arrays: the tests
 compare both at random states, and whole motions of the machines with a constant Jacobian.
 
 Source: faulring2006, section V, for the plants; karnopp2012 for rigid bodies, chapter 9.
@@ -21,10 +21,10 @@ import numpy as np
 from infinivar._core.array_namespace import Array, namespace
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import BondGraph, Element, Parameter, Signal
-from infinivar.drivetrain.graphs import cylinder_support, pieces
-from infinivar.drivetrain.graphs.machine_motors import motor_plant, servo_plant
-from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
-from infinivar.drivetrain.moving.machines import (
+from infinivar.drivetrain.graphs import pieces
+from infinivar.errors import ParameterError
+from infinivar.machines.graph_motors import motor_plant, servo_plant, under_wheels
+from infinivar.machines.kinds.moving import (
     LINKED,
     MACHINES,
     ArmMachine,
@@ -35,7 +35,7 @@ from infinivar.drivetrain.moving.machines import (
     SlideMachine,
     SphereMachine,
 )
-from infinivar.errors import ParameterError
+from infinivar.machines.linkage import ArmLoad, LeggedMechanics, PlatformLoad
 from infinivar.transmission.rolling_contact import RollingContact
 from infinivar.transmission.spherical import SphericalIVT
 
@@ -345,7 +345,7 @@ def _legs(mechanics: LeggedMechanics, stick_speed: float) -> Parts:
         )
         elements += made[0]
         chains += made[1]
-    support = cylinder_support.under_wheels(mechanics, stick_speed)
+    support = under_wheels(mechanics, stick_speed)
     return [*elements, *support.elements], [*chains, *support.chains], [*signals, *support.signals]
 
 

@@ -13,11 +13,11 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from infinivar.drivetrain.moving.control import Commands
-from infinivar.drivetrain.moving.hand import Grip
-from infinivar.drivetrain.moving.machines import Machine
-from infinivar.drivetrain.moving.system import Mechanics, System
 from infinivar.errors import ParameterError
+from infinivar.machines.control.loops import Commands
+from infinivar.machines.hand import Grip
+from infinivar.machines.kinds.moving import Machine
+from infinivar.machines.system import Mechanics, System
 
 __all__ = ["Commands", "Controller", "Law", "Measured", "Plant", "begun"]
 

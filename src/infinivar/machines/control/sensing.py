@@ -10,14 +10,14 @@ import numpy as np
 from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.fields import check, component, quantity
-from infinivar.drivetrain.guidance.controller import Law, Measured, checked
-from infinivar.drivetrain.moving.bodies import angular_velocity
-from infinivar.drivetrain.moving.control import Commands, Loops
-from infinivar.drivetrain.moving.legged import LeggedMechanics, PlatformLoad
-from infinivar.drivetrain.moving.machines import Machine
-from infinivar.drivetrain.moving.rolling import PlanarMechanics
-from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.errors import ParameterError, require
+from infinivar.machines.bodies import angular_velocity
+from infinivar.machines.control.controller import Law, Measured, checked
+from infinivar.machines.control.loops import Commands, Loops
+from infinivar.machines.kinds.moving import Machine
+from infinivar.machines.kinds.rolling import PlanarMechanics
+from infinivar.machines.linkage import LeggedMechanics, PlatformLoad
+from infinivar.machines.system import Inputs, System
 
 SLOWEST, FASTEST = 500.0, 10_000.0
 """Sample rates of controllers. [Hz]"""

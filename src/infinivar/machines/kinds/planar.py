@@ -23,14 +23,14 @@ from infinivar._core.array_namespace import Array
 from infinivar._core.fields import brief, check, component, quantity, several
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.drive import needed
-from infinivar.drivetrain.machines.course import CREEPING, MachineCourse
-from infinivar.drivetrain.machines.machine import TaskPoint, rows, worst
-from infinivar.drivetrain.machines.wheel import Wheel
-from infinivar.drivetrain.moving.machines import PlanarMachine
-from infinivar.drivetrain.moving.rolling import PlanarMechanics
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
+from infinivar.machines.course import CREEPING, MachineCourse
+from infinivar.machines.kinds.moving import PlanarMachine
+from infinivar.machines.kinds.rolling import PlanarMechanics
+from infinivar.machines.machine import TaskPoint, rows, worst
+from infinivar.machines.wheel import Wheel
 from infinivar.motion.vectors import Point
 from infinivar.parts.amplifier import Amplifier
 from infinivar.transmission.mechanism import Mechanism, MechanismPoint
@@ -195,7 +195,7 @@ class PlanarDrive:
         )
 
     def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
-        """As `infinivar.drivetrain.machines.machine.Machine.perform`; power in is that of the push.
+        """As `infinivar.machines.machine.Machine.perform`; power in is that of the push.
 
         At rest locked wheels hold by static friction, which is judged for wheels across the load.
         """

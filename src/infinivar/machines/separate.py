@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from infinivar.drivetrain.moving.legged import Load
-from infinivar.drivetrain.moving.system import Forces, Place
 from infinivar.limits import Limit
+from infinivar.machines.linkage import Load
+from infinivar.machines.system import Forces, Place
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from infinivar.drivetrain.moving.bodies import rotation_between
+from infinivar.machines.bodies import rotation_between
 from infinivar.motion.course import Course
 from infinivar.motion.machine_tasks import MachinePath
 from infinivar.motion.vectors import ROTATIONS, TRANSLATIONS

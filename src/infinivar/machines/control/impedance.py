@@ -13,11 +13,11 @@ from annotated_types import Ge, Interval
 
 from infinivar._core.arrays import real_array
 from infinivar._core.fields import check, component, quantity
-from infinivar.drivetrain.guidance.controller import Law, Measured, Plant
-from infinivar.drivetrain.guidance.planar import Surface
-from infinivar.drivetrain.moving.control import Commands
-from infinivar.drivetrain.moving.separate import SeparateMechanics
 from infinivar.errors import InputError, ParameterError, require
+from infinivar.machines.control.controller import Law, Measured, Plant
+from infinivar.machines.control.loops import Commands
+from infinivar.machines.control.planar import Surface
+from infinivar.machines.separate import SeparateMechanics
 from infinivar.motion.virtual.fixtures import Allowed
 
 

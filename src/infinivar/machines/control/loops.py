@@ -16,11 +16,11 @@ import numpy as np
 from infinivar._core.fields import given
 from infinivar.drivetrain.control import LINK_BANDWIDTH, SPEED_BANDWIDTH, CoboticControl, ConventionalControl
 from infinivar.drivetrain.loops import Loop, Servo, speed_loop
-from infinivar.drivetrain.moving.bodies import angular_velocity, rotation_between
-from infinivar.drivetrain.moving.legged import Linkage, Load, PlatformLoad
-from infinivar.drivetrain.moving.motors import LinkMotors
-from infinivar.drivetrain.moving.separate import SeparateMechanics
-from infinivar.drivetrain.moving.system import Inputs, System
+from infinivar.machines.bodies import angular_velocity, rotation_between
+from infinivar.machines.linkage import Linkage, Load, PlatformLoad
+from infinivar.machines.motors import LinkMotors
+from infinivar.machines.separate import SeparateMechanics
+from infinivar.machines.system import Inputs, System
 from infinivar.motion.histories import VectorHistory
 from infinivar.transmission.planar import PlanarCobot
 
