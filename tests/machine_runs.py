@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 import infinivar as iv
-from infinivar.machines.kinds.moving import SeparateMachine
-from infinivar.machines.linkage import ArmLoad, PlatformLoad
+from infinivar.machines.kinds.arm import ArmLoad
+from infinivar.machines.kinds.linked import SeparateMachine
+from infinivar.machines.kinds.platform import PlatformLoad
 from machines import HEXAPOD, LEG, MACHINES, PLATFORM, REAL_WHEEL, cart
 
 DRIVE = iv.load_study("hand_controller").drives["motor1-gear1"]

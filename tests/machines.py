@@ -6,13 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 import infinivar as iv
-from infinivar.machines.kinds.moving import (
-    ArmMachine,
-    PlanarMachine,
-    PlatformMachine,
-    SerialArmMachine,
-    SphereMachine,
-)
+from infinivar.machines.kinds.arm import ArmMachine, SerialArmMachine
+from infinivar.machines.kinds.planar import PlanarMachine
+from infinivar.machines.kinds.platform import PlatformMachine
+from infinivar.machines.kinds.sphere import SphereMachine
 from infinivar.motion.histories import VectorHistory
 
 LEG = iv.load_study("hand_controller").drives["cobotic"]

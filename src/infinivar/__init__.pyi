@@ -75,18 +75,11 @@ from .machines.control.planar import CasterGuide, PathGuide, WallGuide
 from .machines.control.sensing import Sensing
 from .machines.control.tasks import CoastGuide
 from .machines.graph import machine_graph
-from .machines.kinds.moving import (
-    ArmMachine,
-    GearedSlideMachine,
-    PlanarMachine,
-    PlatformMachine,
-    SerialArmMachine,
-    SlideMachine,
-    SphereMachine,
-)
-from .machines.kinds.planar import PlanarDrive
-from .machines.kinds.platform import ArmDrive, PlatformDrive, PlatformGeometry
-from .machines.kinds.sphere import SphereDrive
+from .machines.kinds.arm import ArmDrive, ArmMachine, SerialArmMachine
+from .machines.kinds.planar import PlanarDrive, PlanarMachine
+from .machines.kinds.platform import PlatformDrive, PlatformGeometry, PlatformMachine
+from .machines.kinds.slide import GearedSlideMachine, SlideMachine
+from .machines.kinds.sphere import SphereDrive, SphereMachine
 from .machines.machine import TaskPoint
 from .machines.many_legs import LeggedDrive, MachinePoint
 from .machines.wheel import Wheel

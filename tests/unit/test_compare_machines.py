@@ -13,7 +13,7 @@ from infinivar.analysis.machines import compare_machines
 from infinivar.analysis.pose_map import pose_map
 from infinivar.analysis.tightest import tightest_of
 from infinivar.limits import Limit
-from infinivar.machines.kinds.platform import motor_mass
+from infinivar.machines.kinds.linked import motor_mass
 from machine_studies import ARM, EVERY, PLATFORM
 
 

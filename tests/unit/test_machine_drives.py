@@ -7,8 +7,9 @@ import pytest
 
 import infinivar as iv
 from infinivar.drivetrain.drive import is_machine, refuse_machine
+from infinivar.machines.kinds.arm import ArmDrive
 from infinivar.machines.kinds.planar import PlanarDrive
-from infinivar.machines.kinds.platform import ArmDrive, PlatformDrive, PlatformGeometry
+from infinivar.machines.kinds.platform import PlatformDrive, PlatformGeometry
 from infinivar.machines.kinds.sphere import SphereDrive
 from infinivar.machines.machine import as_machine
 from infinivar.machines.wheel import Wheel

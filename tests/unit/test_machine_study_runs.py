@@ -10,7 +10,7 @@ import infinivar as iv
 from infinivar.analysis.machine_study import simulated
 from infinivar.errors import ParameterError
 from infinivar.figures import energy_flow, machine_run
-from infinivar.machines.kinds.platform import ArmDrive
+from infinivar.machines.kinds.arm import ArmDrive
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from sampled import sampled

@@ -14,7 +14,7 @@ from infinivar.analysis.machines import evaluate_machine
 from infinivar.contact.friction import STICK_SPEED, coulomb
 from infinivar.limits import Limit
 from infinivar.machines.course import on_path
-from infinivar.machines.kinds.platform import ArmDrive
+from infinivar.machines.kinds.arm import ArmDrive
 from infinivar.motion.course import Course
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from machine_studies import PLANAR

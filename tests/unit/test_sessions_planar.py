@@ -15,7 +15,7 @@ from infinivar.machines.control.controller import Commands
 from infinivar.machines.control.planar import CasterGuide, PathGuide, WallGuide
 from infinivar.machines.control.planar_laws import contact_turning_limit, creep_offset, wall_overshoot
 from infinivar.machines.control.sensing import Sensing
-from infinivar.machines.kinds.moving import PlanarMachine
+from infinivar.machines.kinds.planar import PlanarMachine
 from machines import IDEAL_WHEEL, LEG, REAL_WHEEL, cart
 from reference_curves import Circle, Disc, HalfPlane, Line
 from sampled import sampled

@@ -16,7 +16,7 @@ from infinivar.drivetrain.drive import is_machine, refuse_machine
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import InputError
 from infinivar.limits import Limit
-from infinivar.machines.kinds.platform import legs_of
+from infinivar.machines.kinds.linked import legs_of
 from infinivar.study.check import check_study
 from infinivar.study.provenance import Provenance
 from infinivar.study.study import Study

@@ -14,7 +14,7 @@ from infinivar.analysis.judged import Judged
 from infinivar.analysis.run_limits import Event, first_settled
 from infinivar.bondgraph.audit import CLOSURE
 from infinivar.limits import Demand
-from infinivar.machines.kinds.moving import Machine
+from infinivar.machines.kind import Machine
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.units import plain
 

@@ -11,7 +11,7 @@ from infinivar._core.result import Result, result
 from infinivar.analysis.hanging import Hanging, Judged, winner
 from infinivar.analysis.machine_tasks import PathResult, Prepared, TaskResult, evaluated, power_and_feasibility
 from infinivar.drivetrain.uncounted import uncounted
-from infinivar.machines.kinds.platform import motor_mass
+from infinivar.machines.kinds.linked import motor_mass
 from infinivar.machines.machine import Machine, as_machine
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.study.check import check_machines

@@ -10,7 +10,7 @@ import numpy as np
 from infinivar.errors import InputError
 from infinivar.figures import style
 from infinivar.limits import Limit
-from infinivar.machines.kinds.platform import ArmDrive
+from infinivar.machines.kinds.arm import ArmDrive
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

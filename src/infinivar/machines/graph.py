@@ -24,18 +24,15 @@ from infinivar.bondgraph.graph import BondGraph, Element, Parameter, Signal
 from infinivar.drivetrain.graphs import pieces
 from infinivar.errors import ParameterError
 from infinivar.machines.graph_motors import motor_plant, servo_plant, under_wheels
-from infinivar.machines.kinds.moving import (
-    LINKED,
-    MACHINES,
-    ArmMachine,
-    Machine,
-    PlanarMachine,
-    PlatformMachine,
-    SerialArmMachine,
-    SlideMachine,
-    SphereMachine,
-)
-from infinivar.machines.linkage import ArmLoad, LeggedMechanics, PlatformLoad
+from infinivar.machines.kind import Machine
+from infinivar.machines.kinds.arm import ArmLoad, ArmMachine, SerialArmMachine
+from infinivar.machines.kinds.linked import OwnMotors
+from infinivar.machines.kinds.planar import PlanarMachine
+from infinivar.machines.kinds.platform import PlatformLoad, PlatformMachine
+from infinivar.machines.kinds.slide import SlideMachine
+from infinivar.machines.kinds.sphere import SphereMachine
+from infinivar.machines.linkage import LeggedMechanics
+from infinivar.machines.registry import MACHINES
 from infinivar.transmission.rolling_contact import RollingContact
 from infinivar.transmission.spherical import SphericalIVT
 
@@ -68,7 +65,7 @@ def machine_graph(
         If it is another machine, a value that motion requires is missing, or a contact turns with spin, which these graphs do
         not have.
     """
-    if isinstance(machine, LINKED):
+    if isinstance(machine, OwnMotors):
         raise ParameterError(
             "machine must have wheels, got one with a motor for each link: plant_graph has one such drive"
         )

@@ -10,7 +10,8 @@ from infinivar.bondgraph.graph import BondGraph, Parameter, Signal
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.graphs import pieces
 from infinivar.drivetrain.graphs.cylinder_support import Support
-from infinivar.machines.linkage import ArmLoad, LeggedMechanics
+from infinivar.machines.kinds.arm import ArmLoad
+from infinivar.machines.linkage import LeggedMechanics
 from infinivar.machines.motors import PowerMotor, SteeringServo
 from infinivar.parts.shaft_bearings import ROLLERS, WheelLoad
 

@@ -14,13 +14,13 @@ Source: Newton; springs and dampers between two moving points.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from infinivar.errors import ParameterError
+from infinivar.errors import ParameterError, require
 from infinivar.motion.histories import VectorHistory
 from infinivar.transmission.arm import PlanarArm
 
@@ -50,6 +50,11 @@ class Grip(Protocol):
     def at(self, configuration: np.ndarray, rates: np.ndarray) -> Held:
         """The handle."""
         ...
+
+
+def without_point(handle: Sequence[float]) -> None:
+    """Raise ParameterError if a machine that is not held at any point is to be held at one."""
+    require(not np.any(handle), "handle", f"{handle}", "left out: only a body in the plane is held at a point")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

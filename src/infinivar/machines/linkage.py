@@ -1,23 +1,27 @@
-"""Mechanics of legs on a common cylinder: a platform, or an arm with a leg for each joint."""
+"""Mechanics of a load on links: legs on a common cylinder, or a geared motor for each link."""
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from infinivar.contact import creep
 from infinivar.contact.friction import coulomb
 from infinivar.limits import Limit
-from infinivar.machines.bodies import Moved, planar_arm, rigid_body, rotation_rate
-from infinivar.machines.system import Forces, Place
+from infinivar.machines.bodies import Moved
+from infinivar.machines.hand import Grip, without_point
+from infinivar.machines.outline import Drum
+from infinivar.machines.rolling import contact_losses
+from infinivar.machines.system import Defaults, Forces, Place
+from infinivar.motion.histories import VectorHistory
 from infinivar.parts.shaft_bearings import ROLLERS, CylinderBearings, WheelLoad
-from infinivar.transmission.arm import PlanarArm
-from infinivar.transmission.platform import Platform, rotation_matrix
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
+
+_NEARLY = 0.99
+"""Reach of a rod over its length, beyond which a run that stops has reached the end of it."""
 
 
 class Linkage(NamedTuple):
@@ -38,106 +42,96 @@ class Linkage(NamedTuple):
     """Of the links on the cylinder; of an arm, where pulleys may set them anywhere, in the middle. (m, n) [m]"""
 
 
-class Load(Protocol):
-    """A body on links."""
+class Load:
+    """A body on links: what the kinds with links define, each by a subclass.
+
+    A subclass has the names of the components of twist and pose, and the limits of the linkage.
+    """
+
+    __slots__ = ()
+    coordinates: Any
+    configuration: Any
+    demands: Any
+    turns: ClassVar[bool] = False
+    """Whether the twist is that of a body in space, its pose a position and a rotation vector."""
 
     @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Components of the twist."""
-        ...
+    def links(self) -> int:
+        """Number of links."""
+        raise NotImplementedError
+
+    def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
+        """Kinematics and inertia at rows."""
+        raise NotImplementedError
+
+    def twist_of(self, pose: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """Twist from the time derivative of the pose. (c,)"""
+        return rate
+
+    def apart(self, pose: np.ndarray, goal: np.ndarray) -> np.ndarray:
+        """Twist that leads from a pose to another in unit time. (c,)"""
+        return goal - pose
+
+    def along(self, motion: VectorHistory, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Pose and twist of a motion at a time."""
+        pose, rate = motion(time), motion.rate(time)
+        return pose, self.twist_of(pose, rate)
+
+    def grip(self, coordinates: int) -> Grip:
+        """The handle of a machine with as many coordinates."""
+        raise NotImplementedError
+
+    def outline(self, link_mass: float, drum: Drum | None) -> Any:
+        """What is drawn, with links of a mass [kg], on a common cylinder or without."""
+        raise NotImplementedError
+
+    def on_links(self, pose: np.ndarray, twist: np.ndarray, link_mass: float) -> tuple[Linkage, np.ndarray, np.ndarray]:
+        """Kinematics, and inertia and bias with those of links of a mass. [kg]"""
+        link = self.at(pose, twist)
+        across = np.swapaxes(link.jacobian, -1, -2)
+        inertia = link.moved.inertia + link_mass * np.matmul(across, link.jacobian)
+        return link, inertia, link.moved.bias + link_mass * np.matmul(across, link.bias[..., None])[..., 0]
+
+
+class _OnLinks(Defaults):
+    """What mechanics with a load on links share."""
+
+    __slots__ = ()
+    load: Any
+    link_mass: float
+    coordinates: Any
 
     @property
     def configuration(self) -> tuple[str, ...]:
-        """Components of the pose."""
-        ...
+        """Pose."""
+        return self.load.configuration
 
-    @property
-    def demands(self) -> tuple[tuple[Limit, str], ...]:
-        """Limits of the linkage."""
-        ...
+    def rates_of(self, configuration: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """Twist of the load."""
+        return self.load.twist_of(configuration, change)
 
-    def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
-        """Kinematics and inertia."""
-        ...
+    def start(self, motion: VectorHistory) -> tuple[np.ndarray, np.ndarray]:
+        """Along the motion."""
+        pose, twist = self.load.along(motion, 0.0)
+        return pose, np.append(twist, np.zeros(len(self.coordinates) - len(twist)))
 
+    def grip(self, handle: Sequence[float] = (0.0, 0.0)) -> Grip:
+        """That of the load."""
+        without_point(handle)
+        return self.load.grip(len(self.coordinates))
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlatformLoad:
-    """A platform, its origin the centre of mass."""
+    def outline(self) -> Any:
+        """That of the load."""
+        return self.load.outline(self.link_mass, None)
 
-    platform: Platform
-    mass: float
-    inertia: np.ndarray
-    """About its axes. (3,) [kg m^2]"""
-    coordinates: tuple[str, ...] = (
-        "v_x_m_s",
-        "v_y_m_s",
-        "v_z_m_s",
-        "w_x_rad_s",
-        "w_y_rad_s",
-        "w_z_rad_s",
-    )
-    configuration: tuple[str, ...] = (
-        "x_m",
-        "y_m",
-        "z_m",
-        "theta_x_rad",
-        "theta_y_rad",
-        "theta_z_rad",
-    )
-    demands: tuple[tuple[Limit, str], ...] = ((Limit.LINKAGE, "rods"), (Limit.TRAVEL, "links"))
-
-    def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
-        """Kinematics and inertia; nan beyond the reach of a rod."""
-        position, rotation = pose[:, :3], pose[:, 3:]
-        turn = rotation_matrix(rotation)
-        moves = self.platform.moving(position, turn, twist)
-        changes = np.concatenate([twist[:, :3], rotation_rate(rotation, twist[:, 3:])], axis=-1)
-        demand = np.stack([moves.reach, self.platform.travel_demand(moves.link_position)], axis=-1)
-        body = rigid_body(self.mass, self.inertia, turn, twist)
-        return Linkage(moves.jacobian, moves.link_speed, moves.bias, changes, body, demand, moves.link_position)
+    def stuck(self, configuration: np.ndarray, rates: np.ndarray) -> str:
+        """Whether a rod reaches no further."""
+        place = self.load.at(configuration, rates[:, : len(self.load.coordinates)])
+        return "a rod is at the end of its reach" if place.demand.size and not place.demand[0, 0] < _NEARLY else ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ArmLoad:
-    """An arm of uniform members, with a pulley on each joint and a mass at the end point."""
-
-    arm: PlanarArm
-    pulleys: np.ndarray
-    """Radii. (n,) [m]"""
-    masses: np.ndarray
-    """Of the members. (n,) [kg]"""
-    tip_mass: float
-    tip_inertia: float = 0.0
-    """Moment of inertia at the end point, which turns with the last member. [kg m^2]"""
-    demands: tuple[tuple[Limit, str], ...] = ()
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Rates of the joints."""
-        return tuple(f"q{place + 1}_rate_rad_s" for place in range(self.arm.joints))
-
-    @property
-    def configuration(self) -> tuple[str, ...]:
-        """Joint angles."""
-        return tuple(f"q{place + 1}_rad" for place in range(self.arm.joints))
-
-    def inertia(self, angles: np.ndarray, rates: np.ndarray) -> Moved:
-        """Of the arm without pulleys and links."""
-        lengths = np.asarray(self.arm.lengths)
-        inertias = self.masses * lengths**2 / 12.0
-        inertias[-1] += self.tip_inertia
-        return planar_arm(lengths, self.masses, inertias, self.tip_mass, angles, rates)
-
-    def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
-        """Kinematics and inertia."""
-        jacobian = np.broadcast_to(np.diag(self.pulleys), (len(pose), *np.diag(self.pulleys).shape))
-        nothing = np.zeros((len(pose), 0))
-        return Linkage(jacobian, self.pulleys * twist, 0.0 * twist, twist, self.inertia(pose, twist), nothing)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LeggedMechanics:
+class LeggedMechanics(_OnLinks):
     """Legs with one wheel each on a common cylinder; the last coordinate is the cylinder's.
 
     Friction limit and bearing friction are those at the set speed of the cylinder, as for one leg.
@@ -179,11 +173,6 @@ class LeggedMechanics:
         return (*self.load.coordinates, "cylinder_speed_rad_s")
 
     @property
-    def configuration(self) -> tuple[str, ...]:
-        """Pose."""
-        return self.load.configuration
-
-    @property
     def steered(self) -> tuple[str, ...]:
         """Steering angles."""
         return tuple(f"phi_{place + 1}_rad" for place in range(self.count))
@@ -201,14 +190,10 @@ class LeggedMechanics:
 
     def at(self, configuration: np.ndarray, rates: np.ndarray) -> Place:
         """Inertia with that of the links, and kinematics."""
-        link = self.load.at(configuration, rates[:, :-1])
-        d, m = link.jacobian.shape[-1], len(rates)
-        across = np.swapaxes(link.jacobian, -1, -2)
-        inertia = np.zeros((m, d + 1, d + 1))
-        inertia[:, :d, :d] = link.moved.inertia + self.link_mass * np.matmul(across, link.jacobian)
-        inertia[:, d, d] = self.cylinder_inertia
-        bias = np.zeros((m, d + 1))
-        bias[:, :d] = link.moved.bias + self.link_mass * np.matmul(across, link.bias[..., None])[..., 0]
+        link, moved, forces = self.load.on_links(configuration, rates[:, :-1], self.link_mass)
+        d, m = moved.shape[-1], len(rates)
+        inertia, bias = np.zeros((m, d + 1, d + 1)), np.zeros((m, d + 1))
+        inertia[:, :d, :d], inertia[:, d, d], bias[:, :d] = moved, self.cylinder_inertia, forces
         return Place(link.changes, inertia, bias, link)
 
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
@@ -260,20 +245,40 @@ class LeggedMechanics:
             torques[ROLLERS] = coulomb(speed, self._rollers, stick)
         return torques
 
+    def outline(self) -> Any:
+        """That of the load, on the cylinder."""
+        wheel = float(np.max(self.transmission.wheel_radius))
+        drum = Drum(float(self.transmission.cylinder_radius), wheel, self.cylinder_inertia)
+        return self.load.outline(self.link_mass, drum)
 
-def judged(
-    by_wheel: dict[str, np.ndarray], slip_demand: np.ndarray
-) -> tuple[Callable[[], dict[str, np.ndarray]], Callable[[], np.ndarray]]:
-    """Functions for the losses of all wheels, and for their demands, as in `Forces`."""
-    return functools.partial(contact_losses, by_wheel, slip_demand), lambda: slip_demand
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeparateMechanics(_OnLinks):
+    """A load on links, without wheels or a cylinder."""
 
-def contact_losses(by_wheel: dict[str, np.ndarray], slip_demand: np.ndarray) -> dict[str, np.ndarray]:
-    """Losses of all wheels, with the creep of those that slide as "slip". (m,) each [W]"""
-    found = {name: loss.sum(axis=-1) for name, loss in by_wheel.items()}
-    slides = slip_demand > 1.0
-    found["slip"] = 0.0 * found["creep"]
-    if slides.any():
-        found["slip"] = np.sum(np.where(slides, by_wheel["creep"], 0.0), axis=-1)
-        found["creep"] = found["creep"] - found["slip"]
-    return found
+    load: Load
+    count: int
+    """Of links."""
+    link_mass: float
+    """With what moves it. [kg] or [kg m^2]"""
+    losses: tuple[str, ...] = ()
+    steered: tuple[str, ...] = ()
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Twist."""
+        return self.load.coordinates
+
+    @property
+    def demands(self) -> tuple[tuple[Limit, str], ...]:
+        """Limits of the linkage."""
+        return self.load.demands
+
+    def at(self, configuration: np.ndarray, rates: np.ndarray) -> Place:
+        """Inertia with that of the links, and kinematics."""
+        link, inertia, bias = self.load.on_links(configuration, rates, self.link_mass)
+        return Place(link.changes, inertia, bias, link)
+
+    def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
+        """None: the motors act on the links, see `LinkMotors`."""
+        return Forces(0.0 * rates, 0.0 * angles, dict, lambda: place.kinematics.demand)

@@ -13,15 +13,16 @@ Source: faulring2006, Fig 11 and Fig 12, for the motors; Newton and Euler.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from infinivar._core.collocation import Balance, Rates
+from infinivar.errors import ParameterError
 from infinivar.limits import Limit
-from infinivar.machines.hand import Grasp, Hand, at_times
+from infinivar.machines.hand import Grasp, Grip, Hand, at_times, without_point
 from infinivar.machines.motors import (
     POWER_LOSSES,
     STEERING_LOSSES,
@@ -30,9 +31,13 @@ from infinivar.machines.motors import (
     Powers,
     SteeringServo,
 )
+from infinivar.motion.histories import VectorHistory
 
 Angles = Callable[[float], Any]
 """Steering angles by time, where no servo sets them. [s] to (s,) [rad]"""
+
+Wanted = Callable[[float, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""Steering angles and rates by the time at which they act, configuration, rates and present angles."""
 
 _STEP = 1e-6
 """Half the time over which prescribed angles are differenced. [s]"""
@@ -99,6 +104,69 @@ class Mechanics(Protocol):
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
         """Forces of contacts and guideways."""
         ...
+
+    def rates_of(self, configuration: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """Rates that the configuration determines, from its time derivative. (c,) each"""
+        ...
+
+    def start(self, motion: VectorHistory) -> tuple[np.ndarray, np.ndarray]:
+        """Configuration (c,) and rates (N,) with which a machine that follows a motion starts."""
+        ...
+
+    def grip(self, handle: Sequence[float] = (0.0, 0.0)) -> Grip:
+        """The handle, of a body in the plane at a point of it. [m]
+
+        Raises
+        ------
+        ParameterError
+            If the machine has none.
+        """
+        ...
+
+    def held_at(self, configuration: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """Point of a body in the plane, in its axes, that is at a position; of others 0. (2,) [m]"""
+        ...
+
+    def outline(self) -> Any:
+        """What is drawn of it, one of `infinivar.machines.outline`; None if it is not drawn in motion."""
+        ...
+
+    def stuck(self, configuration: np.ndarray, rates: np.ndarray) -> str:
+        """Why the machine cannot move on from rows of its states, or nothing."""
+        ...
+
+
+class Defaults:
+    """What a `Mechanics` says unless its kind knows better."""
+
+    __slots__ = ()
+
+    def rates_of(self, configuration: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """The time derivative itself."""
+        return change
+
+    def start(self: Any, motion: VectorHistory) -> tuple[np.ndarray, np.ndarray]:
+        """At rest."""
+        return motion(0.0), np.zeros(len(self.coordinates))
+
+    def grip(self, handle: Sequence[float] = (0.0, 0.0)) -> Grip:
+        """None."""
+        without_point(handle)
+        raise ParameterError(
+            "machine must have a handle: a planar cobot, platform, arm or slide; shafts of a sphere have none"
+        )
+
+    def held_at(self, configuration: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """Nowhere else."""
+        return np.zeros(2)
+
+    def outline(self) -> Any:
+        """Not drawn."""
+        return None
+
+    def stuck(self, configuration: np.ndarray, rates: np.ndarray) -> str:
+        """Nothing."""
+        return ""
 
 
 @dataclass(slots=True)

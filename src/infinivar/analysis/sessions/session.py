@@ -18,8 +18,8 @@ from infinivar.machines.control.controller import Plant, begun
 from infinivar.machines.control.sensing import GuidedController, Sensing, Sensors, check_rate
 from infinivar.machines.control.tasks import controller_of, curve_of, surface_of
 from infinivar.machines.hand import GrippingArm, Hand
-from infinivar.machines.kinds.handles import grip_of
-from infinivar.machines.kinds.moving import LINKED, MACHINES, Machine
+from infinivar.machines.kind import Machine
+from infinivar.machines.registry import MACHINES
 from infinivar.machines.system import System
 from infinivar.motion.machine_scenario import History, over_time
 from infinivar.motion.virtual.tasks import TASKS, HandleTask
@@ -118,14 +118,14 @@ def session(
     require(path is None or hasattr(path, "nearest"), "path", repr(path), "a curve: with nearest(point, near)")
 
     mechanics = machine.mechanics(stick_speed)
-    grip = grip_of(mechanics, handle)
+    grip = mechanics.grip(handle)
     start = _row("pose", pose, machine.home)
     at_home = grip.at(start[None], np.zeros((1, len(mechanics.coordinates)))).position[0]
     hand = Hand(grip=grip, **_user(user, intention, force, at_home))
     system = System(
         mechanics=mechanics,
         motor=machine.power_motor(stick_speed),
-        links=machine.link_motors(stick_speed) if isinstance(machine, LINKED) else None,
+        links=machine.link_motors(stick_speed),
         servo=machine.servo(stick_speed) if servos == "real" and mechanics.steered else None,
         prescribed_steering=servos == "ideal" or not mechanics.steered,
         hand=hand,

@@ -17,7 +17,7 @@ from infinivar.errors import InputError, ParameterError, require
 from infinivar.machines.control.controller import Law, Measured, Plant
 from infinivar.machines.control.loops import Commands
 from infinivar.machines.control.planar import Surface
-from infinivar.machines.separate import SeparateMechanics
+from infinivar.machines.linkage import SeparateMechanics
 from infinivar.motion.virtual.fixtures import Allowed
 
 

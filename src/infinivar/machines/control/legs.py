@@ -21,11 +21,10 @@ from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.fields import check, component, given, quantity
 from infinivar.errors import ParameterError
-from infinivar.machines.bodies import rotation_between
 from infinivar.machines.control.controller import Law, Measured, Plant
 from infinivar.machines.control.loops import Commands
 from infinivar.machines.control.planar import Surface
-from infinivar.machines.linkage import LeggedMechanics, PlatformLoad
+from infinivar.machines.linkage import LeggedMechanics
 from infinivar.motion.virtual.constrained import free_basis
 from infinivar.motion.virtual.curves import Curve
 from infinivar.transmission.legs import least_creep_speed, least_surface_speed
@@ -39,8 +38,8 @@ _SLOWEST = 0.05
 _STRICT = 1e-10
 """Tolerance of the limits in the quadratic program, in units of the free twist."""
 
-PLATFORM = ("x", "y", "z", "rx", "ry", "rz")
-"""Coordinates of a platform's twist."""
+IN_SPACE = ("x", "y", "z", "rx", "ry", "rz")
+"""Coordinates of the twist of a body in space."""
 
 
 class Rows(Protocol):
@@ -195,7 +194,7 @@ class _Admittance:
         """Virtual mass and damping about the twist."""
         across = grip.T @ grip
         mass, damping = self.settings.mass * across, self.settings.damping * across
-        if isinstance(self.mechanics.load, PlatformLoad):
+        if self.mechanics.load.turns:
             turns = np.diag([0.0] * 3 + [1.0] * 3)
             mass = mass + self.settings.inertia * turns
             damping = damping + self.settings.turning_damping * turns
@@ -208,8 +207,8 @@ class _Admittance:
             return np.linalg.inv(np.linalg.cholesky(mass)).T
         position = np.zeros(3)
         position[: len(measured.position[:3])] = measured.position[:3]
-        if isinstance(self.mechanics.load, PlatformLoad):
-            return free_basis(constraint.rows(PLATFORM, position, None).rows, mass)
+        if self.mechanics.load.turns:
+            return free_basis(constraint.rows(IN_SPACE, position, None).rows, mass)
         return free_basis(np.asarray(constraint.rows(self.plant.grip.axes, position, None).rows) @ grip, mass)
 
     def _limits(
@@ -249,17 +248,14 @@ class _Admittance:
 
     def _apart(self, pose: np.ndarray) -> np.ndarray:
         """Twist in unit time from a pose to that of the virtual mass."""
-        off = self.pose - pose
-        if isinstance(self.mechanics.load, PlatformLoad):
-            off = np.concatenate([off[:3], rotation_between(pose[3:], self.pose[3:])])
-        return off
+        return self.mechanics.load.apart(pose, self.pose)
 
     def _changes(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
         return self.mechanics.load.at(pose[None], twist[None]).changes[0]
 
     def _moved(self, pose: np.ndarray, step: np.ndarray) -> np.ndarray:
         """A pose after a small twist in unit time."""
-        if not isinstance(self.mechanics.load, PlatformLoad):
+        if not self.mechanics.load.turns:
             return pose + step
         half = pose + 0.5 * self._changes(pose, step)
         return pose + self._changes(half, step)

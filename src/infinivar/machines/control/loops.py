@@ -16,19 +16,14 @@ import numpy as np
 from infinivar._core.fields import given
 from infinivar.drivetrain.control import LINK_BANDWIDTH, SPEED_BANDWIDTH, CoboticControl, ConventionalControl
 from infinivar.drivetrain.loops import Loop, Servo, speed_loop
-from infinivar.machines.bodies import angular_velocity, rotation_between
-from infinivar.machines.linkage import Linkage, Load, PlatformLoad
+from infinivar.machines.linkage import Linkage, Load, SeparateMechanics
 from infinivar.machines.motors import LinkMotors
-from infinivar.machines.separate import SeparateMechanics
-from infinivar.machines.system import Inputs, System
+from infinivar.machines.system import Inputs, System, Wanted
 from infinivar.motion.histories import VectorHistory
 from infinivar.transmission.planar import PlanarCobot
 
 _STEP = 1e-4
 """Half the time over which commanded angles are differenced. [s]"""
-
-Wanted = Callable[[float, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-"""Steering angles and rates by the time at which they act, configuration, rates and present angles."""
 
 
 @dataclass(slots=True)
@@ -121,14 +116,11 @@ class LinkController:
         pole = 2.0 * math.pi * given(control.speed_bandwidth, SPEED_BANDWIDTH)
         gain = 2.0 * math.pi * given(control.link_bandwidth, LINK_BANDWIDTH)
         load = self.mechanics.load
-        goal, twist = pose_twist(load, self.motion, time)
+        goal, twist = load.along(self.motion, time)
         # In the middle of the sample in which the currents act.
         before, after = around(self.motion, min(time + 1.5 * period, float(self.motion.time[-1])))
-        change = (pose_twist(load, self.motion, after)[1] - pose_twist(load, self.motion, before)[1]) / (after - before)
-        off = goal - pose
-        if isinstance(load, PlatformLoad):
-            off = np.concatenate([off[:3], rotation_between(pose[3:], goal[3:])])
-        wanted = twist + gain * off
+        change = (load.along(self.motion, after)[1] - load.along(self.motion, before)[1]) / (after - before)
+        wanted = twist + gain * load.apart(pose, goal)
         place = self.mechanics.at(pose[None], rates[None])
         link: Linkage = place.kinematics
         inertia, jacobian = place.inertia[0], link.jacobian[0]
@@ -214,12 +206,9 @@ def following_angles(angles: Callable[[float], Any]) -> Wanted:
     return wanted
 
 
-def pose_twist(load: Load, motion: VectorHistory, time: float) -> tuple[np.ndarray, np.ndarray]:
-    """Pose of a motion, and the twist of its coordinates."""
-    pose, rate = motion(time), motion.rate(time)
-    if isinstance(load, PlatformLoad):
-        rate = np.concatenate([rate[:3], angular_velocity(pose[3:], rate[3:])])
-    return pose, rate
+def standing(pose: np.ndarray, duration: float) -> VectorHistory:
+    """The motion that keeps a pose."""
+    return VectorHistory(time=[0.0, duration], values=[pose, pose])
 
 
 def following_pose(
@@ -238,15 +227,13 @@ def following_pose(
     """
 
     def planned(time: float) -> np.ndarray:
-        pose, twist = pose_twist(load, motion, time)
+        pose, twist = load.along(motion, time)
         return load.at(pose[None], twist[None]).speed[0]
 
     def wanted(time: float, c: np.ndarray, nu: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        pose, twist = pose_twist(load, motion, time)
+        pose, twist = load.along(motion, time)
         jacobian = load.at(c[None], nu[None, :-1]).jacobian[0]
-        off = pose - c
-        if isinstance(load, PlatformLoad):
-            off = np.concatenate([off[:3], rotation_between(c[3:], pose[3:])])
+        off = load.apart(c, pose)
         turning = math.copysign(max(abs(float(nu[-1])), 0.05 * abs(set_speed)), set_speed)
         slope = -(jacobian @ (twist + gain * off)) / (radius * turning)
         before, after = around(motion, time)

@@ -20,8 +20,7 @@ from infinivar.machines.control.controller import Law, Measured, Plant
 from infinivar.machines.control.loops import Commands
 from infinivar.machines.control.planar_laws import caster_rate, contact_turning_limit, path_turning
 from infinivar.machines.hand import BodyGrip
-from infinivar.machines.kinds.moving import PlanarMachine
-from infinivar.transmission.planar import drift
+from infinivar.transmission.planar import PlanarCobot, drift
 
 _NEVER_SLIPS = 0.95
 """Most of the slip force for which a slip angle is fed forward."""
@@ -111,6 +110,20 @@ def _kept(going: Going) -> tuple[float, float]:
     return 0.0, 0.0
 
 
+def cobot_of(plant: Plant, doing: str) -> PlanarCobot:
+    """The body on wheels that a machine is; `doing` says what it is asked for.
+
+    Raises
+    ------
+    ParameterError
+        If it is none.
+    """
+    cobot = getattr(plant.machine, "cobot", None)
+    if cobot is None:
+        raise ParameterError(f"{doing} a PlanarMachine, got a {type(plant.machine).__name__}")
+    return cobot
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Guided:
     """What all laws of planar cobots share."""
@@ -131,10 +144,9 @@ class _Guided:
     def _law(
         self, plant: Plant, turning: Turning, usual: Callable[[Measured], float], attitude: Attitude = _kept
     ) -> Law:
-        machine = plant.machine
-        if not isinstance(machine, PlanarMachine) or not isinstance(plant.grip, BodyGrip):
-            raise ParameterError(f"{type(self).__name__} guides a PlanarMachine, got a {type(machine).__name__}")
-        return _Steering(self, machine, plant.grip, plant.period, turning, usual, attitude).commands
+        cobot = cobot_of(plant, f"{type(self).__name__} guides")
+        assert isinstance(plant.grip, BodyGrip)
+        return _Steering(self, cobot, plant.grip, plant.period, turning, usual, attitude).commands
 
 
 @dataclass(slots=True)
@@ -142,7 +154,7 @@ class _Steering:
     """Directions of motion in a session, and the wheels that permit them."""
 
     settings: _Guided
-    machine: PlanarMachine
+    cobot: PlanarCobot
     grip: BodyGrip
     period: float
     turning: Turning
@@ -154,8 +166,8 @@ class _Steering:
     inertia: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
-        self.mass = float(self.machine.cobot.mass)  # type: ignore[arg-type]
-        self.inertia = np.diag([self.mass, self.mass, float(self.machine.cobot.inertia)])  # type: ignore[arg-type]
+        self.mass = float(self.cobot.mass)  # type: ignore[arg-type]
+        self.inertia = np.diag([self.mass, self.mass, float(self.cobot.inertia)])  # type: ignore[arg-type]
 
     def commands(self, measured: Measured) -> Commands:
         """Angles and rates of the wheels."""
@@ -199,7 +211,7 @@ class _Steering:
 
     def _turning_of_body(self, measured: Measured, going: Going) -> float:
         """omega of the body over the speed of the handle. [rad m^-1]"""
-        if self.machine.cobot.mechanism.wheels == 1:
+        if self.cobot.mechanism.wheels == 1:
             return 0.0
         spin, turned = self.attitude(going)
         off = float(measured.configuration[2]) - self.orientation - turned
@@ -214,12 +226,12 @@ class _Steering:
     def _headings(self, direction: float, spin: float, measured: Measured, after: float) -> np.ndarray:
         """Directions of the wheels' carriers in the body, some time after the measurement. (k,)"""
         angle = float(measured.configuration[2]) + after * float(measured.rates[2])
-        moves = self.machine.cobot.mechanism.jacobian @ self._twist(direction, spin, angle)
+        moves = self.cobot.mechanism.jacobian @ self._twist(direction, spin, angle)
         return np.arctan2(moves[:, 1], moves[:, 0])
 
     def _slip_angles(self, measured: Measured, going: Going, rate: float, spin: float) -> np.ndarray:
         """What the wheels' headings have beyond the directions of their carriers. (k,)"""
-        cobot = self.machine.cobot
+        cobot = self.cobot
         count = cobot.mechanism.wheels
         found = np.zeros(count)
         if not self.settings.slip_feedforward:
@@ -248,7 +260,7 @@ class _Steering:
         wrench = np.array([x, y, self.grip.point[0] * y - self.grip.point[1] * x])
         gained = float(unit @ (wrench - bias - inertia @ changing)) / float(unit @ inertia @ unit)
         needed = inertia @ (gained * unit + changing) + bias - wrench
-        rows = self.machine.cobot.mechanism.jacobian
+        rows = self.cobot.mechanism.jacobian
         moves = rows @ unit
         size = np.maximum(np.hypot(moves[:, 0], moves[:, 1]), 1e-9)
         across = (moves[:, :1] * rows[:, 1] - moves[:, 1:] * rows[:, 0]) / size[:, None]

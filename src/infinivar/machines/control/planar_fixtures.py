@@ -24,8 +24,7 @@ from infinivar._core.fields import check, component, quantity
 from infinivar.errors import InputError, ParameterError
 from infinivar.machines.control.controller import Law, Measured, Plant
 from infinivar.machines.control.loops import Commands
-from infinivar.machines.control.planar import CasterGuide, Going, PathGuide, Surface
-from infinivar.machines.kinds.moving import PlanarMachine
+from infinivar.machines.control.planar import CasterGuide, Going, PathGuide, Surface, cobot_of
 from infinivar.motion.virtual.fixtures import Allowed
 from infinivar.motion.virtual.surfaces import Ball, HalfSpace
 from infinivar.transmission.planar import COORDINATES
@@ -92,10 +91,8 @@ class PlanarFixtureGuide:
         InputError
             At the first sample, if the cobot cannot be guided so.
         """
-        if not isinstance(plant.machine, PlanarMachine):
-            raise ParameterError(f"PlanarFixtureGuide guides a PlanarMachine, got a {type(plant.machine).__name__}")
+        wheels = cobot_of(plant, "PlanarFixtureGuide guides").mechanism.wheels
         chosen: list[Law] = []
-        wheels = plant.machine.cobot.mechanism.wheels
 
         def law(measured: Measured) -> Commands:
             if not chosen:
@@ -164,9 +161,7 @@ class PlanarHoldGuide:
 
     def begin(self, plant: Plant) -> Law:
         """The law of one session."""
-        if not isinstance(plant.machine, PlanarMachine):
-            raise ParameterError(f"PlanarHoldGuide holds a PlanarMachine, got a {type(plant.machine).__name__}")
-        headings = locking_headings(plant.machine.cobot.positions)
+        headings = locking_headings(cobot_of(plant, "PlanarHoldGuide holds").positions)
         first: list[Commands] = [Commands(steering=headings, steering_rate=0.0 * headings)]
         return lambda measured: first.pop() if first else Commands()
 

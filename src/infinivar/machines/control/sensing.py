@@ -11,12 +11,9 @@ from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.fields import check, component, quantity
 from infinivar.errors import ParameterError, require
-from infinivar.machines.bodies import angular_velocity
 from infinivar.machines.control.controller import Law, Measured, checked
 from infinivar.machines.control.loops import Commands, Loops
-from infinivar.machines.kinds.moving import Machine
-from infinivar.machines.kinds.rolling import PlanarMechanics
-from infinivar.machines.linkage import LeggedMechanics, PlatformLoad
+from infinivar.machines.kind import Machine
 from infinivar.machines.system import Inputs, System
 
 SLOWEST, FASTEST = 500.0, 10_000.0
@@ -138,7 +135,7 @@ class Sensors:
         speeds = nu
         if sensing.differenced:
             before = position if self.read is None else self.read
-            moved = rates_of(system, position, (position - before) / sensing.period)
+            moved = system.mechanics.rates_of(position, (position - before) / sensing.period)
             speeds = nu.copy()
             speeds[: len(moved)] = moved
             turning = (heading - (heading if self.turned is None else self.turned)) / sensing.period
@@ -237,15 +234,3 @@ def quantised(values: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """Values to the nearest multiple of a step; a step of 0 leaves them."""
     whole = np.where(steps > 0.0, steps, 1.0)
     return np.where(steps > 0.0, whole * np.round(values / whole), values)
-
-
-def rates_of(system: System, configuration: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """Rates of the machine's coordinates that the configuration determines, from its time derivative."""
-    mechanics = system.mechanics
-    if isinstance(mechanics, PlanarMechanics):
-        cosine, sine = math.cos(configuration[2]), math.sin(configuration[2])
-        x, y, turning = change
-        return np.array([cosine * x + sine * y, cosine * y - sine * x, turning])
-    if isinstance(mechanics, LeggedMechanics) and isinstance(mechanics.load, PlatformLoad):
-        return np.concatenate([change[:3], angular_velocity(configuration[3:], change[3:])])
-    return change

@@ -14,14 +14,7 @@ from infinivar.machines.control.impedance import ImpedanceGuide
 from infinivar.machines.control.legs import AdmittanceGuide, HoldGuide
 from infinivar.machines.control.planar import CasterGuide, PathGuide, WallGuide
 from infinivar.machines.control.planar_fixtures import Beside, PlanarFixtureGuide, PlanarHoldGuide
-from infinivar.machines.kinds.moving import (
-    LINKED,
-    ArmMachine,
-    Machine,
-    PlanarMachine,
-    PlatformMachine,
-    SlideMachine,
-)
+from infinivar.machines.kind import Machine
 from infinivar.motion.virtual.fixtures import OnCurve, OnSurface
 from infinivar.motion.virtual.tasks import (
     TASKS,
@@ -33,9 +26,6 @@ from infinivar.motion.virtual.tasks import (
     VirtualPath,
     VirtualWall,
 )
-
-LEGGED = (PlatformMachine, ArmMachine, SlideMachine)
-"""Machines with legs on a common cylinder."""
 
 SETTLING_LENGTH = 0.05
 """Length over which the offset from a path decays, if the task does not say. [m]"""
@@ -54,11 +44,7 @@ class CoastGuide:
 
         def law(measured: Measured) -> Commands:
             if not kept:
-                angles = measured.steering
-                if isinstance(plant.machine, PlanarMachine) and np.any(measured.rates):
-                    found = np.asarray(plant.machine.cobot.headings(measured.rates))
-                    angles = np.where(np.isfinite(found), found, angles)
-                kept.append(angles)
+                kept.append(plant.machine.coast(measured.rates, measured.steering))
             return Commands(steering=kept[0], steering_rate=0.0 * kept[0])
 
         return law
@@ -74,13 +60,7 @@ def controller_of(task: HandleTask, machine: Machine) -> Any:
     """
     if not isinstance(task, HandleTask):
         raise ParameterError(f"task must be one of {', '.join(kind.__name__ for kind in TASKS.values())}, got {task!r}")
-    found = None
-    if isinstance(machine, PlanarMachine):
-        found = _of_planar(task)
-    elif isinstance(machine, LEGGED):
-        found = _of_legs(task)
-    elif isinstance(machine, LINKED):
-        found = _of_links(task)
+    found = machine.guide(task) if isinstance(machine, Machine) else None
     if found is None:
         raise ParameterError(
             f"task {type(task).__name__} has no controller for a {type(machine).__name__}; give one as controller"
@@ -88,7 +68,8 @@ def controller_of(task: HandleTask, machine: Machine) -> Any:
     return found
 
 
-def _of_planar(task: HandleTask) -> Any:
+def guide_of_wheels(task: HandleTask) -> Any:
+    """The guide of a body on steered wheels that does a task, or None."""
     if isinstance(task, VirtualPath):
         _in_plane(task.curve.dimension)
         return PathGuide(curve=task.curve, k1=given(task.settling_length, SETTLING_LENGTH) ** -2)
@@ -106,7 +87,8 @@ def _of_planar(task: HandleTask) -> Any:
     return CoastGuide() if isinstance(task, Coasting) else None
 
 
-def _of_legs(task: HandleTask) -> Any:
+def guide_of_legs(task: HandleTask) -> Any:
+    """The guide of legs on a common cylinder that does a task, or None."""
     if isinstance(task, VirtualPath):
         return AdmittanceGuide(constraint=OnCurve(curve=task.curve), ends=task.curve if task.ends == "stop" else None)
     if isinstance(task, VirtualWall):
@@ -123,7 +105,8 @@ def _of_legs(task: HandleTask) -> Any:
     return CoastGuide() if isinstance(task, Coasting) else None
 
 
-def _of_links(task: HandleTask) -> Any:
+def guide_of_motors(task: HandleTask) -> Any:
+    """The guide of a motor for each link that does a task, or None."""
     if isinstance(task, VirtualWall):
         stiffness, damping = given(task.stiffness, STIFFNESS), given(task.damping, DAMPING)
         return ImpedanceGuide(wall=task.surface, stiffness=stiffness, damping=damping, two_sided=task.sides == "two")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
@@ -12,16 +13,24 @@ from annotated_types import Gt, Interval
 from infinivar._core.array_namespace import Array
 from infinivar._core.bounds import FINITE, NonZero
 from infinivar._core.fields import brief, check, check_real, component, given, quantity, several
+from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.drive import DrivePoint, motor_side, needed, placed
+from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.machines.course import MachineCourse
-from infinivar.machines.kinds.moving import SphereMachine
+from infinivar.machines.kind import Machine, MachineDrive, motor_of, servo_of
 from infinivar.machines.machine import TaskPoint, rows
+from infinivar.machines.motors import PowerMotor, SteeringServo
+from infinivar.machines.rolling import ROLLING_LOSSES, RollingState, judged, slip_demands
+from infinivar.machines.system import Defaults, Forces, Place
 from infinivar.machines.wheel import Wheel
+from infinivar.motion.histories import VectorHistory
+from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
+from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.sphere_layout import LayoutName, Roller
 from infinivar.transmission.spherical import SphericalIVT, SphericalPoint
 
@@ -65,6 +74,8 @@ class RollerPlace:
         )
 
 
+_POINT_BY_LAW = "creepage by the creep law, without spin"
+
 _KEPT = 16
 """Operations of a transmission that are kept: drives that differ in motor, gearhead or amplifier share them."""
 
@@ -79,7 +90,98 @@ def _scaled(names: str, vector: tuple[float, ...]) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SphereDrive:
+class SphereMechanics(Defaults):
+    """A sphere between rollers and two shafts with their inertias; one steering angle turns all steered rollers.
+
+    The configuration is the angles of the shafts.
+    """
+
+    ivt: SphericalIVT
+    shaft_inertias: tuple[float, float]
+    sphere_inertia: float
+    stick_speed: float
+    coordinates: tuple[str, ...] = ("w_1_rad_s", "w_2_rad_s", "sphere_x_rad_s", "sphere_y_rad_s", "sphere_z_rad_s")
+    configuration: tuple[str, ...] = ("shaft_1_rad", "shaft_2_rad")
+    steered: tuple[str, ...] = ("gamma_rad",)
+    losses: tuple[str, ...] = ROLLING_LOSSES
+
+    @property
+    def demands(self) -> tuple[tuple[Limit, str], ...]:
+        """Slip of each roller."""
+        return slip_demands(len(self.ivt.kinds), "roller")
+
+    def at(self, configuration: np.ndarray, rates: np.ndarray) -> Place:
+        """Constant inertia."""
+        inertia = np.diag([*self.shaft_inertias, *[self.sphere_inertia] * 3])
+        return Place(rates[:, :2], np.broadcast_to(inertia, (len(rates), 5, 5)), 0.0 * rates, None)
+
+    def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
+        """Forces of the rollers, and what resists the rolling of those on fixed axles."""
+        found, applied, losses, turned = self.ivt.moving(
+            rates, angles[:, 0], turning[:, 0] if np.ndim(turning) else 0.0, self.stick_speed
+        )
+        return Forces(-applied, turned[:, None], *judged(losses, found.slip_demand))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SphereMachine(Machine):
+    """A sphere between rollers with a source on shaft 1 and a load or user on shaft 2.
+
+    Raises
+    ------
+    ParameterError
+        If a field is out of range.
+    """
+
+    ivt: SphericalIVT = component("The transmission")
+    input_inertia: float = quantity("kg m^2", Gt(0), "Inertia of shaft 1 with its rollers, without a motor")
+    output_inertia: float = quantity("kg m^2", Gt(0), "Inertia of shaft 2 with its rollers and load")
+    sphere_inertia: float = quantity("kg m^2", Gt(0), "Inertia of the sphere about its centre")
+    motor: Motor | None = component("Motor on shaft 1", default=None)
+    gearhead: Gearhead | None = component("Its gearhead", default=None)
+    amplifier: Amplifier = component("Amplifier of the motor", default_factory=Amplifier)
+    input_speed: float = quantity("rad/s", NonZero(), "Speed of shaft 1, if the motor holds it", default=1.0)
+    steering: SteeringPlant | None = component("Servo of the steering", default=None)
+    control: CoboticControl = component("Controllers", default_factory=CoboticControl)
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+
+    @property
+    def home(self) -> np.ndarray:
+        """Angles of the shafts at the start."""
+        return np.zeros(2)
+
+    @property
+    def set_speed(self) -> float:
+        """Speed of the motor's coordinate. [rad s^-1]"""
+        return self.input_speed
+
+    def mechanics(self, stick_speed: float) -> SphereMechanics:
+        """Contacts and inertia."""
+        return SphereMechanics(
+            ivt=self.ivt,
+            shaft_inertias=(self.input_inertia, self.output_inertia),
+            sphere_inertia=self.sphere_inertia,
+            stick_speed=stick_speed,
+        )
+
+    def servo(self, stick_speed: float) -> SteeringServo:
+        """Servo of the steering."""
+        return servo_of(self.steering, self.ivt.steering, self.amplifier, stick_speed)
+
+    def power_motor(self, stick_speed: float) -> PowerMotor | None:
+        """Motor of shaft 1."""
+        return motor_of(self.motor, self.gearhead, self.amplifier, 0, stick_speed / self.ivt.drive.wheel_radius)
+
+    def roll(self, rates: np.ndarray, angles: np.ndarray) -> np.ndarray:
+        """Of shafts and sphere."""
+        return self.ivt.rolling_rates(float(angles[0]), self.set_speed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SphereDrive(MachineDrive):
     """A motor on shaft 1 of a sphere between rollers; shaft 2 moves a joint, at any ratio of either sign."""
 
     WORD: ClassVar[str] = "sphere"
@@ -171,6 +273,67 @@ class SphereDrive:
             gearhead=self.gearhead,
             amplifier=self.amplifier,
             input_speed=self.input_speed,
+        )
+
+    def turned(self, point: TaskPoint, wrench: np.ndarray) -> tuple[float, SphericalPoint]:
+        """Steering angle at one operating point under a torque on the load (1,), and the operation of the transmission. [rad]"""
+        angle = float(point.states["steering_angle_rad"])
+        torque = float(np.asarray(wrench)[0])
+        found = self.transmission.operate(steering_angle=angle, input_speed=self.input_speed, output_torque=torque)
+        return angle, found
+
+    def rolling(self, point: TaskPoint, twist: np.ndarray, wrench: np.ndarray) -> Iterator[RollingState]:
+        """Yield the state of each roller; its creepage is that of the law, as spin shares in the slip."""
+        angle, found = self.turned(point, wrench)
+        for index, (kind, wheel) in enumerate(zip(found.kinds, self.transmission.patches(), strict=True)):
+            groups = wheel.groups(self.sphere_radius * float(np.linalg.norm(found.sphere_velocity)))
+            driven = kind == "drive"
+            if driven and isinstance(wheel, DrivenContact):
+                groups = groups._replace(creep_stiffness=groups.creep_stiffness * wheel.stiffness_ratio)
+            force, demand = float(found.roller_forces[index]), float(found.slip_demand[index])
+            share = force / groups.slip_force
+            creepage = math.nan
+            if demand <= 1.0 and abs(share) < 1.0:
+                creepage = float(groups.formulas(wheel.creep_law).creepage(share)) / groups.creep_group
+            yield RollingState(
+                name=f"{kind} roller {found.kinds[: index + 1].count(kind)}",
+                law=wheel.creep_law,
+                groups=groups,
+                lateral_force=force,
+                creepage=creepage,
+                slip_demand=demand if math.isfinite(demand) else math.inf,
+                contact=wheel.contact,
+                preload=wheel.preload,
+                notes=(("steering angle", angle), ("note", _POINT_BY_LAW)),
+                along=driven,
+            )
+
+    def scenario(
+        self, machine: SphereMachine, time: np.ndarray, pose: np.ndarray, wrench: np.ndarray, closed: bool
+    ) -> MachineScenario:
+        """Shaft 2 follows angles (t, 1) under torques of a user (t, 1) by prescribed steering angles: those of steady operation
+        with the inertia of shaft 2; closed: whether half of it settles.
+
+        Raises
+        ------
+        ParameterError
+            If a roller slips.
+        """
+        moves = VectorHistory(time=time, values=pose)
+        speed = np.array([moves.rate(float(one))[0] for one in time])
+        torque = machine.output_inertia * np.array([moves.acceleration(float(one))[0] for one in time]) - wrench[:, 0]
+        angle, point = self.steer(speed, torque)
+        if not np.all(np.isfinite(angle)):
+            raise ParameterError("a roller of the sphere slips: no steering angle gives the motion")
+        steering = VectorHistory(time=time, values=angle[:, None])
+        shafts = np.concatenate([0.0 * wrench, wrench], axis=-1)
+        return MachineScenario(
+            duration=float(time[-1]),
+            steering=steering,
+            servos=False,
+            rates=[self.input_speed, float(speed[0]), *np.asarray(point.sphere_velocity)[0]],
+            wrench=VectorHistory(time=time, values=shafts, smooth=False) if np.any(shafts) else None,
+            settling_time=0.5 * float(time[-1]) if closed else None,
         )
 
     def steer(self, speed: Array, torque: Array) -> tuple[np.ndarray, SphericalPoint]:

@@ -11,7 +11,6 @@ from infinivar import power
 from infinivar.analysis.tightest import tight_words, tightest_of
 from infinivar.figures import style
 from infinivar.limits import LEADING, Demand, Limit, words_of
-from infinivar.machines.kinds.planar import PlanarDrive
 from infinivar.study.study import Study
 from infinivar.units import times
 from infinivar.web.answers import words
@@ -105,7 +104,7 @@ def _stored(found: Any) -> Any:
 
 def _source(place: Place) -> str:
     """What feeds the drive: a cart has no motor, and is pushed."""
-    return "push" if isinstance(place.drive, PlanarDrive) else _SUPPLY
+    return getattr(place.drive, "source", _SUPPLY)
 
 
 def _demands(place: Place, found: Any) -> dict[Demand, float]:
