@@ -18,7 +18,7 @@ import infinivar as iv
 from benchmarks._measure import STUDY, Line
 from infinivar.bondgraph.model import model
 from infinivar.bondgraph.namespaces import FloatNamespace
-from infinivar.drivetrain.moving.system import System
+from infinivar.machines.system import System
 
 SLOWER = 20.0
 """Most times slower than real time."""

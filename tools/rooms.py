@@ -13,7 +13,7 @@ import tokenize
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1] / "src" / "infinivar"
-KINDS = ("drivetrain/machines", "drivetrain/moving", "drivetrain/guidance")
+KINDS = ("machines/",)
 """Rooms whose classes are kinds; elsewhere, a question which kind something is ties a file to all of them."""
 SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 

@@ -63,33 +63,26 @@ from .contact.exact.transient import TransientRolling
 from .drivetrain.cobotic import CoboticDrive
 from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import Drive, DrivePoint, MovingPoint
-from .drivetrain.graphs.machines import machine_graph
 from .drivetrain.graphs.plants import plant_graph
-from .drivetrain.guidance.controller import Commands, Measured
-from .drivetrain.guidance.impedance import ImpedanceGuide
-from .drivetrain.guidance.legs import AdmittanceGuide, HoldGuide
-from .drivetrain.guidance.planar import CasterGuide, PathGuide, WallGuide
-from .drivetrain.guidance.sensing import Sensing
-from .drivetrain.guidance.tasks import CoastGuide
-from .drivetrain.machines.legged import ArmDrive, PlatformDrive, PlatformGeometry
-from .drivetrain.machines.machine import TaskPoint
-from .drivetrain.machines.planar import PlanarDrive
-from .drivetrain.machines.sphere import SphereDrive
-from .drivetrain.machines.wheel import Wheel
-from .drivetrain.many_legs import LeggedDrive, MachinePoint
-from .drivetrain.moving.machines import (
-    ArmMachine,
-    GearedSlideMachine,
-    PlanarMachine,
-    PlatformMachine,
-    SerialArmMachine,
-    SlideMachine,
-    SphereMachine,
-)
 from .drivetrain.output import Output
 from .drivetrain.steering import SteeringPlant
 from .errors import AuditError, InfinivarError, InputError, ParameterError
 from .limits import Limit
+from .machines.control.controller import Commands, Measured
+from .machines.control.impedance import ImpedanceGuide
+from .machines.control.legs import AdmittanceGuide, HoldGuide
+from .machines.control.planar import CasterGuide, PathGuide, WallGuide
+from .machines.control.sensing import Sensing
+from .machines.control.tasks import CoastGuide
+from .machines.graph import machine_graph
+from .machines.kinds.arm import ArmDrive, ArmMachine, SerialArmMachine
+from .machines.kinds.planar import PlanarDrive, PlanarMachine
+from .machines.kinds.platform import PlatformDrive, PlatformGeometry, PlatformMachine
+from .machines.kinds.slide import GearedSlideMachine, SlideMachine
+from .machines.kinds.sphere import SphereDrive, SphereMachine
+from .machines.machine import TaskPoint
+from .machines.many_legs import LeggedDrive, MachinePoint
+from .machines.wheel import Wheel
 from .motion.course import Course
 from .motion.duty_cycles import DutyCycle
 from .motion.files.reading import read_table

@@ -39,11 +39,11 @@ def test_a_cart_is_drawn_where_it_is():
 def test_rods_keep_their_length_and_meet_the_platform():
     found = platform()
     parts = parts_of(found)
-    rods = rods_of(parts.load, parts.configuration)
+    rods = parts.outline.rods(parts.configuration)
     np.testing.assert_allclose(np.linalg.norm(rods.upper - rods.lower, axis=-1), 0.14, rtol=1e-12)
     there = HEXAPOD.platform.at(parts.configuration[:, :3], parts.configuration[:, 3:])
     np.testing.assert_allclose(rods.link_position, there.link_position, atol=1e-15)
-    np.testing.assert_allclose(link_positions(parts), there.link_position, atol=1e-15)
+    np.testing.assert_allclose(parts.link_positions, there.link_position, atol=1e-15)
     np.testing.assert_allclose(parts.handle, found.position, atol=0.0)
 
 

@@ -189,7 +189,7 @@ def test_constraint_does_not_leak_through_the_ideal_six_legs():
     guide = AdmittanceGuide(constraint=Plane(), slip_feedforward=False, gain=0.0)
     mechanics = HEXAPOD.mechanics(1e-4)
     system = System(mechanics=mechanics, motor=HEXAPOD.power_motor(1e-4))
-    grip = grip_of(mechanics)
+    grip = mechanics.grip()
     law = begun(guide, Plant(machine=HEXAPOD, system=system, grip=grip, period=1e-3))
     rng = np.random.default_rng(4)
     pose = HEXAPOD.home
@@ -250,7 +250,7 @@ def test_approach_of_a_wall_is_bounded_while_the_pose_error_is_corrected(away):
     height, wall_time = HEXAPOD.home[2] - 1e-3, 0.02
     guide = AdmittanceGuide(wall=Floor(height), slip_feedforward=False, wall_time=wall_time)
     system = System(mechanics=HEXAPOD.mechanics(1e-4), motor=HEXAPOD.power_motor(1e-4))
-    law = begun(guide, Plant(machine=HEXAPOD, system=system, grip=grip_of(system.mechanics), period=1e-3))
+    law = begun(guide, Plant(machine=HEXAPOD, system=system, grip=system.mechanics.grip(), period=1e-3))
     for sample, off in enumerate((0.0, away, away)):
         pose = HEXAPOD.home + np.array([0.0, 0.0, off, 0.0, 0.0, 0.0])
         commands = law(
@@ -340,7 +340,7 @@ def test_limits_of_the_legs_bind_in_the_metric_of_the_mass():
 def test_arms_have_a_handle_at_their_end_point():
     machine, _ = MACHINES["arm"]
     mechanics = machine.mechanics(1e-4)
-    grip = grip_of(mechanics)
+    grip = mechanics.grip()
     c, nu = np.array([[0.4, -0.7]]), np.array([[0.8, 0.5, 14.0]])
     held = grip.at(c, nu)
     assert_allclose(held.position[0], machine.arm.end_point(c[0])[:2])

@@ -17,9 +17,9 @@ from infinivar._core.fields import check_instance, check_number
 from infinivar._core.result import Result, result
 from infinivar._core.threads import products_on_one_thread
 from infinivar.analysis.cycles.cylinder_policy import HARMONICS, RANGE, schedule, schedules_within
-from infinivar.drivetrain.many_legs import LeggedDrive, MachinePoint
 from infinivar.errors import require
 from infinivar.limits import ROOT_MEAN_SQUARE, Limit
+from infinivar.machines.many_legs import LeggedDrive, MachinePoint
 from infinivar.transmission.configuration import Configuration
 from infinivar.transmission.rates import Varying
 

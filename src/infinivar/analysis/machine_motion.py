@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
 
 from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.marching import March
-from infinivar.drivetrain.control import ConventionalControl
-from infinivar.drivetrain.moving import control
-from infinivar.drivetrain.moving.control import LinkController
-from infinivar.drivetrain.moving.legged import LeggedMechanics
-from infinivar.drivetrain.moving.machines import (
-    LINKED,
-    MACHINES,
-    Machine,
-    PlanarMachine,
-    SerialArmMachine,
-    SphereMachine,
-)
-from infinivar.drivetrain.moving.separate import SeparateMechanics
-from infinivar.drivetrain.moving.system import System
 from infinivar.errors import ParameterError, require
-from infinivar.motion.histories import VectorHistory
+from infinivar.machines.control import loops as control
+from infinivar.machines.control.loops import LinkController
+from infinivar.machines.kind import Machine
+from infinivar.machines.registry import MACHINES
+from infinivar.machines.system import System
 from infinivar.motion.machine_scenario import MachineScenario, over_time
 
 
@@ -81,20 +70,20 @@ class _Run:
             self.angles = lambda time: np.zeros(steers)
         elif not scenario.servos:
             raise ParameterError("steering = 'controlled' needs servos; leave servos true, or prescribe angles")
-        self.wrenched = self._user_coordinates()
+        self.wrenched = len(self.mechanics.configuration)
         wrench = None if scenario.wrench is None else over_time("wrench", scenario.wrench, self.wrenched)
         motor = None if scenario.source == "none" else machine.power_motor(scenario.stick_speed)
-        moves_links = isinstance(machine, LINKED)
-        if moves_links and (scenario.source != "held" or scenario.steering != "controlled"):
+        links = machine.link_motors(scenario.stick_speed)
+        if links is not None and (scenario.source != "held" or scenario.steering != "controlled"):
             raise ParameterError(
                 "source must be 'held', and steering 'controlled', for a machine with a motor for each link"
             )
-        if scenario.source == "held" and motor is None and not isinstance(machine, (PlanarMachine, *LINKED)):
+        if scenario.source == "held" and motor is None and links is None and not machine.pushed:
             raise ParameterError("source must be 'none' for a machine without a motor, got 'held'")
         self.system = System(
             mechanics=self.mechanics,
             motor=motor,
-            links=machine.link_motors(scenario.stick_speed) if moves_links else None,
+            links=links,
             servo=machine.servo(scenario.stick_speed) if scenario.servos else None,
             angles=None if scenario.servos else self.angles,
             wrench=wrench,
@@ -107,26 +96,17 @@ class _Run:
         self.period = 1.0 / rate
         self.controller = self._controller() if self.sampled else None
 
-    def _user_coordinates(self) -> int:
-        """Number of coordinates on which a user acts."""
-        if isinstance(self.mechanics, LeggedMechanics):
-            return len(self.mechanics.coordinates) - 1
-        return min(len(self.mechanics.coordinates), max(len(self.mechanics.configuration), 2))
-
     def _start(self) -> np.ndarray:
         scenario, mechanics = self.scenario, self.mechanics
         pose, rates = self.machine.home, np.zeros(len(mechanics.coordinates))
         if scenario.motion is not None:
             count = len(mechanics.configuration)
             require(scenario.motion.count == count, "motion", f"{scenario.motion.count} values", f"{count} values")
-            pose = scenario.motion(0.0)
-            if isinstance(mechanics, (LeggedMechanics, SeparateMechanics)):
-                pose, twist = control.pose_twist(mechanics.load, scenario.motion, 0.0)
-                rates[: len(twist)] = twist
+            pose, rates = mechanics.start(scenario.motion)
         if self.system.motor is not None and scenario.source == "held":
             rates[list(self.system.motor.coordinates)] = self.machine.set_speed
             if self.angles is not None:
-                rates = _rolling(self.machine, rates, np.asarray(self.angles(0.0), dtype=float))
+                rates = self.machine.roll(rates, np.asarray(self.angles(0.0), dtype=float))
         for name, usual in (("pose", pose), ("rates", rates)):
             value = getattr(scenario, name)
             if value is not None:
@@ -153,30 +133,8 @@ class _Run:
     def _wanted(self) -> control.Wanted | None:
         if self.angles is not None:
             return control.following_angles(self.angles)
-        settings, scenario, mechanics = self.machine.control, self.scenario, self.mechanics
-        assert not isinstance(settings, ConventionalControl)
-        gain = 2.0 * math.pi * settings.link_bandwidth
-        motion = scenario.motion
-        if isinstance(mechanics, LeggedMechanics):
-            if motion is None:
-                pose = self.machine.home if scenario.pose is None else np.array(scenario.pose)
-                motion = VectorHistory(time=[0.0, scenario.duration], values=[pose, pose])
-            return control.following_pose(
-                mechanics.load,
-                motion,
-                gain=gain,
-                radius=mechanics.transmission.cylinder_radius,
-                set_speed=self.machine.set_speed,
-                largest=mechanics.transmission.steering_range,
-            )
-        if isinstance(self.machine, PlanarMachine):
-            if motion is None:
-                raise ParameterError("motion is missing: steering = 'controlled' follows it")
-            return control.following_path(self.machine.cobot, motion, gain=gain)
-        raise ParameterError(
-            "steering must be 'locked' or angles over time for a sphere or a serial arm; only a platform, an arm on a common "
-            "cylinder and a planar cobot follow a motion"
-        )
+        pose = self.machine.home if self.scenario.pose is None else np.array(self.scenario.pose)
+        return self.machine.follow(self.mechanics, self.scenario.motion, pose, self.scenario.duration)
 
     def _controller(self) -> control.MachineController:
         system, settings, scenario = self.system, self.machine.control, self.scenario
@@ -209,12 +167,11 @@ class _Run:
         """Controller of a motor on each link, which start with the currents that hold the user."""
         system, motion = self.system, self.scenario.motion
         assert system.links is not None
-        assert isinstance(self.mechanics, SeparateMechanics)
         if motion is None:
-            motion = VectorHistory(time=[0.0, self.scenario.duration], values=[pose, pose])
+            motion = control.standing(pose, self.scenario.duration)
         links = LinkController(
             motors=system.links,
-            mechanics=self.mechanics,
+            mechanics=self.mechanics,  # type: ignore[arg-type]
             motion=motion,
             integral=-system.user(np.zeros(1))[0],
         )
@@ -255,12 +212,3 @@ class _Run:
             root_mean_squares=found.root_mean_squares,
             outcome=found.outcome,
         )
-
-
-def _rolling(machine: Machine, rates: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """Rates at which all contacts roll, from that of the motor's coordinate, where they determine all others."""
-    if isinstance(machine, SphereMachine):
-        return machine.ivt.rolling_rates(float(angles[0]), machine.set_speed)
-    if isinstance(machine, SerialArmMachine):
-        return machine.set_speed * np.cumprod([1.0, *(-np.tan(angles))])
-    return rates

@@ -13,8 +13,8 @@ from infinivar.analysis.animated import Animated
 from infinivar.analysis.judged import Judged
 from infinivar.analysis.run_limits import Event, first_settled
 from infinivar.bondgraph.audit import CLOSURE
-from infinivar.drivetrain.moving.machines import Machine
 from infinivar.limits import Demand
+from infinivar.machines.kind import Machine
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.units import plain
 

@@ -19,17 +19,10 @@ from infinivar._core.fields import given
 from infinivar.analysis.machine_motion import simulate_machine
 from infinivar.analysis.machine_run import MachineRun
 from infinivar.drivetrain.drive import EVERY_MACHINE, axis_of, is_machine, type_words
-from infinivar.drivetrain.machines.course import passing
-from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
-from infinivar.drivetrain.machines.planar import PlanarDrive
-from infinivar.drivetrain.machines.sphere import SphereDrive
-from infinivar.drivetrain.many_legs import LeggedDrive
-from infinivar.drivetrain.moving import control
 from infinivar.errors import ParameterError
-from infinivar.motion.histories import VectorHistory
-from infinivar.motion.machine_scenario import MachineScenario
+from infinivar.machines.course import passing
+from infinivar.machines.kind import MachineDrive
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
-from infinivar.transmission.configuration import Configuration
 
 HELD = 0.2
 """Time for which a task is simulated. [s]"""
@@ -74,40 +67,9 @@ def simulated(
     else:
         machine = drive.moving()
         time, pose, wrench = _through(drive, asked)
-    if isinstance(drive, SphereDrive):
-        scenario = _of_sphere(drive, machine, time, pose, wrench, isinstance(asked, MachineTask) or asked.closed)
-        return simulate_machine(machine, scenario, title=title, progress=progress)
-    duration = float(time[-1])
-    # The wrench acts at the pose to follow; the pose error is small beside the machine.
-    followed, forces = drive.followed(pose, wrench)
-    if not np.all(np.isfinite(followed)):
-        raise ParameterError(f"the motion leaves the reach of the machine of type {type_words(drive)}")
     closed = isinstance(asked, MachineTask) or asked.closed
-    motion = VectorHistory(time=time, values=followed)
-    scenario = MachineScenario(
-        duration=duration,
-        motion=motion,
-        pose=None if drive.legs is None else list(_started(drive.legs, machine, motion, forces[0])),
-        wrench=VectorHistory(time=time, values=forces, smooth=False) if np.any(forces) else None,
-        settling_time=0.5 * duration if closed else None,
-    )
+    scenario = drive.scenario(machine, time, pose, wrench, closed)
     return simulate_machine(machine, scenario, title=title, progress=progress)
-
-
-def _started(legs: LeggedDrive, machine: Any, motion: VectorHistory, force: np.ndarray) -> np.ndarray:
-    r"""Configuration at the start at which the controllers command the angles that hold a force against creep.
-
-    They command :math:`-R\omega\tan\phi = J(\xi + k\,e)` by the pose error e, so that
-    :math:`k\,e = -J^{-1} R\omega\tan\phi - \xi`. Without it the wheels would first have to turn there.
-    """
-    mechanics = machine.mechanics(1.0)
-    pose, twist = control.pose_twist(mechanics.load, motion, 0.0)
-    jacobian = mechanics.load.at(pose[None], twist[None]).jacobian[0]
-    held = legs.operate(Configuration(jacobian=jacobian), wrench=force, twist=twist).legs.steering_tangent
-    surface = mechanics.transmission.cylinder_radius * machine.set_speed
-    commanded = np.linalg.lstsq(jacobian, -surface * np.nan_to_num(held), rcond=None)[0]
-    error = (commanded - twist) / (2.0 * np.pi * machine.control.link_bandwidth)
-    return pose - error if np.all(np.isfinite(held)) else pose
 
 
 def check_moves(drive: Any, where: str = "drive") -> None:
@@ -118,39 +80,15 @@ def check_moves(drive: Any, where: str = "drive") -> None:
     drive : object
     where : str      Path of the drive, such as "drives.cart".
     """
-    if isinstance(drive, (PlatformDrive, ArmDrive, SphereDrive)):
+    if hasattr(drive, "scenario"):
         return
     if not is_machine(drive):
         moves = "about one joint" if axis_of(drive).rotary else "along one axis"
         raise ParameterError(f"{where} moves {moves}: simulate it with --scenario, in a study with [scenarios.NAME]")
     works = [*EVERY_MACHINE, *getattr(drive, "commands", ())]
-    why = "simulate works with drives of one axis, platforms, arms and spheres"
-    if isinstance(drive, PlanarDrive):
-        why = "a user pushes it: state a task with a type, and run it with infinivar session"
+    why = getattr(drive, "unmoved", MachineDrive.unmoved)
     raise ParameterError(
         f"{where} is a machine of type {type_words(drive)}: {why}; commands for this machine: {', '.join(works)}"
-    )
-
-
-def _of_sphere(
-    drive: SphereDrive, machine: Any, time: np.ndarray, pose: np.ndarray, wrench: np.ndarray, closed: bool
-) -> MachineScenario:
-    """Shaft 2 follows a motion by prescribed steering angles: those of steady operation with the inertia of shaft 2."""
-    moves = VectorHistory(time=time, values=pose)
-    speed = np.array([moves.rate(float(one))[0] for one in time])
-    torque = machine.output_inertia * np.array([moves.acceleration(float(one))[0] for one in time]) - wrench[:, 0]
-    angle, point = drive.steer(speed, torque)
-    if not np.all(np.isfinite(angle)):
-        raise ParameterError("a roller of the sphere slips: no steering angle gives the motion")
-    steering = VectorHistory(time=time, values=angle[:, None])
-    shafts = np.concatenate([0.0 * wrench, wrench], axis=-1)
-    return MachineScenario(
-        duration=float(time[-1]),
-        steering=steering,
-        servos=False,
-        rates=[drive.input_speed, float(speed[0]), *np.asarray(point.sphere_velocity)[0]],
-        wrench=VectorHistory(time=time, values=shafts, smooth=False) if np.any(shafts) else None,
-        settling_time=0.5 * float(time[-1]) if closed else None,
     )
 
 

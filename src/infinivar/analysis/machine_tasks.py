@@ -15,10 +15,10 @@ from infinivar import power
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.analysis.tightest import ALIKE, corner_words, tight_words, tightest_of
-from infinivar.drivetrain.machines.course import MachineCourse, on_path, through, together
-from infinivar.drivetrain.machines.machine import SLOW_FRICTION, Machine, TaskPoint, as_machine, unit_of
 from infinivar.errors import ParameterError, require
 from infinivar.limits import LEADING, ROOT_MEAN_SQUARE, Demand
+from infinivar.machines.course import MachineCourse, on_path, through, together
+from infinivar.machines.machine import SLOW_FRICTION, Machine, TaskPoint, as_machine, unit_of
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.units import plain
 

@@ -10,9 +10,9 @@ from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.analysis.hanging import Hanging, Judged, winner
 from infinivar.analysis.machine_tasks import PathResult, Prepared, TaskResult, evaluated, power_and_feasibility
-from infinivar.drivetrain.machines.legged import motor_mass
-from infinivar.drivetrain.machines.machine import Machine, as_machine
 from infinivar.drivetrain.uncounted import uncounted
+from infinivar.machines.kinds.linked import motor_mass
+from infinivar.machines.machine import Machine, as_machine
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.study.check import check_machines
 from infinivar.study.study import Study

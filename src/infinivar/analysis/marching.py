@@ -18,16 +18,12 @@ from infinivar.analysis import run_limits
 from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE, ClosureError
 from infinivar.bondgraph.march import Watched
-from infinivar.drivetrain.moving.legged import LeggedMechanics
-from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.limits import Demand, Limit
+from infinivar.machines.system import Inputs, System
 from infinivar.motion.machine_scenario import check_continuous
 
 _RESULTS = 1000
 """Default number of results of a run."""
-
-_NEARLY = 0.99
-"""Reach of a rod over its length, beyond which a run that stops has reached the end of it."""
 
 _MOST_SAMPLES = 1024
 """Samples whose motors are judged at once; as many are held, however long the run."""
@@ -249,12 +245,11 @@ class March:
                 log.watch(time, demand, log.instants[-1] < settled <= time)
 
     def _why(self, many: bool, last: Step | None, state: np.ndarray) -> str:
-        if isinstance(self.system.mechanics, LeggedMechanics):
-            first, second, _ = self.system.places
-            at = (state if last is None else last.points[-1])[None]
-            place = self.system.mechanics.load.at(at[:, :first], at[:, first : second - 1])
-            if place.demand.size and not place.demand[0, 0] < _NEARLY:
-                return "a rod is at the end of its reach"
+        first, second, _ = self.system.places
+        at = (state if last is None else last.points[-1])[None]
+        stuck = self.system.mechanics.stuck(at[:, :first], at[:, first:second])
+        if stuck:
+            return stuck
         if many:
             return "the integration takes too many steps; contacts or forces are too stiff or large for the masses they move"
         return "the integration fails; try a larger stick_speed"

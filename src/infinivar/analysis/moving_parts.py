@@ -5,30 +5,23 @@ Sessions at a handle and simulated runs have the same parts. A run has no user: 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.sessions.session_result import Session
-from infinivar.drivetrain.moving.bodies import rotation_matrix
-from infinivar.drivetrain.moving.handles import grip_of
-from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
-from infinivar.drivetrain.moving.rolling import PlanarMechanics, SerialArmMechanics
-from infinivar.drivetrain.moving.separate import SeparateMechanics
-from infinivar.drivetrain.moving.slides import SlideLoad
 from infinivar.errors import InputError
+from infinivar.machines.outline import Outline
 
 STICK_SPEED = 1e-4
 """With which mechanics are made where only their geometry and inertia count. [m s^-1]"""
-
-Moved = PlanarMechanics | LeggedMechanics | SerialArmMechanics | SeparateMechanics
 
 
 class Parts(NamedTuple):
     """A machine at t instants; d directions of its handle, k wheels."""
 
-    mechanics: Moved
+    outline: Outline
     time: np.ndarray
     """(t,) [s]"""
     configuration: np.ndarray
@@ -49,9 +42,9 @@ class Parts(NamedTuple):
     """The handle on a body in the plane, in its axes; otherwise zero. (2,) [m]"""
 
     @property
-    def load(self) -> Any:
-        """What the links or wheels carry; of a planar cobot, None."""
-        return getattr(self.mechanics, "load", None)
+    def link_positions(self) -> np.ndarray:
+        """Of the links on the cylinder since their position 0. (t, n) [m]"""
+        return self.outline.link_positions(self.configuration)
 
 
 def parts_of(run: Session | MachineRun, time: np.ndarray | None = None) -> Parts:
@@ -68,7 +61,8 @@ def parts_of(run: Session | MachineRun, time: np.ndarray | None = None) -> Parts
         If the machine has no handle: a sphere between rollers.
     """
     mechanics = run.machine.mechanics(STICK_SPEED)
-    if not isinstance(mechanics, Moved):
+    outline = mechanics.outline()
+    if outline is None:
         raise InputError(
             f"a {type(run.machine).__name__} is not drawn in motion: only planar cobots, slides, platforms and arms"
         )
@@ -90,16 +84,14 @@ def parts_of(run: Session | MachineRun, time: np.ndarray | None = None) -> Parts
         steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(known)
         turned = np.interp(time, known, np.concatenate([[0.0], np.cumsum(steps)]))
     held_at = np.zeros(2)
-    if isinstance(run, Session) and isinstance(mechanics, PlanarMechanics):
-        x, y, angle = (float(columns[name][0]) for name in mechanics.configuration)
-        away = run.position[0] - np.array([x, y])
-        cosine, sine = np.cos(angle), np.sin(angle)
-        held_at = np.array([cosine * away[0] + sine * away[1], cosine * away[1] - sine * away[0]])
-    grip = grip_of(mechanics, held_at.tolist())
+    if isinstance(run, Session):
+        began = np.array([columns[name][0] for name in mechanics.configuration])
+        held_at = mechanics.held_at(began, run.position[0])
+    grip = mechanics.grip(held_at.tolist())
     handle = grip.at(configuration, np.zeros((len(time), len(mechanics.coordinates)))).position
     force = np.stack([at(f"force_{axis}_N") for axis in run.axes], axis=-1) if isinstance(run, Session) else None
     return Parts(
-        mechanics=mechanics,
+        outline=outline,
         time=time,
         configuration=configuration,
         steering=steering,
@@ -110,43 +102,3 @@ def parts_of(run: Session | MachineRun, time: np.ndarray | None = None) -> Parts
         force=force,
         held_at=held_at,
     )
-
-
-class Rods(NamedTuple):
-    """Ends of the rods of a platform at t instants; n rods. [m]"""
-
-    lower: np.ndarray
-    """Carried by the links. (t, n, 3)"""
-    upper: np.ndarray
-    """On the platform. (t, n, 3)"""
-    link_position: np.ndarray
-    """(t, n)"""
-
-
-def rods_of(load: PlatformLoad, pose: np.ndarray) -> Rods:
-    """Rods of a platform at poses (t, 6): position and rotation vector."""
-    platform = load.platform
-    turn = rotation_matrix(pose[:, 3:])
-    link = platform.moving(pose[:, :3], turn, np.zeros_like(pose)).link_position
-    upper = pose[:, None, :3] + np.einsum("tij,nj->tni", turn, platform.joints)
-    lower = platform.base + link[..., None] * np.array([0.0, 0.0, 1.0])
-    return Rods(lower, upper, link)
-
-
-def members_of(load: ArmLoad, angles: np.ndarray) -> np.ndarray:
-    """Base, joints and end point of an arm at joint angles (t, n). (t, n + 1, 2) [m]"""
-    along = np.cumsum(angles, axis=-1)
-    members = np.asarray(load.arm.lengths)[:, None] * np.stack([np.cos(along), np.sin(along)], axis=-1)
-    return np.concatenate([np.zeros((len(angles), 1, 2)), np.cumsum(members, axis=1)], axis=1)
-
-
-def link_positions(parts: Parts) -> np.ndarray:
-    """Of the links on the cylinder since their position 0. (t, n) [m]"""
-    load = parts.load
-    if isinstance(load, PlatformLoad):
-        return rods_of(load, parts.configuration).link_position
-    if isinstance(load, ArmLoad):
-        return load.pulleys * parts.configuration
-    if isinstance(load, SlideLoad):
-        return parts.configuration
-    return np.zeros((len(parts.time), 0))

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.result import Result, result
-from infinivar.drivetrain.machines.machine import as_machine
 from infinivar.limits import Limit
+from infinivar.machines.machine import as_machine
 from infinivar.motion.machine_tasks import MachineTask
 
 

@@ -21,9 +21,9 @@ from infinivar._core.result import Result, result
 from infinivar.axis import LINEAR
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import axis_of, check_drive, operated
-from infinivar.drivetrain.many_legs import LeggedDrive
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
+from infinivar.machines.many_legs import LeggedDrive
 from infinivar.transmission.configuration import Configuration
 
 _RUN_UP_STEPS = 200

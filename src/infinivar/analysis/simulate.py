@@ -23,9 +23,9 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, axis_fault, check_drive, refuse_machine
 from infinivar.drivetrain.graphs.closed_loop import Machine as Plant
 from infinivar.drivetrain.graphs.closed_loop import closed_loop
-from infinivar.drivetrain.machines.machine import Machine
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
+from infinivar.machines.machine import Machine
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.motion.scenario import Scenario, check_scenario
 from infinivar.parts.motor import Motor

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from infinivar.drivetrain.machines.machine import unit_of
 from infinivar.limits import LEADING, Demand, Limit, words_of
+from infinivar.machines.machine import unit_of
 from infinivar.units import margin_words, plain
 
 _LOADED = 1e-6

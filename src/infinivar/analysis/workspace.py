@@ -12,9 +12,9 @@ from infinivar._core.arrays import real_array
 from infinivar._core.fields import check_instance
 from infinivar._core.result import Result, result
 from infinivar._core.threads import in_order
-from infinivar.drivetrain.many_legs import LeggedDrive, MachinePoint
 from infinivar.errors import require
 from infinivar.limits import Limit, binding
+from infinivar.machines.many_legs import LeggedDrive, MachinePoint
 from infinivar.power import audit
 from infinivar.transmission.platform import Platform
 

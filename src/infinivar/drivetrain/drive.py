@@ -132,7 +132,7 @@ EVERY_MACHINE = ("check", "compare", "sensitivity")
 
 
 def is_machine(drive: Any) -> bool:
-    """Whether a drive is a machine: see `infinivar.drivetrain.machines.machine`."""
+    """Whether a drive is a machine: see `infinivar.machines.machine`."""
     return not isinstance(drive, type) and hasattr(drive, "perform") and hasattr(drive, "coordinates")
 
 

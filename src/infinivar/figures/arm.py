@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.drivetrain.machines.legged import ArmDrive
 from infinivar.errors import InputError
 from infinivar.figures import style
 from infinivar.limits import Limit
+from infinivar.machines.kinds.arm import ArmDrive
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

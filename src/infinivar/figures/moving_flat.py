@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.moving_parts import Parts, members_of
+from infinivar.analysis.moving_parts import Parts
 from infinivar.analysis.sessions.guides import Line, Plane, Shape, Track
 from infinivar.analysis.sessions.session_result import Session
-from infinivar.drivetrain.moving.legged import LeggedMechanics
-from infinivar.drivetrain.moving.rolling import PlanarMechanics
 from infinivar.figures import arm, planar_cobot, session_motion, style
+from infinivar.machines.outline import Chain, Drum, Wheeled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -110,12 +109,9 @@ def draw_force(ax: Axes, head: np.ndarray, along: np.ndarray) -> None:
         ax.annotate("", xy=tuple(head), xytext=tuple(head - along), arrowprops=arrow, zorder=7, annotation_clip=False)
 
 
-def planar(parts: Parts) -> dict[str, Any]:
+def planar(parts: Parts, outline: Wheeled) -> dict[str, Any]:
     """Body and wheels of a planar cobot: around (t, m, 2), spots and halves (t, k, 2) [mm], slips (t, k)."""
-    assert isinstance(parts.mechanics, PlanarMechanics)
-    cobot = parts.mechanics.cobot
-    spots = np.array(cobot.positions)
-    radius = np.array([float(one.wheel_radius) for one in cobot.contacts])  # type: ignore[union-attr]
+    spots, radius = outline.spots, outline.radii
     pose = parts.configuration
 
     def turned(points: np.ndarray) -> np.ndarray:
@@ -141,10 +137,10 @@ def draw_cobot(ax: Axes, numbers: Mapping[str, Any], place: int) -> None:
         planar_cobot.draw_wheel(ax, spot, half, SLIPS if slips else "black")
 
 
-def members(parts: Parts) -> dict[str, Any]:
+def members(parts: Parts, outline: Chain) -> dict[str, Any]:
     """Members of an arm: points (t, n + 1, 2) and reach [mm]."""
-    points = 1e3 * members_of(parts.load, parts.configuration)
-    return {"points": points, "reach": 1e3 * float(np.sum(parts.load.arm.lengths))}
+    points = 1e3 * outline.points(parts.configuration)
+    return {"points": points, "reach": 1e3 * float(np.sum(outline.lengths))}
 
 
 def draw_arm(ax: Axes, numbers: Mapping[str, Any], place: int) -> None:
@@ -152,7 +148,7 @@ def draw_arm(ax: Axes, numbers: Mapping[str, Any], place: int) -> None:
     arm.draw_members(ax, numbers["points"][place], numbers["reach"])
 
 
-def slide(parts: Parts, shapes: Any) -> dict[str, Any]:
+def slide(parts: Parts, drum: Drum | None, shapes: Any) -> dict[str, Any]:
     """Numbers of a slide.
 
     Returns
@@ -162,9 +158,7 @@ def slide(parts: Parts, shapes: Any) -> dict[str, Any]:
         free side, of a handle on one axis; force (t, n) or None, most [N].
     """
     position = 1e3 * parts.configuration
-    legged = parts.mechanics if isinstance(parts.mechanics, LeggedMechanics) else None
-    radius = 1e3 * float(legged.transmission.cylinder_radius) if legged else 12.0
-    wheel = 1e3 * float(np.max(legged.transmission.wheel_radius)) if legged else 12.0
+    radius, wheel = (12.0, 12.0) if drum is None else (1e3 * drum.radius, 1e3 * drum.wheel_radius)
     walls = [
         (1e3 * float(one.point[0]), float(np.sign(one.normal[0])))
         for one in shapes
@@ -175,7 +169,7 @@ def slide(parts: Parts, shapes: Any) -> dict[str, Any]:
     return {
         "axes": parts.axes,
         "position": position,
-        "steering": parts.steering if legged else None,
+        "steering": None if drum is None else parts.steering,
         "slips": parts.sliding,
         "turned": parts.cylinder_angle,
         "cylinder_radius": radius,

@@ -11,11 +11,9 @@ from annotated_types import Gt
 
 from infinivar._core.fields import check_number
 from infinivar.analysis.machine_run import MachineRun
-from infinivar.analysis.moving_parts import Parts, parts_of
+from infinivar.analysis.moving_parts import parts_of
 from infinivar.analysis.sessions.guides import guides_of
 from infinivar.analysis.sessions.session_result import Session
-from infinivar.drivetrain.moving.legged import ArmLoad, PlatformLoad
-from infinivar.drivetrain.moving.slides import SlideLoad
 from infinivar.errors import InputError
 from infinivar.figures import moving_flat, moving_platform, style
 from infinivar.units import plain
@@ -87,31 +85,29 @@ def data(run: Session | MachineRun, time: np.ndarray) -> dict[str, Any]:
     numbers: dict[str, Any] = {
         "title": run.title,
         "time": parts.time,
-        "kind": _kind(parts),
+        "kind": parts.outline.shape,
         "known": run.time,
         "force": None if parts.force is None else np.linalg.norm(parts.force, axis=1),
         "slips": bool(np.any(parts.sliding)),
         "guided": bool(shapes),
         "plane": None,
     }
-    flat = np.zeros((0, 2))
-    if numbers["kind"] == "slide":
-        machine = moving_flat.slide(parts, shapes)
+    flat, outline = np.zeros((0, 2)), parts.outline
+    if outline.shape == "slide":
+        machine = moving_flat.slide(parts, outline.drum, shapes)
         machine |= {"time": parts.time, "known": run.time, "history": 1e3 * trace}
         pair = _widest(trace) if len(parts.axes) > 1 else None
-    elif numbers["kind"] == "platform":
-        machine, pair = moving_platform.data(parts, shapes), _widest(trace)
+    elif outline.shape == "platform":
+        machine, pair = moving_platform.data(parts, outline, shapes), _widest(trace)
+    elif outline.shape == "planar":
+        machine, pair = moving_flat.planar(parts, outline), [0, 1]
+        flat = machine["around"]
     else:
-        machine = moving_flat.planar(parts) if numbers["kind"] == "planar" else moving_flat.members(parts)
-        flat, pair = machine["around" if numbers["kind"] == "planar" else "points"], [0, 1]
+        machine, pair = moving_flat.members(parts, outline), [0, 1]
+        flat = machine["points"]
     if pair is not None:
         numbers["plane"] = moving_flat.in_plane(run, parts, trace, pair, flat, shapes)
     return {**numbers, "machine": machine}
-
-
-def _kind(parts: Parts) -> str:
-    kinds = {PlatformLoad: "platform", ArmLoad: "arm", SlideLoad: "slide"}
-    return next((name for kind, name in kinds.items() if isinstance(parts.load, kind)), "planar")
 
 
 def _widest(trace: np.ndarray) -> list[int]:

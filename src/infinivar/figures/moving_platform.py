@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.moving_parts import Parts, rods_of
+from infinivar.analysis.moving_parts import Parts
 from infinivar.analysis.sessions.guides import Line, Plane, Rod, Round, Shape, Solid, Track
-from infinivar.drivetrain.moving.legged import LeggedMechanics
 from infinivar.figures import machine
 from infinivar.figures.moving_flat import GUIDE, HANDLE, SLIPS, draw_force
+from infinivar.machines.outline import OnRods
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +23,7 @@ _MOST_FACES = 3000
 """Of a mesh with all its edges; of others, some are left out."""
 
 
-def data(parts: Parts, shapes: tuple[Shape, ...]) -> dict[str, Any]:
+def data(parts: Parts, outline: OnRods, shapes: tuple[Shape, ...]) -> dict[str, Any]:
     """Numbers of a platform at its frames.
 
     Returns
@@ -32,17 +32,14 @@ def data(parts: Parts, shapes: tuple[Shape, ...]) -> dict[str, Any]:
         frames: as in `infinivar.figures.machine`, of each frame; turned (t,) or None [rad]; slips (t, n) or None; guides:
         polygons and lines (m, 3) with whether they are filled; handle (t, 3) [mm]; force (t, 3) or None, most [N].
     """
-    load, mechanics = parts.load, parts.mechanics
-    platform = load.platform
-    rods = rods_of(load, parts.configuration)
-    legged = mechanics if isinstance(mechanics, LeggedMechanics) else None
+    platform, drum = outline.platform, outline.drum
+    rods = outline.rods(parts.configuration)
     around = np.arctan2(platform.base[:, 1], platform.base[:, 0])
     flat = np.zeros_like(around)
     outward = np.stack([np.cos(around), np.sin(around), flat], axis=-1)
     along = np.stack([-np.sin(around), np.cos(around), flat], axis=-1)
     axis = np.array([0.0, 0.0, 1.0])
-    radius = float(legged.transmission.cylinder_radius) if legged else None
-    wide = float(np.max(legged.transmission.wheel_radius)) if legged else 0.1 * platform.rod_length
+    radius, wide = (None, 0.1 * platform.rod_length) if drum is None else (drum.radius, drum.wheel_radius)
     links = rods.link_position
     ends = np.array([min(links.min(), *(platform.stroke or ())), max(links.max(), *(platform.stroke or ()))])
     span = float(np.mean(platform.base[:, 2])) + ends + np.array([-1.5, 1.5]) * wide
@@ -56,7 +53,7 @@ def data(parts: Parts, shapes: tuple[Shape, ...]) -> dict[str, Any]:
             "wheel_radius": 1e3 * wide,
             "range": 1e3 * span,
         }
-        if legged is not None:
+        if radius is not None:
             angle = parts.steering[place]
             one["wheel"] = 1e3 * (radius * outward + lower[:, 2:] * axis)
             one["rolling"] = np.cos(angle)[:, None] * along + np.sin(angle)[:, None] * axis
@@ -65,7 +62,7 @@ def data(parts: Parts, shapes: tuple[Shape, ...]) -> dict[str, Any]:
     return {
         "frames": frames,
         "turned": parts.cylinder_angle,
-        "slips": parts.sliding if legged else None,
+        "slips": None if drum is None else parts.sliding,
         "guides": [one for shape in shapes for one in _drawn(shape, 1e3 * parts.handle[0], size)],
         "handle": 1e3 * parts.handle,
         "force": parts.force,

@@ -9,11 +9,11 @@ import numpy as np
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.fields import check_instance
-from infinivar.drivetrain.many_legs import LeggedDrive, MachinePoint
 from infinivar.errors import InputError, ParameterError
 from infinivar.figures import machine as machines
 from infinivar.figures import planar_cobot, sphere, style
 from infinivar.limits import Limit
+from infinivar.machines.many_legs import LeggedDrive, MachinePoint
 from infinivar.transmission.legs import Legs, LegsPoint
 from infinivar.transmission.mechanism import MechanismPoint
 from infinivar.transmission.planar import PlanarCobot

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -12,28 +12,18 @@ import numpy as np
 from infinivar.analysis.machine_tasks import TaskResult
 from infinivar.analysis.machines import MachineComparison, MachineResult
 from infinivar.analysis.pose_map import PoseMap, pose_map
-from infinivar.analysis.sphere_map import sphere_map
 from infinivar.analysis.tightest import vector_words
-from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
-from infinivar.drivetrain.machines.planar import PlanarDrive
-from infinivar.drivetrain.machines.sphere import SphereDrive
 from infinivar.errors import InputError
-from infinivar.figures import arm, machine, machine_tasks, planar_cobot, sphere, style, wrench_set
-from infinivar.figures import sphere_map as sphere_figure
+from infinivar.figures import kinds, machine_tasks, style
+from infinivar.figures.kinds import Drawing
 from infinivar.limits import words_of
 from infinivar.power import AUDIT_TOLERANCE
 from infinivar.report.comparison import provenance_tables
 from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, to_json, write_csv
 
-_SHARE = 0.95
-"""Largest load of a sphere map, over the slip force."""
-
 _ROUNDING = 1e-6
 """Demand over allowance below which it is rounding. [-]"""
-
-Drawing = tuple[str, Callable[[], Any], str]
-"""Name, function that draws, and caption of a figure."""
 
 
 def save(comparison: MachineComparison, directory: Path) -> list[Path]:
@@ -112,7 +102,7 @@ def drawings(comparison: MachineComparison) -> Iterator[Drawing]:
         assumed = (
             " Dimensions of its rods and joints are assumed." if any(row.kind == "assumed" for row in rows) else ""
         )
-        yield from _of_machine(name, one, assumed)
+        yield from kinds.drawings(name, one.title, one.machine, _drawn(one), assumed)
 
 
 def _maps(comparison: MachineComparison) -> dict[str, PoseMap]:
@@ -123,63 +113,6 @@ def _maps(comparison: MachineComparison) -> dict[str, PoseMap]:
     spans = {one.title: (one.machine, getattr(one.machine, "span", None)) for one in comparison.results.values()}
     made = {title: pose_map(drive, task, span) for title, (drive, span) in spans.items() if span is not None}
     return {title: found for title, found in made.items() if found is not None}
-
-
-def _of_machine(name: str, one: MachineResult, assumed: str) -> Iterator[Drawing]:
-    """Yield the figures of one machine: its geometry with forces, its set of wrenches, or its map."""
-    drive, task = one.machine, _drawn(one)
-    if isinstance(drive, SphereDrive):
-        ivt = drive.transmission
-        angles = np.radians(np.linspace(-88.0, 88.0, 45))
-        loads = np.linspace(0.0, _SHARE * float(ivt.drive.slip_force), 13)
-        speed = abs(drive.input_speed) / float(ivt.ideal_speeds(0.5 * np.pi)[0])
-        yield (
-            f"sphere-{name}",
-            lambda: sphere_figure.draw_all(sphere_map(ivt, angles, loads, sphere_speed=abs(speed))),
-            f"{one.title}: efficiency and losses of the transmission over steering angle and load, at {abs(speed):.3g} rad/s of "
-            "the sphere, without the motor.",
-        )
-        if task is not None:
-            yield (
-                f"machine-{name}",
-                lambda: sphere.draw_all(ivt, drive.steer(task.twist[0], task.wrench[0])[1]),
-                f"{one.title}, task {task.title}: the rollers in their places, and their forces on the sphere. A steered roller "
-                "has its axle along that part of the axis of the sphere which is tangential there.",
-            )
-        return
-    if task is None:
-        return
-    if isinstance(drive, PlanarDrive):
-        cobot = drive.machine
-        yield (
-            f"machine-{name}",
-            lambda: planar_cobot.draw_all(cobot, drive.operated(task.twist, task.wrench), task.wrench),
-            f"{one.title}, task {task.title}: wheels along their headings, and the forces on the machine: those of the ground, "
-            "of the source that pushes it, and of its load.",
-        )
-    if isinstance(drive, ArmDrive):
-        yield (
-            f"machine-{name}",
-            lambda: arm.draw_all(drive, task.pose, task.twist, task.wrench),
-            f"{one.title}, task {task.title}, drawn from its geometry: torques of the joints on the load, force and velocity "
-            "of the end point, and the forces that it can exert there within all limits.",
-        )
-    legs = getattr(drive, "legs", None)
-    if isinstance(drive, PlatformDrive) and legs is not None:
-        pose = drive.configuration(task.pose)
-        point = legs.operate(pose, wrench=-task.wrench, twist=task.twist).legs
-        yield (
-            f"machine-{name}",
-            lambda: machine.draw_all(drive.platform, legs.legs, point, task.pose[:3], task.pose[3:]),
-            f"{one.title}, task {task.title}, drawn from its geometry. Forces are those of the user on the machine.{assumed}",
-        )
-        yield (
-            f"wrenches-{name}",
-            lambda: wrench_set.draw_all(
-                [legs.wrench_set(pose), legs.wrench_set(pose, twist=task.twist)], titles=("at rest", task.title)
-            ),
-            f"{one.title}: wrenches of the user that ideal wheels hold at the pose of {task.title}, at rest and in that motion.",
-        )
 
 
 def _drawn(one: MachineResult) -> TaskResult | None:

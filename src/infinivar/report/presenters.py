@@ -128,7 +128,7 @@ _TYPES: dict[str, dict[str, str]] = {
         "table": "report.tables:transient_rolling",
     },
     "drivetrain.drive.DrivePoint": {"plot": "figures.single:point", "dataset": "report.datasets:point"},
-    "drivetrain.many_legs.MachinePoint": {"plot": "figures.wheels:legs"},
+    "machines.many_legs.MachinePoint": {"plot": "figures.wheels:legs"},
     "drivetrain.drive.MovingPoint": {"plot": "figures.single:moving_point", "dataset": "report.datasets:moving_point"},
     "parts.heat.Heat": {"plot": "figures.single:heat", "dataset": "report.datasets:heat"},
     "sizing.builds.result.Doubt": {"table": "report.tables:doubt"},

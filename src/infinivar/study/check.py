@@ -11,8 +11,8 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import axis_fault, check_drive, is_machine, smoothness_fault, type_words
 from infinivar.drivetrain.graphs.closed_loop import closed_loop
-from infinivar.drivetrain.machines.machine import as_machine
 from infinivar.errors import InputError, ParameterError
+from infinivar.machines.machine import as_machine
 from infinivar.motion.vectors import ROTATIONS, TRANSLATIONS
 from infinivar.study.study import Study
 

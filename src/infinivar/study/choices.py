@@ -13,10 +13,8 @@ from typing import Any, Literal, NamedTuple
 from infinivar._core.fields import with_values
 from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.machines.sphere import SphereDrive
-from infinivar.drivetrain.machines.wheel import Wheel
 from infinivar.errors import ParameterError
+from infinivar.machines.wheel import Wheel
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
@@ -218,7 +216,7 @@ def _cylinder_bearings(part: Any, path: str, drive: Any) -> _Options | None:
 
 
 def _standby(part: Any, path: str, drive: Any) -> _Options | None:
-    if not isinstance(part, CoboticDrive | ConventionalDrive | SphereDrive):
+    if not isinstance(getattr(part, "amplifier", None), Amplifier):
         return None
     count = amplifiers(part, drive)
     used = float(part.amplifier.standby_power) / count

@@ -26,10 +26,8 @@ from infinivar.contact import creep
 from infinivar.contact.bodies import Material
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
-from infinivar.drivetrain.machines.planar import PlanarDrive
-from infinivar.drivetrain.machines.sphere import SphereDrive
 from infinivar.errors import InputError, ParameterError, nearest, printable
+from infinivar.machines.registry import DRIVES as MACHINES
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.parts.bearing import Bearing
@@ -44,7 +42,7 @@ KINDS = ("stated", "catalogue", "derived", "fitted", "assumed")
 DRIVES: dict[str, type] = {
     "cobotic": CoboticDrive,
     "conventional": ConventionalDrive,
-    **{kind.WORD: kind for kind in (PlanarDrive, SphereDrive, PlatformDrive, ArmDrive)},
+    **MACHINES,
 }
 """Drive types by their name in a study file."""
 

@@ -17,16 +17,15 @@ from infinivar._core.fields import check_real, component, given, quantities, qua
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import type_words
-from infinivar.drivetrain.guidance.impedance import ImpedanceGuide
-from infinivar.drivetrain.guidance.legs import AdmittanceGuide
-from infinivar.drivetrain.guidance.planar import CasterGuide, PathGuide, WallGuide
-from infinivar.drivetrain.guidance.sensing import Sensing, check_rate
-from infinivar.drivetrain.guidance.tasks import controller_of, curve_of, surface_of
-from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
-from infinivar.drivetrain.machines.planar import PlanarDrive
-from infinivar.drivetrain.moving.handles import grip_of
-from infinivar.drivetrain.moving.machines import GearedSlideMachine, Machine, PlanarMachine, SlideMachine
 from infinivar.errors import InputError, ParameterError, require
+from infinivar.machines.control.impedance import ImpedanceGuide
+from infinivar.machines.control.legs import AdmittanceGuide
+from infinivar.machines.control.planar import CasterGuide, PathGuide, WallGuide
+from infinivar.machines.control.sensing import Sensing, check_rate
+from infinivar.machines.control.tasks import controller_of, curve_of, surface_of
+from infinivar.machines.kind import Machine
+from infinivar.machines.kinds.slide import slide_of
+from infinivar.machines.system import Mechanics
 from infinivar.motion.files.fields import FILE_KEYS
 from infinivar.motion.users import AXES, USERS, PushingUser, ReachingUser
 from infinivar.motion.vectors import Point, Pose, Twist
@@ -225,9 +224,9 @@ def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> Prep
     """
     machine = _machine(one, drive, where, drive_where)
     mechanics = machine.mechanics(_STICK_SPEED)
-    _fits(one, machine, where)
+    _fits(one, drive, where)
     handle = one.handle.row(("x", "y"))
-    grip = grip_of(mechanics, handle.tolist())
+    grip = mechanics.grip(handle.tolist())
     _in_dimensions(one.task, len(grip.axes), where)
     if one.user is not None:
         for axis in one.user.beyond(grip.axes):
@@ -242,7 +241,7 @@ def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> Prep
     controller = _with_settings(controller, one, where)
     if isinstance(one.task, Fixture):
         try:
-            _ = one.task.allowed.rows(_coordinates(drive, grip.axes))
+            _ = one.task.allowed.rows(tuple(getattr(drive, "coordinates", grip.axes)))
         except InputError as problem:
             raise ParameterError(f"{where}.allowed: {problem}") from None
     try:
@@ -256,7 +255,7 @@ def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> Prep
         "servos": one.servos,
         "handle": handle.tolist(),
         "pose": pose,
-        "rates": _rates(one, machine, where),
+        "rates": _rates(one, machine, mechanics, pose, where),
         "output_step": one.output_step,
         "wall": surface_of(one.task),
         "path": curve_of(one.task),
@@ -285,19 +284,15 @@ def _lasting(one: SessionTask, where: str) -> None:
 
 def _machine(one: SessionTask, drive: Any, where: str, drive_where: str) -> Any:
     try:
-        if isinstance(drive, (PlatformDrive, ArmDrive)):
-            return drive.moving(given(one.load_mass, 0.0), given(one.load_inertia, 0.0))
-        if isinstance(drive, PlanarDrive):
-            return drive.moving()
+        if _applies(drive) != _OF_ONE_AXIS:
+            return drive.moving(**{name: given(getattr(one, name), 0.0) for name in _applies(drive) if name in _LOADS})
         if isinstance(drive, (CoboticDrive, ConventionalDrive)):
             if one.handle_masses is None:
                 raise ParameterError(
                     f"{where}.handle_masses is missing: {drive_where} moves one axis, and as many drives as there are masses "
                     'move the handle, such as ["0.5 kg"]'
                 )
-            if isinstance(drive, CoboticDrive):
-                return SlideMachine(leg=drive, masses=one.handle_masses)
-            return GearedSlideMachine(drive=drive, masses=one.handle_masses)
+            return slide_of(drive, one.handle_masses)
     except ParameterError as problem:
         said = str(problem)
         raise ParameterError(said if said.startswith(where) else f"{drive_where}.{_inside(drive, said)}") from None
@@ -307,23 +302,31 @@ def _machine(one: SessionTask, drive: Any, where: str, drive_where: str) -> Any:
     )
 
 
+_LOADS = ("load_mass", "load_inertia")
+_OF_ONE_AXIS = ("handle_masses",)
+
+
+def _applies(drive: Any) -> tuple[str, ...]:
+    """Keys of a session that apply to some drives only, of those to this one."""
+    return getattr(drive, "session", ()) or _OF_ONE_AXIS
+
+
 def _inside(drive: Any, said: str) -> str:
     """The place of a fault within a drive of one axis, which a slide calls its leg or drive."""
     head = {CoboticDrive: "leg.", ConventionalDrive: "drive."}.get(type(drive), "")
     return said.removeprefix(head)
 
 
-def _fits(one: SessionTask, machine: Machine, where: str) -> None:
+def _fits(one: SessionTask, drive: Any, where: str) -> None:
     """Refuse what is stated for another kind of machine."""
-    slides, cart = isinstance(machine, (SlideMachine, GearedSlideMachine)), isinstance(machine, PlanarMachine)
     stated = {
-        "handle_masses": (one.handle_masses is not None, slides, "a drive of one axis"),
-        "handle": (bool(one.handle.stated), cart, "a planar machine"),
-        "load_mass": (one.load_mass is not None, not slides and not cart, "a platform or an arm"),
-        "load_inertia": (one.load_inertia is not None, not slides and not cart, "a platform or an arm"),
+        "handle_masses": (one.handle_masses is not None, "a drive of one axis"),
+        "handle": (bool(one.handle.stated), "a planar machine"),
+        "load_mass": (one.load_mass is not None, "a platform or an arm"),
+        "load_inertia": (one.load_inertia is not None, "a platform or an arm"),
     }
-    for name, (said, applies, words) in stated.items():
-        if said and not applies:
+    for name, (said, words) in stated.items():
+        if said and name not in _applies(drive):
             raise ParameterError(f"{where}.{name} does not apply: it is of {words}; remove it")
     for name in one.handle.beyond(("x", "y")):
         raise ParameterError(f"{where}.handle.{name} does not apply to a point of a plane; remove it")
@@ -377,45 +380,34 @@ def check_settings(one: SessionTask, drives: Mapping[str, Any], where: str) -> N
             )
 
 
-def _coordinates(drive: Any, axes: tuple[str, ...]) -> tuple[str, ...]:
-    """Coordinates of a handle for the rows of a fixture."""
-    return tuple(drive.coordinates) if isinstance(drive, (PlatformDrive, ArmDrive, PlanarDrive)) else axes
-
-
 def _pose(one: SessionTask, drive: Any, machine: Machine, where: str, drive_where: str) -> list[float] | None:
     known = tuple(drive.coordinates) if hasattr(drive, "coordinates") else AXES[: len(machine.home)]
     for name in one.pose.beyond(known):
         raise ParameterError(f"{where}.pose.{name} does not apply: {drive_where} has {', '.join(known)} only")
-    if not one.pose.stated and not isinstance(drive, ArmDrive):
-        return None
-    usual = drive.home if hasattr(drive, "home") else machine.home
-    row = one.pose.row(known, list(usual))
-    if isinstance(drive, (PlatformDrive, ArmDrive)):
+    row = one.pose.row(known, list(getattr(drive, "home", machine.home)))
+    if hasattr(drive, "followed"):
         row = drive.followed(row, np.zeros(len(row)))[0]
+    if not one.pose.stated and np.array_equal(row, machine.home):
+        return None
     if not np.all(np.isfinite(row)):
         raise ParameterError(f"{where}.pose must be within the reach of {drive_where}, got {dict(one.pose.stated)}")
     return [float(value) for value in row]
 
 
-def _rates(one: SessionTask, machine: Machine, where: str) -> list[float] | None:
+def _rates(
+    one: SessionTask, machine: Machine, mechanics: Mechanics, pose: list[float] | None, where: str
+) -> list[float] | None:
     if not one.twist.stated:
         return None
-    if isinstance(machine, PlanarMachine):
-        known: tuple[str, ...] = ("x", "y", "angle")
-    elif isinstance(machine, GearedSlideMachine):
-        known = AXES[: len(machine.home)]
-    else:
+    known = machine.twisted
+    if not known:
         raise ParameterError(
             f"{where}.twist does not apply: a machine with a common cylinder starts at rest; remove it"
         )
     for name in one.twist.beyond(known):
         raise ParameterError(f"{where}.twist.{name} does not apply: the machine has {', '.join(known)} only")
-    row = one.twist.row(known)
-    if isinstance(machine, PlanarMachine):  # its rates are in axes of the body
-        angle = given(one.pose.angle, 0.0)
-        x, y = row[:2]
-        row[:2] = np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
-    return [float(value) for value in row]
+    begins = np.array(machine.home if pose is None else pose, dtype=float)
+    return [float(value) for value in mechanics.rates_of(begins, one.twist.row(known))]
 
 
 def beside_study(tree: Raw, folder: Path | None) -> None:

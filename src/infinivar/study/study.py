@@ -15,8 +15,8 @@ from infinivar.axis import LINEAR, Axis
 from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive, check_drive, is_machine
-from infinivar.drivetrain.machines.legged import legs_of
 from infinivar.errors import InputError, ParameterError, nearest, require
+from infinivar.machines.kinds.linked import legs_of
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.motion.machine_tasks import MachinePath, MachineTask, named
 from infinivar.motion.scenario import Scenario

@@ -13,8 +13,8 @@ from infinivar.analysis.sessions.displays import AdmittanceDisplay, ImpedanceDis
 from infinivar.analysis.sessions.handle_session import check_displays
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.moving.motors import LinkMotors
 from infinivar.errors import require
+from infinivar.machines.motors import LinkMotors
 from infinivar.parts.amplifier import Amplifier
 from infinivar.study.choices import STANDBY, answers
 

@@ -35,8 +35,8 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.graphs.compliances import rotor_inertia
 from infinivar.drivetrain.loops import Servo
-from infinivar.drivetrain.moving.system import SteeringServo
 from infinivar.errors import ParameterError
+from infinivar.machines.system import SteeringServo
 from infinivar.motion.users import ArmModel
 from infinivar.transmission.spin_law import TurningPatch
 

@@ -20,9 +20,9 @@ from infinivar._core.result import Frozen, result
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import motor_side, needed
-from infinivar.drivetrain.moving.motors import LinkMotors
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
+from infinivar.machines.motors import LinkMotors
 from infinivar.motion.course import Course
 
 MOVING, HELD = ("free", "explore"), ("contact", "hold", "idle")

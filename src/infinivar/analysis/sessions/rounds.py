@@ -20,8 +20,8 @@ from infinivar.analysis.sessions.handle_session import (
 )
 from infinivar.analysis.shared_motor import run_up_energy
 from infinivar.drivetrain.drive import motor_side
-from infinivar.drivetrain.many_legs import LeggedDrive
 from infinivar.limits import Limit
+from infinivar.machines.many_legs import LeggedDrive
 
 TURNING, STOPPED, RESTING, CONVENTIONAL = "cylinder turning", "stopped while idle", "stopped at rest", "conventional"
 

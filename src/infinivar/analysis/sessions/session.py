@@ -12,15 +12,15 @@ from infinivar._core.arrays import real_array
 from infinivar._core.fields import check_number, given
 from infinivar.analysis.marching import March
 from infinivar.analysis.sessions.session_result import Session, touches
-from infinivar.drivetrain.guidance.controller import Plant, begun
-from infinivar.drivetrain.guidance.sensing import GuidedController, Sensing, Sensors, check_rate
-from infinivar.drivetrain.guidance.tasks import controller_of, curve_of, surface_of
-from infinivar.drivetrain.moving import control
-from infinivar.drivetrain.moving.hand import GrippingArm, Hand
-from infinivar.drivetrain.moving.handles import grip_of
-from infinivar.drivetrain.moving.machines import LINKED, MACHINES, Machine
-from infinivar.drivetrain.moving.system import System
 from infinivar.errors import ParameterError, require
+from infinivar.machines.control import loops as control
+from infinivar.machines.control.controller import Plant, begun
+from infinivar.machines.control.sensing import GuidedController, Sensing, Sensors, check_rate
+from infinivar.machines.control.tasks import controller_of, curve_of, surface_of
+from infinivar.machines.hand import GrippingArm, Hand
+from infinivar.machines.kind import Machine
+from infinivar.machines.registry import MACHINES
+from infinivar.machines.system import System
 from infinivar.motion.machine_scenario import History, over_time
 from infinivar.motion.virtual.tasks import TASKS, HandleTask
 
@@ -92,7 +92,7 @@ def session(
     ClosureError
         If the energy balance does not close: an error in the program.
 
-    Source: `infinivar.drivetrain.moving.system` for the equations of motion.
+    Source: `infinivar.machines.system` for the equations of motion.
     """
     if not isinstance(machine, MACHINES):
         names = ", ".join(kind.__name__ for kind in MACHINES)
@@ -118,14 +118,14 @@ def session(
     require(path is None or hasattr(path, "nearest"), "path", repr(path), "a curve: with nearest(point, near)")
 
     mechanics = machine.mechanics(stick_speed)
-    grip = grip_of(mechanics, handle)
+    grip = mechanics.grip(handle)
     start = _row("pose", pose, machine.home)
     at_home = grip.at(start[None], np.zeros((1, len(mechanics.coordinates)))).position[0]
     hand = Hand(grip=grip, **_user(user, intention, force, at_home))
     system = System(
         mechanics=mechanics,
         motor=machine.power_motor(stick_speed),
-        links=machine.link_motors(stick_speed) if isinstance(machine, LINKED) else None,
+        links=machine.link_motors(stick_speed),
         servo=machine.servo(stick_speed) if servos == "real" and mechanics.steered else None,
         prescribed_steering=servos == "ideal" or not mechanics.steered,
         hand=hand,

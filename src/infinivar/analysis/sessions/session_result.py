@@ -14,11 +14,10 @@ from infinivar.analysis.animated import Animated
 from infinivar.analysis.judged import Judged
 from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE
-from infinivar.drivetrain.guidance.sensing import Sensing
-from infinivar.drivetrain.moving.handles import grip_of
-from infinivar.drivetrain.moving.machines import Machine
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand
+from infinivar.machines.control.sensing import Sensing
+from infinivar.machines.kind import Machine
 from infinivar.units import plain
 
 _ROUNDED = 1e-9
@@ -225,7 +224,7 @@ class Session(Judged, Animated, Result):
             for names in (mechanics.configuration, mechanics.coordinates)
         )
         link = mechanics.load.at(configuration, rates)
-        onto = np.linalg.pinv(np.swapaxes(grip_of(mechanics).at(configuration, rates).jacobian, -1, -2))
+        onto = np.linalg.pinv(np.swapaxes(mechanics.grip().at(configuration, rates).jacobian, -1, -2))
         normal = np.asarray(self._wall.normal(self._at_wall))
         count = normal.shape[-1]
 

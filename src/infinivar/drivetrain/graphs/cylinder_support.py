@@ -14,7 +14,6 @@ from infinivar.bondgraph.graph import Element, Parameter, Signal
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.graphs import pieces
-from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics
 from infinivar.parts.shaft_bearings import ROLLERS, CylinderBearings, WheelLoad
 
 SIGNALS = ("f_u", "f_r", "phi", "l")
@@ -54,49 +53,6 @@ def under_wheel(drive: CoboticDrive, stick_speed: float) -> Support:
         Signal(name="f_r", symbol="f_r", of="transmission.tractive"),
     )
     return _on_cylinder((made, rollers), measured)
-
-
-def under_wheels(mechanics: LeggedMechanics, stick_speed: float) -> Support:
-    """Friction on the 1-junction "cylinder" under the wheels of links "link_1" ...; nothing without bearings."""
-    bearings, element = mechanics.cylinder_bearings, mechanics.transmission
-    if bearings is None:
-        return Support()
-    radius, places = float(element.cylinder_radius), range(1, mechanics.count + 1)
-    stick = Parameter(r"\varepsilon_c", stick_speed / radius, "rad/s")
-    rolling = mechanics.count * float(element.groups(mechanics.set_speed).rolling_force)
-    backed = float(bearings.roller_torque(rolling, radius))
-    rollers = pieces.friction("backing_rollers", "T_{br}", backed, "N m", stick, ROLLERS)
-    signals = [Signal(name=f"ldot_{one}", symbol=rf"\dot{{l}}_{{{one}}}", of=f"link_{one}") for one in places]
-    asked = [f"{name}_{one}" for name in ("phi", "ldot") for one in places]
-    if bearings.span is not None and not isinstance(mechanics.load, ArmLoad):
-        signals += [Signal(name=f"l_{one}", symbol=f"l_{{{one}}}", of=f"link_{one}", integral=True) for one in places]
-        asked += [f"l_{one}" for one in places]
-    law = functools.partial(_under_all, mechanics, stick_speed)
-    made = bg.resistance(
-        "bearings", "T_{cb}", law, signals=tuple(asked), parameters={"stick_speed": stick}, title=bearings.title
-    )
-    elements = tuple(one for one in (made, rollers) if one is not None)
-    return Support(elements, tuple(f"cylinder > {one.name}" for one in elements), tuple(signals))
-
-
-def _under_all(
-    mechanics: LeggedMechanics, rolls_from: float, turning: Array, *given: Array, stick_speed: Array
-) -> Array:
-    """Friction torque under all wheels, from angles, speeds and, if they matter, positions of the links."""
-    bearings, element, n = mechanics.cylinder_bearings, mechanics.transmission, mechanics.count
-    assert bearings is not None
-    xp, radius = namespace(turning, *given), element.cylinder_radius
-    angles, speeds, positions = given[:n], given[n : 2 * n], given[2 * n :] or (0.0,) * n
-    wheels = []
-    for angle, speed, position, azimuth in zip(angles, speeds, positions, bearings.around(n), strict=True):
-        found = element.wheel.act(
-            (speed, -radius * turning),
-            (xp.sin(angle), xp.cos(angle)),
-            surface_speed=radius * abs(mechanics.set_speed),
-            stick_speed=rolls_from,
-        )
-        wheels.append(WheelLoad(element.preload, radius * found.y, found.x, radius, position, azimuth))
-    return coulomb(turning, bearings.moment(wheels, abs(mechanics.set_speed)), stick_speed)
 
 
 def under_preload(drive: CoboticDrive, stick_speed: float) -> tuple[list[Element], list[str]]:

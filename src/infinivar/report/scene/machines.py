@@ -11,14 +11,10 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from infinivar._core.fields import given
-from infinivar.analysis.moving_parts import STICK_SPEED, Parts, link_positions, members_of, rods_of
-from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
-from infinivar.drivetrain.moving.rolling import PlanarMechanics
-from infinivar.drivetrain.moving.separate import SeparateMechanics
-from infinivar.drivetrain.moving.slides import SlideLoad
+from infinivar.analysis.moving_parts import STICK_SPEED, Parts
 from infinivar.errors import ParameterError
 from infinivar.figures import planar_cobot
+from infinivar.machines.outline import Chain, Drum, OnRods, Slides, Wheeled
 from infinivar.report.scene.elements import LEAST, Scene, text
 
 _X, _Y, _Z = np.eye(3)
@@ -38,14 +34,8 @@ class Extent(NamedTuple):
 
 def add_machine(scene: Scene, machine: Any, parts: Parts) -> Extent:
     """Add the bodies of a machine with their joints."""
-    load, turning = parts.load, _servo_inertia(machine)
-    if isinstance(load, PlatformLoad):
-        return _platform(scene, parts, turning)
-    if isinstance(load, ArmLoad):
-        return _arm(scene, parts)
-    if isinstance(load, SlideLoad):
-        return _slide(scene, parts, turning)
-    return _planar(scene, parts, turning)
+    shapes = {"planar": _planar, "platform": _platform, "arm": _arm, "slide": _slide}
+    return shapes[parts.outline.shape](scene, parts, parts.outline, _servo_inertia(machine))
 
 
 def _servo_inertia(machine: Any) -> float:
@@ -66,17 +56,14 @@ def _wheel(
     scene.geom(body, "cylinder", "wheel", size=[radius, _WIDE * radius], zaxis=_Y)
 
 
-def _planar(scene: Scene, parts: Parts, turning: float) -> Extent:
+def _planar(scene: Scene, parts: Parts, cobot: Wheeled, turning: float) -> Extent:
     """Heights are below the handle, which is at 0."""
-    assert isinstance(parts.mechanics, PlanarMechanics)
-    cobot = parts.mechanics.cobot
-    spots = np.array(cobot.positions)
-    radii = np.array([float(one.wheel_radius) for one in cobot.contacts])  # type: ignore[union-attr]
+    spots, radii = cobot.spots, cobot.radii
     wide = float(radii.max())
     size = planar_cobot.size_of(spots, radii)
     around = planar_cobot.outline(spots, size)
-    mass = float(given(cobot.mass, 0.0)) - LEAST * len(spots)
-    moment = float(given(cobot.inertia, 0.0)) - LEAST * float(np.sum(spots**2))
+    mass = cobot.mass - LEAST * len(spots)
+    moment = cobot.inertia - LEAST * float(np.sum(spots**2))
     centre = np.append(-LEAST * spots.sum(axis=0) / mass, 0.0)
     body = scene.body(scene.world, "body", [0.0, 0.0, 0.0], mass, [0.5 * moment, 0.5 * moment, moment], centre=centre)
     pose = parts.configuration
@@ -97,13 +84,10 @@ def _planar(scene: Scene, parts: Parts, turning: float) -> Extent:
     return Extent(np.append(middle, 0.0), reach)
 
 
-def _cylinder(scene: Scene, parts: Parts, middle: np.ndarray, axis: np.ndarray, half: float) -> tuple[float, float]:
-    """The cylinder about an axis, with two stripes that show it turn; returns its radius and that of its wheels."""
-    mechanics = parts.mechanics
-    assert isinstance(mechanics, LeggedMechanics)
+def _cylinder(scene: Scene, parts: Parts, drum: Drum, middle: np.ndarray, axis: np.ndarray, half: float) -> None:
+    """The cylinder about an axis, with two stripes that show it turn."""
     assert parts.cylinder_angle is not None
-    radius = float(mechanics.transmission.cylinder_radius)
-    inertia = mechanics.cylinder_inertia
+    radius, inertia = drum.radius, drum.inertia
     mass = 2.0 * inertia / radius**2
     across = 0.5 * inertia + mass * half**2 / 3.0
     first = _Y if axis[0] else _X
@@ -113,18 +97,13 @@ def _cylinder(scene: Scene, parts: Parts, middle: np.ndarray, axis: np.ndarray, 
     scene.geom(body, "cylinder", "cylinder", size=[radius, half])
     for sign in (1.0, -1.0):
         scene.geom(body, "box", "stripe", pos=[sign * radius, 0.0, 0.0], size=[0.01 * radius, 0.12 * radius, half])
-    return radius, float(np.max(mechanics.transmission.wheel_radius))
 
 
-def _slide(scene: Scene, parts: Parts, turning: float) -> Extent:
+def _slide(scene: Scene, parts: Parts, load: Slides, turning: float) -> Extent:
     """Links on a cylinder along x below the handle; on one axis the handle is on the link."""
-    load, mechanics = parts.load, parts.mechanics
-    masses, count = np.asarray(load.masses), len(load.masses)
-    steered = isinstance(mechanics, LeggedMechanics)
-    assert isinstance(mechanics, LeggedMechanics | SeparateMechanics)
-    position = link_positions(parts)
-    radius = float(mechanics.transmission.cylinder_radius) if steered else 0.02
-    wheel = float(np.max(mechanics.transmission.wheel_radius)) if steered else 0.01
+    masses, count, drum = load.masses, len(load.masses), load.drum
+    position = parts.link_positions
+    radius, wheel = (0.02, 0.01) if drum is None else (drum.radius, drum.wheel_radius)
     middle = 0.5 * float(position.min() + position.max())
     half = 0.5 * float(np.ptp(position)) + 2.0 * radius
     below = (
@@ -132,8 +111,8 @@ def _slide(scene: Scene, parts: Parts, turning: float) -> Extent:
         if count == 1
         else -(2.0 * radius + 6.0 * wheel + float(np.max(np.abs(parts.handle[:, 1:]))))
     )
-    if steered:
-        _cylinder(scene, parts, np.array([middle, 0.0, below]), _X, half)
+    if drum is not None:
+        _cylinder(scene, parts, drum, np.array([middle, 0.0, below]), _X, half)
     else:
         for place in range(count):
             _, out = _around(place, count)
@@ -142,13 +121,13 @@ def _slide(scene: Scene, parts: Parts, turning: float) -> Extent:
     for place in range(count):
         name = f"link_{place + 1}"
         along, out = _around(place, count)
-        own = mechanics.link_mass + (masses[place] if count == 1 or count > 3 else 0.0)
+        own = load.link_mass + (masses[place] if count == 1 or count > 3 else 0.0)
         link = scene.body(scene.world, name, np.array([0.0, 0.0, below]), own, _NONE)
         scene.joint(link, f"{name}_sliding", "slide", position[:, place], _X)
         hub = (radius + wheel) * out
         top = -below * _Z if count == 1 else (radius + 3.0 * wheel) * out
         scene.geom(link, "capsule", "link", fromto=[*(hub + 1.2 * wheel * out), *top], size=[0.25 * wheel])
-        if steered:
+        if drum is not None:
             angle = parts.steering[:, place]
             _wheel(scene, link, f"wheel_{place + 1}", hub, [*along, *_X], wheel, angle, turning)
         else:
@@ -189,27 +168,22 @@ def _carried(scene: Scene, parts: Parts, masses: np.ndarray, size: float) -> Non
         SubElement(scene.equality, "joint", ties)
 
 
-def _platform(scene: Scene, parts: Parts, turning: float) -> Extent:
-    load, mechanics = parts.load, parts.mechanics
-    assert isinstance(load, PlatformLoad)
-    assert isinstance(mechanics, LeggedMechanics | SeparateMechanics)
-    platform, pose = load.platform, parts.configuration
-    rods = rods_of(load, pose)
+def _platform(scene: Scene, parts: Parts, load: OnRods, turning: float) -> Extent:
+    platform, pose, drum = load.platform, parts.configuration, load.drum
+    rods = load.rods(pose)
     links, length = rods.link_position, platform.rod_length
     ends = np.array([min(links.min(), *(platform.stroke or ())), max(links.max(), *(platform.stroke or ()))])
-    steered = isinstance(mechanics, LeggedMechanics)
-    wheel = float(np.max(mechanics.transmission.wheel_radius)) if steered else 0.07 * length
+    radius, wheel = (0.0, 0.07 * length) if drum is None else (drum.radius, drum.wheel_radius)
     low, high = float(np.mean(platform.base[:, 2])) + ends + np.array([-1.5, 1.5]) * wheel
-    radius = 0.0
-    if steered:
-        radius, wheel = _cylinder(scene, parts, np.array([0.0, 0.0, 0.5 * (low + high)]), _Z, 0.5 * (high - low))
+    if drum is not None:
+        _cylinder(scene, parts, drum, np.array([0.0, 0.0, 0.5 * (low + high)]), _Z, 0.5 * (high - low))
     for place, base in enumerate(platform.base):
         name = f"link_{place + 1}"
         scene.geom(scene.world, "capsule", "link", fromto=[*base[:2], low, *base[:2], high], size=[0.08 * wheel])
-        link = scene.body(scene.world, name, base, mechanics.link_mass, _NONE)
+        link = scene.body(scene.world, name, base, load.link_mass, _NONE)
         scene.joint(link, f"{name}_sliding", "slide", links[:, place], _Z)
         scene.geom(link, "sphere", "link", size=[0.35 * wheel])
-        if steered:
+        if drum is not None:
             out = np.array([*base[:2], 0.0]) / np.hypot(*base[:2])
             hub = (radius + wheel) * out - np.array([*base[:2], 0.0])
             scene.geom(link, "capsule", "link", fromto=[*(0.3 * hub), 0.0, 0.0, 0.0], size=[0.2 * wheel])
@@ -249,14 +223,11 @@ def _turned(rotation: np.ndarray) -> np.ndarray:
     return np.concatenate([np.cos(0.5 * angle), share * rotation], axis=-1)
 
 
-def _arm(scene: Scene, parts: Parts) -> Extent:
+def _arm(scene: Scene, parts: Parts, load: Chain, turning: float) -> Extent:
     """Members with their joints; pulleys on the joints of legs, whose links count as inertia of the joints."""
-    load, mechanics = parts.load, parts.mechanics
-    assert isinstance(load, ArmLoad)
-    lengths = np.asarray(load.arm.lengths)
+    lengths = load.lengths
     reach = float(np.sum(lengths))
     thick = 0.02 * reach
-    link = mechanics.link_mass if isinstance(mechanics, LeggedMechanics | SeparateMechanics) else 0.0
     parent, at = scene.world, np.zeros(3)
     for place, (length, mass) in enumerate(zip(lengths, load.masses, strict=True)):
         last = place == len(lengths) - 1
@@ -268,14 +239,14 @@ def _arm(scene: Scene, parts: Parts) -> Extent:
         name = f"member_{place + 1}"
         inertia = [0.5 * moment, moment, moment]
         body = scene.body(parent, name, at, float(total), inertia, centre=[centre, 0.0, 0.0])
-        own = link * load.pulleys[place] ** 2
+        own = load.link_mass * load.pulleys[place] ** 2
         scene.joint(body, f"joint_{place + 1}", "hinge", parts.configuration[:, place], _Z, float(own))
         scene.geom(body, "capsule", "link", fromto=[0.0, 0.0, 0.0, length, 0.0, 0.0], size=[0.7 * thick])
-        radius = float(load.pulleys[place]) if isinstance(mechanics, LeggedMechanics) else 1.2 * thick
+        radius = 1.2 * thick if load.drum is None else float(load.pulleys[place])
         scene.geom(body, "cylinder", "cylinder", pos=[0.0, 0.0, -1.2 * thick], size=[radius, 0.3 * thick])
         parent, at = body, length * _X
     scene.handle(parent, at, 1.2 * thick)
     scene.geom(scene.world, "cylinder", "link", pos=[0.0, 0.0, -2.5 * thick], size=[2.0 * thick, thick])
-    points = members_of(load, parts.configuration).reshape(-1, 2)
+    points = load.points(parts.configuration).reshape(-1, 2)
     low, high = points.min(axis=0), points.max(axis=0)
     return Extent(np.append(0.5 * (low + high), 0.0), 0.5 * float(np.max(high - low)) + 0.15 * reach)

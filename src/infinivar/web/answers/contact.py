@@ -4,27 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from infinivar.contact import creep
-from infinivar.contact.creep import CreepLaw
 from infinivar.contact.exact.patch import RollingPatch
 from infinivar.drivetrain import chain
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.machines.legged import legs_of
-from infinivar.drivetrain.machines.planar import PlanarDrive
-from infinivar.drivetrain.machines.sphere import SphereDrive
 from infinivar.errors import ParameterError
 from infinivar.figures import rolling_patch
 from infinivar.limits import Limit
+from infinivar.machines.kinds.linked import legs_of
+from infinivar.machines.rolling import RollingState, creep_ratio
 from infinivar.study.study import Study
-from infinivar.transmission.driven_contact import DrivenContact
-from infinivar.transmission.geometry import LossGroups, PressedContact
 from infinivar.transmission.operating_point import OperatingPoint
-from infinivar.transmission.spherical import SphericalPoint
 from infinivar.web.answers import payload, words
 from infinivar.web.answers.answer import Answer
 from infinivar.web.answers.places import Place, place_of
@@ -41,35 +35,6 @@ _REACH = 1.25
 
 _BEYOND = 2.0
 """Creepage of a wheel that slips, over that of full slip, at which its patch is drawn."""
-
-_POINT_BY_LAW = "creepage by the creep law, without spin"
-
-
-@dataclass(frozen=True)
-class RollingState:
-    """One wheel at one place: its law, and where it stands on it; nan where it slips."""
-
-    name: str
-    law: CreepLaw
-    groups: LossGroups
-    lateral_force: float
-    creepage: float
-    slip_demand: float
-    contact: PressedContact | None
-    preload: float
-    notes: tuple[dict[str, str], ...] = ()
-    along: bool = False
-    """Whether it creeps along its rolling direction, as a driven roller does, instead of across it."""
-
-    @property
-    def force_name(self) -> str:
-        """What the force of the creep is called."""
-        return "traction along rolling" if self.along else "lateral force"
-
-    @property
-    def slips(self) -> bool:
-        """Whether no steady rolling is possible."""
-        return not self.slip_demand <= 1.0
 
 
 def contact(study: Study, asked: Mapping[str, Any]) -> Answer:
@@ -123,7 +88,7 @@ def contact(study: Study, asked: Mapping[str, Any]) -> Answer:
 
 
 def _why_none(place: Place) -> str:
-    if isinstance(place.drive, PlanarDrive):
+    if hasattr(place.drive, "rolling"):
         return f"{place.title} is at rest: its wheels are locked and do not creep"
     if legs_of(place.drive) is not None:
         return f"{place.title} does not reach this pose, so that nothing is known of its wheels"
@@ -140,9 +105,7 @@ def rolling_states(place: Place) -> list[RollingState]:
     leg = legs_of(drive)
     if leg is not None:
         return list(_legs(place, leg))
-    if isinstance(drive, PlanarDrive):
-        return list(_cart(place, drive))
-    return list(_rollers(place, drive)) if isinstance(drive, SphereDrive) else []
+    return list(drive.rolling(place.point(), place.twist, place.wrench)) if hasattr(drive, "rolling") else []
 
 
 def element_point(drive: CoboticDrive, speed: float, force: float) -> OperatingPoint:
@@ -176,18 +139,12 @@ def _of_wheel(drive: CoboticDrive, point: OperatingPoint, name: str) -> RollingS
         law=element.creep_law,
         groups=groups,
         lateral_force=float(point.lateral_force),
-        creepage=_ratio(point.creep_speed, point.rolling_speed),
+        creepage=creep_ratio(point.creep_speed, point.rolling_speed),
         slip_demand=float(point.utilisation[Limit.SLIP]),
         contact=pressed,
         preload=element.preload,
-        notes=tuple(words.steering(tangent)),
+        notes=tuple((one["label"], one["text"]) for one in words.steering(tangent)),
     )
-
-
-def _ratio(creep_speed: Any, rolling_speed: Any) -> float:
-    """Creep speed over rolling speed; nan if the wheel does not roll."""
-    rolled = abs(float(rolling_speed))
-    return float(creep_speed) / rolled if rolled > 0.0 else math.nan
 
 
 def _legs(place: Place, leg: CoboticDrive) -> Iterator[RollingState]:
@@ -199,63 +156,6 @@ def _legs(place: Place, leg: CoboticDrive) -> Iterator[RollingState]:
     ):
         if math.isfinite(force) and math.isfinite(speed):
             yield _of_wheel(leg, element_point(leg, float(speed), float(force)), name)
-
-
-def _cart(place: Place, drive: PlanarDrive) -> Iterator[RollingState]:
-    """Wheels of a cart; none of one at rest, which does not roll."""
-    if not np.any(place.twist):
-        return
-    found = drive.operated(place.twist, place.wrench)
-    for index, wheel in enumerate(drive.mechanism.contacts):  # type: ignore[arg-type]
-        rolled = float(found.rolling_speed[index])
-        yield RollingState(
-            name=f"wheel {index + 1}",
-            law=wheel.creep_law,
-            groups=wheel.groups(0.0 if math.isnan(rolled) else abs(rolled)),
-            lateral_force=float(found.lateral_force[index]),
-            creepage=_ratio(found.creep_speed[index], rolled),
-            slip_demand=float(np.nan_to_num(found.slip_demand[index], nan=math.inf)),
-            contact=wheel.contact,
-            preload=wheel.preload,
-            notes=(words.row("heading from x", words.quantity(np.degrees(found.heading[index]), "°")),),
-        )
-
-
-def _rollers(place: Place, drive: SphereDrive) -> Iterator[RollingState]:
-    """Rollers on a sphere; their creepage is that of the law, as spin shares in the slip."""
-    angle, point = sphere_point(place, drive)
-    ivt = drive.transmission
-    note = words.row("steering angle", words.quantity(math.degrees(angle), "°"))
-    for index, (kind, wheel) in enumerate(zip(point.kinds, ivt.patches(), strict=True)):
-        groups = wheel.groups(drive.sphere_radius * float(np.linalg.norm(point.sphere_velocity)))
-        driven = kind == "drive"
-        if driven and isinstance(wheel, DrivenContact):
-            groups = groups._replace(creep_stiffness=groups.creep_stiffness * wheel.stiffness_ratio)
-        force, demand = float(point.roller_forces[index]), float(point.slip_demand[index])
-        share = force / groups.slip_force
-        creepage = math.nan
-        if demand <= 1.0 and abs(share) < 1.0:
-            creepage = float(groups.formulas(wheel.creep_law).creepage(share)) / groups.creep_group
-        yield RollingState(
-            name=f"{kind} roller {point.kinds[: index + 1].count(kind)}",
-            law=wheel.creep_law,
-            groups=groups,
-            lateral_force=force,
-            creepage=creepage,
-            slip_demand=demand if math.isfinite(demand) else math.inf,
-            contact=wheel.contact,
-            preload=wheel.preload,
-            notes=(note, words.row("note", _POINT_BY_LAW)),
-            along=driven,
-        )
-
-
-def sphere_point(place: Place, drive: SphereDrive) -> tuple[float, SphericalPoint]:
-    """Steering angle of a sphere between rollers in a task, and its operation there. [rad]"""
-    angle = float(place.point().states["steering_angle_rad"])
-    torque = float(np.asarray(place.wrench)[0])
-    point = drive.transmission.operate(steering_angle=angle, input_speed=drive.input_speed, output_torque=torque)
-    return angle, point
 
 
 def _curve(state: RollingState) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
@@ -293,7 +193,8 @@ def _rows(state: RollingState) -> Iterator[dict[str, str]]:
             "patch, rolling × lateral", f"{words.quantity(2e6 * patch.a, '')} × {words.quantity(2e6 * patch.b, 'µm')}"
         )
         yield words.row("peak pressure", words.quantity(1e-9 * patch.peak_pressure, "GPa"))
-    yield from state.notes
+    for label, note in state.notes:
+        yield words.row(label, note if isinstance(note, str) else words.quantity(math.degrees(note), "°"))
 
 
 def _patch(state: RollingState) -> tuple[dict[str, Any] | None, str | None, dict[str, np.ndarray]]:

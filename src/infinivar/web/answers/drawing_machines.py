@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
-from infinivar.drivetrain.machines.planar import PlanarDrive
-from infinivar.drivetrain.machines.sphere import SphereDrive
+from infinivar.drivetrain.drive import type_words
 from infinivar.errors import InputError
 from infinivar.figures import planar_cobot, sphere
+from infinivar.machines.kinds.arm import ArmDrive
+from infinivar.machines.kinds.planar import PlanarDrive
+from infinivar.machines.kinds.platform import PlatformDrive
+from infinivar.machines.kinds.sphere import SphereDrive
 from infinivar.transmission.platform import rotated
 from infinivar.web.answers import contact, drawing_wheels, shapes, words
 from infinivar.web.answers.places import Place
@@ -36,16 +38,10 @@ def drawn(place: Place) -> Any:
     InputError
         If nothing can be drawn, as a wheel slips or the pose is out of reach.
     """
-    drive = place.drive
-    if isinstance(drive, PlatformDrive):
-        return _platform(place, drive)
-    if isinstance(drive, PlanarDrive):
-        return _cart(place, drive)
-    if isinstance(drive, ArmDrive):
-        return _arm(place, drive)
-    if isinstance(drive, SphereDrive):
-        return _sphere(place, drive)
-    raise InputError(f"{place.title} is of a type that has no drawing")
+    made = _DRAWN.get(type_words(place.drive))
+    if made is None:
+        raise InputError(f"{place.title} is of a type that has no drawing")
+    return made(place, place.drive)
 
 
 def _vector_words(vector: np.ndarray, unit: str) -> str:
@@ -321,7 +317,7 @@ def _row_of_wheels(drive: ArmDrive, leg: CoboticDrive, point: Any) -> dict[str, 
 
 def _sphere(place: Place, drive: SphereDrive) -> Any:
     see = _SPHERE_VIEW
-    angle, point = contact.sphere_point(place, drive)
+    angle, point = drive.turned(place.point(), np.asarray(place.wrench))
     numbers = sphere.data(drive.transmission, point)
     size = MM * drive.sphere_radius
     axis = numbers["axis"]
@@ -400,3 +396,9 @@ def _roller(numbers: Any, index: int, size: float, velocity: np.ndarray, see: sh
     start = size * normal
     yield shapes.arrow(see(start), see(start + scale * numbers["force"][index]), "contact-force", "")
     yield shapes.text(see((size + 2.35 * radius) * normal), f"{index + 1} {kind}")
+
+
+_DRAWN: dict[str, Callable[..., Any]] = {
+    kind.WORD: drawn
+    for kind, drawn in ((PlatformDrive, _platform), (PlanarDrive, _cart), (ArmDrive, _arm), (SphereDrive, _sphere))
+}

@@ -12,8 +12,8 @@ import numpy as np
 from infinivar.analysis.machine_tasks import passing_point
 from infinivar.analysis.tightest import vector_words
 from infinivar.drivetrain.drive import axis_of, is_machine, operated
-from infinivar.drivetrain.machines.machine import as_machine
 from infinivar.errors import InputError, nearest
+from infinivar.machines.machine import as_machine
 from infinivar.motion.machine_tasks import MachineTask
 from infinivar.study.study import Study
 from infinivar.units import plain

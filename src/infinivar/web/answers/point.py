@@ -9,7 +9,6 @@ import numpy as np
 
 from infinivar import power
 from infinivar.analysis.tightest import tight_words, tightest_of
-from infinivar.drivetrain.machines.planar import PlanarDrive
 from infinivar.figures import style
 from infinivar.limits import LEADING, Demand, Limit, words_of
 from infinivar.study.study import Study
@@ -105,7 +104,7 @@ def _stored(found: Any) -> Any:
 
 def _source(place: Place) -> str:
     """What feeds the drive: a cart has no motor, and is pushed."""
-    return "push" if isinstance(place.drive, PlanarDrive) else _SUPPLY
+    return getattr(place.drive, "source", _SUPPLY)
 
 
 def _demands(place: Place, found: Any) -> dict[Demand, float]:

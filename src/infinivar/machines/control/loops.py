@@ -1,0 +1,273 @@
+"""Sampled controllers of machines with many contacts: speed of the power motor, steering servos, and pose.
+
+The pose loop commands the speeds of the links, or the direction of a body in the plane; the wheels' angles follow. What a
+controller computes from the measurements of one sample acts from the next sample on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.fields import given
+from infinivar.drivetrain.control import LINK_BANDWIDTH, SPEED_BANDWIDTH, CoboticControl, ConventionalControl
+from infinivar.drivetrain.loops import Loop, Servo, speed_loop
+from infinivar.machines.linkage import Linkage, Load, SeparateMechanics
+from infinivar.machines.motors import LinkMotors
+from infinivar.machines.system import Inputs, System, Wanted
+from infinivar.motion.histories import VectorHistory
+from infinivar.transmission.planar import PlanarCobot
+
+_STEP = 1e-4
+"""Half the time over which commanded angles are differenced. [s]"""
+
+
+@dataclass(slots=True)
+class Commands:
+    """What a controller commands, to act from the next sample on; None: nothing.
+
+    Wheels without command keep their angles by friction, and motors without command have no current.
+    """
+
+    steering: np.ndarray | None = None
+    """Angles of the steered axes at the next sample. (s,) [rad]"""
+    steering_rate: np.ndarray | None = None
+    """Rates from then on. (s,) [rad s^-1]"""
+    speed: float | None = None
+    """Of the coordinates of the power motors. [rad s^-1]"""
+    currents: np.ndarray | None = None
+    """Of the power motors, where it replaces `speed`, or of the motors of links. (k,) [A]"""
+
+
+@dataclass(slots=True)
+class Loops:
+    """Current loops of a machine, with their memory: speed of the power motors, and steering servos."""
+
+    system: System
+    period: float
+    motor: Loop | None
+    """None: the power motors are without current."""
+    servo: Servo | None
+    integrals: np.ndarray
+    """Of the speed loop of each power motor. (k,) [A]"""
+    saturated: dict[str, float] = field(default_factory=dict)
+    """Commanded over largest current of the last sample, by motor."""
+
+    def act(self, commands: Commands, speeds: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Inputs:
+        """Inputs for commands, measured speeds of the power motors' coordinates, and steering angles and rates."""
+        inputs = self.system.idle()
+        if self.system.links is not None and commands.currents is not None:
+            limit = self.system.links.current_limit
+            inputs.links = np.clip(np.asarray(commands.currents, dtype=float), -limit, limit)
+            self.saturated["motor"] = float(np.max(np.abs(inputs.links))) / limit
+        elif self.system.motor is not None and (commands.currents is not None or commands.speed is not None):
+            limit = math.inf if self.motor is None else self.motor.limit
+            if commands.currents is not None:
+                inputs.currents = np.clip(np.asarray(commands.currents, dtype=float), -limit, limit)
+            elif self.motor is not None:
+                for place, speed in enumerate(speeds.tolist()):
+                    inputs.currents[place], self.integrals[place] = self.motor.act(
+                        float(commands.speed or 0.0) - speed, float(self.integrals[place]), self.period
+                    )
+            self.saturated["motor"] = float(np.max(np.abs(inputs.currents))) / limit
+        if commands.steering is None:
+            if commands.steering_rate is not None and self.servo is None:
+                inputs.turning = np.array(commands.steering_rate, dtype=float)
+            return inputs
+        rate = np.zeros(len(angles)) if commands.steering_rate is None else commands.steering_rate
+        if self.servo is None:
+            # A wheel that turns as told ends the sample where the command has gone by then.
+            inputs.turning = rate + (commands.steering - angles) / self.period
+            return inputs
+        for place in range(len(angles)):
+            error = float(commands.steering[place]) - float(angles[place])
+            inputs.steering[place] = self.servo.act(error, float(turning[place]), float(rate[place]))
+        self.saturated["steering motor"] = float(np.max(np.abs(inputs.steering))) / self.servo.limit
+        return inputs
+
+
+@dataclass(slots=True)
+class LinkController:
+    """Pose loop with an inner speed loop, of all links together; inertia, centrifugal forces and friction are fed forward.
+
+    The inertia of the machine decouples the links, so that every motion has the poles of the bandwidths. The integral, which
+    begins with the force of the user at the start, converges to that force.
+    """
+
+    motors: LinkMotors
+    mechanics: SeparateMechanics
+    motion: VectorHistory
+    integral: np.ndarray
+    """Forces on the coordinates. (d,)"""
+    limit: float = field(init=False, default=0.0)
+    """Of the current of each motor. [A]"""
+
+    def __post_init__(self) -> None:
+        """Compute what does not change."""
+        self.limit = self.motors.current_limit
+
+    def act(self, time: float, pose: np.ndarray, rates: np.ndarray, period: float) -> np.ndarray:
+        """Currents of the motors from the measurements of a time; they act for a period from the next sample on. (n,) [A]"""
+        control = self.motors.drive.control
+        pole = 2.0 * math.pi * given(control.speed_bandwidth, SPEED_BANDWIDTH)
+        gain = 2.0 * math.pi * given(control.link_bandwidth, LINK_BANDWIDTH)
+        load = self.mechanics.load
+        goal, twist = load.along(self.motion, time)
+        # In the middle of the sample in which the currents act.
+        before, after = around(self.motion, min(time + 1.5 * period, float(self.motion.time[-1])))
+        change = (load.along(self.motion, after)[1] - load.along(self.motion, before)[1]) / (after - before)
+        wanted = twist + gain * load.apart(pose, goal)
+        place = self.mechanics.at(pose[None], rates[None])
+        link: Linkage = place.kinematics
+        inertia, jacobian = place.inertia[0], link.jacobian[0]
+        grown = self.integral + pole * pole * period * (inertia @ (wanted - rates))
+        forces = inertia @ (change + 2.0 * pole * (wanted - rates)) + place.bias[0] + grown
+        share = np.clip(jacobian @ wanted / self.motors.stick_speed, -1.0, 1.0)
+        on_links = np.linalg.lstsq(jacobian.T, forces, rcond=None)[0] + sum(self.motors.frictions) * share
+        currents = on_links / self.motors.gain
+        if np.all(np.abs(currents) <= self.limit):
+            self.integral = grown
+        return np.clip(currents, -self.limit, self.limit)
+
+
+@dataclass(slots=True)
+class MachineController:
+    """Controllers of a machine under a scenario: the shaft of the power motor is held, and wheels follow what is wanted."""
+
+    loops: Loops
+    duration: float
+    """Of the run; the controller looks no further ahead. [s]"""
+    set_speed: float
+    wanted: Wanted | None
+    links: LinkController | None = None
+    """Of a machine with a motor for each link, instead of all others."""
+    waiting: Inputs | None = None
+
+    @property
+    def saturated(self) -> dict[str, float]:
+        """As of `Loops`."""
+        return self.loops.saturated
+
+    def sample(self, time: float, state: np.ndarray) -> Inputs:
+        """Inputs until the next sample: those computed at the last one; at the first, those of now."""
+        found = self._computed(time, state)
+        acting, self.waiting = (found if self.waiting is None else self.waiting), found
+        return acting
+
+    def _computed(self, time: float, state: np.ndarray) -> Inputs:
+        loops, system = self.loops, self.loops.system
+        first, second, third = system.places
+        c, nu, angles, turning = state[:first], state[first:second], state[second:third], state[third:]
+        speeds = np.zeros(0)
+        commands = Commands()
+        if self.links is not None:
+            commands.currents = self.links.act(time, c, nu, loops.period)
+        if loops.motor is not None and system.motor is not None:
+            commands.speed, speeds = self.set_speed, nu[list(system.motor.coordinates)]
+        if loops.servo is not None and self.wanted is not None:
+            ahead = min(time + loops.period, self.duration)
+            commands.steering, commands.steering_rate = self.wanted(ahead, c, nu, angles)
+        return loops.act(commands, speeds, angles, turning)
+
+
+def placed_servo(system: System, control: CoboticControl | ConventionalControl) -> Servo | None:
+    """Servo of the steered axes. It feeds friction forward as it acts: in full from the stick speed on."""
+    if system.servo is None or isinstance(control, ConventionalControl):
+        return None
+    servo = system.servo
+    limit = given(control.steering_current_limit, servo.plant.motor.voltage / servo.plant.motor.resistance)
+    return Servo.place(control.steering_bandwidth, servo.inertia, servo.gain, limit, servo.friction, servo.stick_speed)
+
+
+def placed_motor(system: System, control: CoboticControl | ConventionalControl, inertia: float) -> Loop | None:
+    """Speed loop of each power motor; `inertia` is that of its coordinate without the motor."""
+    if system.motor is None:
+        return None
+    motor = system.motor.motor
+    limit = given(control.current_limit, motor.voltage / motor.resistance)
+    if isinstance(control, ConventionalControl):
+        bandwidth = given(control.speed_bandwidth, SPEED_BANDWIDTH)
+    else:
+        bandwidth = control.cylinder_bandwidth
+    return speed_loop(bandwidth, inertia + system.motor.inertia, system.motor.gain, limit)
+
+
+def following_angles(angles: Callable[[float], Any]) -> Wanted:
+    """Angles over time, whatever the machine does."""
+
+    def wanted(time: float, *_: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        ahead, behind = (np.asarray(angles(one), dtype=float) for one in (time + _STEP, max(time - _STEP, 0.0)))
+        return np.asarray(angles(time), dtype=float), (ahead - behind) / (time + _STEP - max(time - _STEP, 0.0))
+
+    return wanted
+
+
+def standing(pose: np.ndarray, duration: float) -> VectorHistory:
+    """The motion that keeps a pose."""
+    return VectorHistory(time=[0.0, duration], values=[pose, pose])
+
+
+def following_pose(
+    load: Load, motion: VectorHistory, *, gain: float, radius: float, set_speed: float, largest: float
+) -> Wanted:
+    """Angles of wheels on a cylinder that move a load along a motion.
+
+    Parameters
+    ----------
+    load : Load
+    motion : VectorHistory   Of poses.
+    gain : float             Of the pose error. [s^-1]
+    radius : float           Of the cylinder. [m]
+    set_speed : float        Of the cylinder; a nearly stationary one counts as a twentieth of that. [rad s^-1]
+    largest : float          Angle to which the wheels can be steered. [rad]
+    """
+
+    def planned(time: float) -> np.ndarray:
+        pose, twist = load.along(motion, time)
+        return load.at(pose[None], twist[None]).speed[0]
+
+    def wanted(time: float, c: np.ndarray, nu: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        pose, twist = load.along(motion, time)
+        jacobian = load.at(c[None], nu[None, :-1]).jacobian[0]
+        off = load.apart(c, pose)
+        turning = math.copysign(max(abs(float(nu[-1])), 0.05 * abs(set_speed)), set_speed)
+        slope = -(jacobian @ (twist + gain * off)) / (radius * turning)
+        before, after = around(motion, time)
+        acceleration = (planned(after) - planned(before)) / (after - before)
+        change = -(acceleration + gain * (jacobian @ (twist - nu[:-1]))) / (radius * turning)
+        goal = np.clip(np.arctan(slope), -largest, largest)
+        return goal, np.where(np.abs(goal) < largest, change / (1.0 + slope * slope), 0.0)
+
+    return wanted
+
+
+def around(motion: VectorHistory, time: float) -> tuple[float, float]:
+    """Two instants about a time, both on the same side of the end of a motion."""
+    end = float(motion.time[-1])
+    after = min(time + _STEP, end) if time <= end else time + _STEP
+    return after - 2.0 * _STEP, after
+
+
+def following_path(cobot: PlanarCobot, motion: VectorHistory, *, gain: float) -> Wanted:
+    """Headings of wheels on a plane along a motion of the body, whose speed is the user's."""
+
+    def headings(twist: np.ndarray, angles: np.ndarray) -> np.ndarray:
+        found = np.asarray(cobot.headings(twist))
+        found = np.where(np.isfinite(found), found, angles)
+        return angles + np.remainder(found - angles + 0.5 * np.pi, np.pi) - 0.5 * np.pi
+
+    def wanted(time: float, c: np.ndarray, nu: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        def twist(at: float) -> np.ndarray:
+            off, rate = motion(at) - c, motion.rate(at)
+            cosine, sine = math.cos(c[2]), math.sin(c[2])
+            x, y, turning = rate + gain * off
+            return np.array([cosine * x + sine * y, cosine * y - sine * x, turning])
+
+        goal, (before, after) = headings(twist(time), angles), around(motion, time)
+        return goal, (headings(twist(after), goal) - headings(twist(before), goal)) / (after - before)
+
+    return wanted

@@ -1,0 +1,255 @@
+r"""The user at a handle: forces, and an arm that grips it.
+
+The handle is a point x(c) of the machine with velocity :math:`\dot x = G \nu`. An arm with mass m, damping b and stiffness k
+grips it rigidly and pulls it towards an intention p(t):
+
+.. math:: F = F_u(t) + k\,(p - x) + b\,(\dot p - \dot x) - m\,\ddot x, \qquad
+    P_{user} = F_u \cdot \dot x + \left(k (p - x) + b (\dot p - \dot x)\right) \cdot \dot p ,
+
+so that the mass moves with the machine, the spring stores :math:`\tfrac12 k |p - x|^2`, and the damper loses
+:math:`b\,|\dot p - \dot x|^2`.
+
+Source: Newton; springs and dampers between two moving points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from infinivar.errors import ParameterError, require
+from infinivar.motion.histories import VectorHistory
+from infinivar.transmission.arm import PlanarArm
+
+_STEP = 1e-5
+"""Half the time over which an intention without derivative is differenced. [s]"""
+
+
+class Held(NamedTuple):
+    """The handle at m rows; d directions, N coordinates of the machine."""
+
+    position: np.ndarray
+    """x. (m, d) [m]"""
+    jacobian: np.ndarray
+    """G. (m, d, N)"""
+    bias: Callable[[], np.ndarray]
+    """Computes the acceleration of the handle without one of the rates. (m, d) [m s^-2]"""
+
+
+class Grip(Protocol):
+    """Where the hand holds a machine."""
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the directions, fixed in space."""
+        ...
+
+    def at(self, configuration: np.ndarray, rates: np.ndarray) -> Held:
+        """The handle."""
+        ...
+
+
+def without_point(handle: Sequence[float]) -> None:
+    """Raise ParameterError if a machine that is not held at any point is to be held at one."""
+    require(not np.any(handle), "handle", f"{handle}", "left out: only a body in the plane is held at a point")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BodyGrip:
+    """A point of a body in the plane whose rates are in its own axes."""
+
+    point: tuple[float, float] = (0.0, 0.0)
+    """In axes of the body. [m]"""
+    axes: tuple[str, ...] = ("x", "y")
+
+    def at(self, configuration: np.ndarray, rates: np.ndarray) -> Held:
+        """The handle in fixed axes."""
+        cosine, sine = np.cos(configuration[:, 2]), np.sin(configuration[:, 2])
+        arm = np.empty((len(rates), 2))
+        arm[:, 0] = cosine * self.point[0] - sine * self.point[1]
+        arm[:, 1] = sine * self.point[0] + cosine * self.point[1]
+        jacobian = np.empty((len(rates), 2, 3))
+        jacobian[:, 0, 0] = jacobian[:, 1, 1] = cosine
+        jacobian[:, 1, 0] = sine
+        jacobian[:, 0, 1] = -sine
+        jacobian[:, 0, 2], jacobian[:, 1, 2] = -arm[:, 1], arm[:, 0]
+
+        def bias() -> np.ndarray:
+            turning = rates[:, 2]
+            along = cosine * rates[:, 0] - sine * rates[:, 1]
+            across = sine * rates[:, 0] + cosine * rates[:, 1]
+            return np.stack([-turning * across, turning * along], axis=-1) - (turning * turning)[:, None] * arm
+
+        return Held(configuration[:, :2] + arm, jacobian, bias)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PointGrip:
+    """The origin of a platform, or the axes of a slide: the first coordinates are the velocities of the handle."""
+
+    axes: tuple[str, ...]
+    coordinates: int
+    """Of the machine."""
+
+    def at(self, configuration: np.ndarray, rates: np.ndarray) -> Held:
+        """The handle in fixed axes."""
+        count = len(self.axes)
+        jacobian = np.broadcast_to(np.eye(count, self.coordinates), (len(rates), count, self.coordinates))
+        return Held(configuration[:, :count], jacobian, lambda: np.zeros((len(rates), count)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArmGrip:
+    """The end point of a planar arm, whose joint rates are the first coordinates."""
+
+    arm: PlanarArm
+    coordinates: int
+    """Of the machine."""
+    axes: tuple[str, ...] = ("x", "y")
+
+    def at(self, configuration: np.ndarray, rates: np.ndarray) -> Held:
+        """The handle in fixed axes."""
+        joints = self.arm.joints
+        jacobian = np.zeros((len(rates), 2, self.coordinates))
+        jacobian[:, :, :joints] = self.arm.jacobian(configuration)[:, :2]
+
+        def bias() -> np.ndarray:
+            absolute, turning = np.cumsum(configuration, axis=-1), np.cumsum(rates[:, :joints], axis=-1)
+            pulled = np.asarray(self.arm.lengths) * turning * turning
+            return -np.stack([np.sum(pulled * np.cos(absolute), -1), np.sum(pulled * np.sin(absolute), -1)], axis=-1)
+
+        return Held(np.asarray(self.arm.end_point(configuration))[:, :2], jacobian, bias)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GrippingArm:
+    """Mass, damping and stiffness of an arm in each direction of the handle, and where it wants to be."""
+
+    mass: np.ndarray
+    """(d,) [kg]"""
+    damping: np.ndarray
+    """(d,) [N s m^-1]"""
+    stiffness: np.ndarray
+    """(d,) [N m^-1]"""
+    intention: Callable[[float], Any]
+    """Position by time. (d,) [m]"""
+
+    def wanted(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Intention and its rate at rows of time. (m, d) [m], [m s^-1]"""
+        if isinstance(self.intention, VectorHistory):
+            return at_times(self.intention, time), at_times(self.intention.rate, time)
+        rate = at_times(lambda one: np.asarray(self.intention(one + _STEP)) - self.intention(one - _STEP), time)
+        return at_times(self.intention, time), rate / (2.0 * _STEP)
+
+
+class HandPowers(NamedTuple):
+    """Powers of a hand and its energy at m rows."""
+
+    user: np.ndarray
+    """(m,) [W]"""
+    arm: np.ndarray
+    """Lost in the arm. (m,) [W]"""
+    wound: np.ndarray
+    """Energy in the arm's spring. (m,) [J]"""
+
+
+class Grasp(NamedTuple):
+    """What a hand does to a machine at m rows."""
+
+    generalised: np.ndarray
+    """Force on the coordinates, but that of the arm's mass with an acceleration of the rates. (m, N)"""
+    inertia: np.ndarray | None
+    """Of the arm, about the coordinates. (m, N, N)"""
+    powers: Callable[[], HandPowers]
+    """Computes powers and energy."""
+    position: np.ndarray
+    """Of the handle. (m, d) [m]"""
+    force: np.ndarray
+    """On the handle, without the arm's mass. (m, d) [N]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hand:
+    """A user at the handle of a machine: a force over time, an arm, or both."""
+
+    grip: Grip
+    force: Callable[[float], Any] | None = None
+    """In the directions of the handle, by time. (d,) [N]"""
+    arm: GrippingArm | None = None
+
+    def _pushed(self, time: np.ndarray) -> np.ndarray:
+        """Force over time alone. (m, d) [N]"""
+        return np.zeros((len(time), len(self.grip.axes))) if self.force is None else at_times(self.force, time)
+
+    def act(self, time: np.ndarray, configuration: np.ndarray, rates: np.ndarray) -> Grasp:
+        """Forces, inertia and powers at rows."""
+        held = self.grip.at(configuration, rates)
+        pushed = self._pushed(time)
+        arm = self.arm
+        if arm is None:
+            generalised = np.matmul(pushed[:, None, :], held.jacobian)[:, 0]
+
+            def of_force() -> HandPowers:
+                velocity = np.matmul(held.jacobian, rates[..., None])[..., 0]
+                power = (pushed * velocity).sum(axis=-1)
+                return HandPowers(power, 0.0 * power, 0.0 * power)
+
+            return Grasp(generalised, None, of_force, held.position, pushed)
+        velocity = np.matmul(held.jacobian, rates[..., None])[..., 0]
+        wanted, moving = arm.wanted(time)
+        apart, slower = wanted - held.position, moving - velocity
+        drawn = arm.stiffness * apart + arm.damping * slower
+        force = pushed + drawn
+        across = np.swapaxes(held.jacobian, -1, -2)
+        generalised = np.matmul(across, (force - arm.mass * held.bias())[..., None])[..., 0]
+
+        def powers() -> HandPowers:
+            return HandPowers(
+                (pushed * velocity + drawn * moving).sum(axis=-1),
+                (arm.damping * slower * slower).sum(axis=-1),
+                0.5 * (arm.stiffness * apart * apart).sum(axis=-1),
+            )
+
+        return Grasp(generalised, np.matmul(across * arm.mass, held.jacobian), powers, held.position, force)
+
+    def energy(self, time: np.ndarray, configuration: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """Energy of the arm's mass and spring. (m,) [J]"""
+        grasp = self.act(time, configuration, rates)
+        wound = grasp.powers().wound
+        if grasp.inertia is None:
+            return wound
+        return wound + 0.5 * np.sum(rates * np.matmul(grasp.inertia, rates[..., None])[..., 0], axis=-1)
+
+    def felt(
+        self, time: np.ndarray, configuration: np.ndarray, rates: np.ndarray, accelerations: np.ndarray
+    ) -> np.ndarray:
+        """Force between hand and handle, on the handle, as a sensor there measures it. (m, d) [N]"""
+        if self.arm is None:
+            return self._pushed(time)
+        force = self.act(time, configuration, rates).force
+        held = self.grip.at(configuration, rates)
+        return force - self.arm.mass * (np.matmul(held.jacobian, accelerations[..., None])[..., 0] + held.bias())
+
+
+def at_times(function: Callable[[float], Any], time: np.ndarray) -> np.ndarray:
+    """Values of a function at rows of time, many of which are alike. (m, d)
+
+    Raises
+    ------
+    ParameterError
+        If a value is not finite, or has another shape than the others.
+    """
+    known: dict[float, Any] = {}
+    rows = []
+    for one in time.tolist():
+        if one not in known:
+            known[one] = value = np.asarray(function(one), dtype=float)
+            if not np.isfinite(value).all():
+                raise ParameterError(f"user must be finite numbers at each instant, got {value} at {one:.6g} s")
+        rows.append(known[one])
+    if len({row.shape for row in rows}) > 1:
+        raise ParameterError(f"user must be as many numbers at each instant, got {rows[0]} and {rows[-1]}")
+    return np.array(rows)

@@ -1,0 +1,490 @@
+"""Planar arms: joints moved side by side by legs or drives of their own, or coupled in series by wheels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from annotated_types import Ge, Gt
+
+from infinivar._core.array_namespace import Array
+from infinivar._core.arrays import real_array
+from infinivar._core.bounds import NonZero
+from infinivar._core.fields import brief, check, component, quantities, quantity
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.control import CoboticControl
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import axis_of, needed
+from infinivar.drivetrain.steering import SteeringPlant
+from infinivar.errors import ParameterError, require
+from infinivar.limits import Limit
+from infinivar.machines.bodies import Moved, planar_arm
+from infinivar.machines.course import MachineCourse
+from infinivar.machines.hand import ArmGrip, Grip, without_point
+from infinivar.machines.kind import Machine, motor_of, servo_of
+from infinivar.machines.kinds.linked import Linked, OnCylinder, SeparateMachine, check_leg
+from infinivar.machines.linkage import LeggedMechanics, Linkage, Load
+from infinivar.machines.links import Carried, moved
+from infinivar.machines.machine import TaskPoint, rows
+from infinivar.machines.many_legs import LeggedDrive
+from infinivar.machines.motors import PowerMotor, SteeringServo
+from infinivar.machines.outline import Chain, Drum
+from infinivar.machines.rolling import ROLLING_LOSSES, judged, slip_demands
+from infinivar.machines.system import Defaults, Forces, Place
+from infinivar.parts.amplifier import Amplifier
+from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.motor import Motor
+from infinivar.transmission.arm import PlanarArm
+from infinivar.transmission.configuration import Configuration
+from infinivar.transmission.mechanism import Mechanism
+from infinivar.transmission.rolling_contact import RollingContact
+
+Elbow = Literal["left", "right"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArmLoad(Load):
+    """An arm of uniform members, with a pulley on each joint and a mass at the end point."""
+
+    arm: PlanarArm
+    pulleys: np.ndarray
+    """Radii. (n,) [m]"""
+    masses: np.ndarray
+    """Of the members. (n,) [kg]"""
+    tip_mass: float
+    tip_inertia: float = 0.0
+    """Moment of inertia at the end point, which turns with the last member. [kg m^2]"""
+    demands: tuple[tuple[Limit, str], ...] = ()
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Rates of the joints."""
+        return tuple(f"q{place + 1}_rate_rad_s" for place in range(self.arm.joints))
+
+    @property
+    def configuration(self) -> tuple[str, ...]:
+        """Joint angles."""
+        return tuple(f"q{place + 1}_rad" for place in range(self.arm.joints))
+
+    def inertia(self, angles: np.ndarray, rates: np.ndarray) -> Moved:
+        """Of the arm without pulleys and links."""
+        lengths = np.asarray(self.arm.lengths)
+        inertias = self.masses * lengths**2 / 12.0
+        inertias[-1] += self.tip_inertia
+        return planar_arm(lengths, self.masses, inertias, self.tip_mass, angles, rates)
+
+    def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
+        """Kinematics and inertia."""
+        jacobian = np.broadcast_to(np.diag(self.pulleys), (len(pose), *np.diag(self.pulleys).shape))
+        nothing = np.zeros((len(pose), 0))
+        return Linkage(jacobian, self.pulleys * twist, 0.0 * twist, twist, self.inertia(pose, twist), nothing)
+
+    @property
+    def links(self) -> int:
+        """Number of links."""
+        return self.arm.joints
+
+    def grip(self, coordinates: int) -> Grip:
+        """The end point."""
+        return ArmGrip(arm=self.arm, coordinates=coordinates)
+
+    def outline(self, link_mass: float, drum: Drum | None) -> Chain:
+        """Members and pulleys."""
+        return Chain(
+            lengths=np.asarray(self.arm.lengths),
+            masses=self.masses,
+            tip_mass=self.tip_mass,
+            tip_inertia=self.tip_inertia,
+            pulleys=self.pulleys,
+            link_mass=link_mass,
+            drum=drum,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ArmMachine(OnCylinder):
+    """A planar arm, each joint moved over a pulley by a leg on a common cylinder. Members are uniform.
+
+    Raises
+    ------
+    ParameterError
+        If a field is out of range, numbers differ, or the leg has springs or a linkage of its own.
+    """
+
+    leg: CoboticDrive = component("One of the legs, with its motor, cylinder, steering and control")
+    arm: PlanarArm = component("Geometry")
+    pulley_radius: float | Sequence[float] = component("Radius of each joint's pulley [m]")
+    member_masses: Sequence[float] = quantities("kg", Ge(0), "Masses of the members")
+    tip_mass: float = quantity("kg", Ge(0), "Mass at the end point", default=0.0)
+    tip_inertia: float = quantity(
+        "kg m^2", Ge(0), "Moment of inertia at the end point, which turns with the last member", default=0.0
+    )
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+        check_leg(self.leg)
+        _check_members(self.arm, self.member_masses)
+        _ = self.arm.parallel(self.pulley_radius)
+
+    @property
+    def home(self) -> np.ndarray:
+        """Joint angles at the start."""
+        return np.zeros(self.arm.joints)
+
+    def mechanics(self, stick_speed: float) -> LeggedMechanics:
+        """Contacts and inertia."""
+        radii = np.diag(self.arm.parallel(self.pulley_radius).jacobian)
+        return self.on_cylinder(_arm_load(self, radii, self.tip_inertia), self.arm.joints, stick_speed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SerialArmMechanics(Defaults):
+    """A planar arm whose joints are coupled by wheels, one between each two."""
+
+    load: ArmLoad
+    mechanism: Mechanism
+    stick_speed: float
+    losses: tuple[str, ...] = ROLLING_LOSSES
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Joint rates."""
+        return self.load.coordinates
+
+    @property
+    def configuration(self) -> tuple[str, ...]:
+        """Joint angles."""
+        return self.load.configuration
+
+    @property
+    def steered(self) -> tuple[str, ...]:
+        """Steering angles, as for a wheel on a cylinder: 0 locks the next joint."""
+        return tuple(f"phi_{place + 1}_rad" for place in range(self.mechanism.wheels))
+
+    @property
+    def demands(self) -> tuple[tuple[Limit, str], ...]:
+        """Slip of each wheel."""
+        return slip_demands(self.mechanism.wheels, "wheel")
+
+    def at(self, configuration: np.ndarray, rates: np.ndarray) -> Place:
+        """Inertia of the arm."""
+        moved = self.load.inertia(configuration, rates)
+        return Place(rates, moved.inertia, moved.bias, None)
+
+    def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
+        """Forces of the wheels."""
+        found, applied = self.mechanism.forces(rates, (np.sin(angles), np.cos(angles)), -turning, self.stick_speed)
+        resisting: Any = -found.moment + 0.0 * angles
+        return Forces(-applied, resisting, *judged(found.losses, found.slip_demand))
+
+    def grip(self, handle: Sequence[float] = (0.0, 0.0)) -> Grip:
+        """The end point."""
+        without_point(handle)
+        return self.load.grip(len(self.coordinates))
+
+    def outline(self) -> Chain:
+        """Members without pulleys."""
+        return self.load.outline(0.0, None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SerialArmMachine(Machine):
+    """A planar arm whose joints are coupled by wheels, one between each two; a motor or a user moves it.
+
+    Raises
+    ------
+    ParameterError
+        If a field is out of range, or numbers differ.
+    """
+
+    arm: PlanarArm = component("Geometry")
+    wheel: RollingContact = component("Wheel between two joints")
+    drum_radius: float | Sequence[float] = component("Radius of each wheel's drums [m]")
+    member_masses: Sequence[float] = quantities("kg", Ge(0), "Masses of the members")
+    tip_mass: float = quantity("kg", Ge(0), "Mass at the end point", default=0.0)
+    motor: Motor | None = component("Motor of the first joint", default=None)
+    gearhead: Gearhead | None = component("Its gearhead", default=None)
+    amplifier: Amplifier = component("Amplifier of the motor", default_factory=Amplifier)
+    joint_speed: float = quantity("rad/s", NonZero(), "Speed of the first joint, if the motor holds it", default=1.0)
+    steering: SteeringPlant | None = component("Servo of each wheel", default=None)
+    control: CoboticControl = component("Controllers", default_factory=CoboticControl)
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+        _check_members(self.arm, self.member_masses)
+        _ = self.arm.serial(self.wheel, self.drum_radius)
+
+    @property
+    def home(self) -> np.ndarray:
+        """Joint angles at the start."""
+        return np.zeros(self.arm.joints)
+
+    @property
+    def set_speed(self) -> float:
+        """Speed of the motor's coordinate. [rad s^-1]"""
+        return self.joint_speed
+
+    def mechanics(self, stick_speed: float) -> SerialArmMechanics:
+        """Contacts and inertia."""
+        load = _arm_load(self, np.ones(self.arm.joints))
+        return SerialArmMechanics(
+            load=load, mechanism=self.arm.serial(self.wheel, self.drum_radius), stick_speed=stick_speed
+        )
+
+    def servo(self, stick_speed: float) -> SteeringServo:
+        """Servo of each wheel."""
+        return servo_of(self.steering, self.wheel, self.amplifier, stick_speed)
+
+    def power_motor(self, stick_speed: float) -> PowerMotor | None:
+        """Motor of the first joint."""
+        radius = float(np.max(np.asarray(self.drum_radius)))
+        return motor_of(self.motor, self.gearhead, self.amplifier, 0, stick_speed / radius)
+
+    def roll(self, rates: np.ndarray, angles: np.ndarray) -> np.ndarray:
+        """Of the joints."""
+        return self.set_speed * np.cumprod([1.0, *(-np.tan(angles))])
+
+
+def _check_members(arm: PlanarArm, masses: Sequence[float]) -> None:
+    require(len(masses) == arm.joints, "member_masses", f"{len(masses)} values", f"{arm.joints}, one for each member")
+    require(masses[-1] > 0, "member_masses", f"{masses[-1]} at the end", "> 0 for the last member", "kg")
+
+
+def _arm_load(machine: ArmMachine | SerialArmMachine, pulleys: np.ndarray, tip_inertia: float = 0.0) -> ArmLoad:
+    masses = real_array("member_masses", machine.member_masses)
+    return ArmLoad(arm=machine.arm, pulleys=pulleys, masses=masses, tip_mass=machine.tip_mass, tip_inertia=tip_inertia)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArmDrive(Linked):
+    """A planar arm of one to three joints, each moved by a leg on one common cylinder, or by a drive of its own.
+
+    With two joints the end point has x and y, with three its direction as well, with one only the angle of the joint.
+    """
+
+    WORD: ClassVar[str] = "arm"
+    one_of: ClassVar[tuple[str, ...]] = ("leg", "separate")
+    """Fields of which exactly one is given."""
+
+    lengths: tuple[float, ...] = quantities("m", Gt(0), "Lengths of the members, from the base")
+    pulley_radius: float = quantity("m", Gt(0), "Radius of the pulley by which a leg or linear drive moves each joint")
+    elbow: Elbow = component("Side to which the elbow points, seen from the base to the end point", default="right")
+    leg: CoboticDrive | None = component("One leg with the motor of the common cylinder", default=None)
+    separate: ConventionalDrive | None = component("Drive of each joint, with a motor of its own", default=None)
+    member_masses: tuple[float, ...] | None = quantities(
+        "kg", Ge(0), "Masses of the members, which are uniform, from the base, for simulation", default=None
+    )
+    arm: PlanarArm = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
+    legs: LeggedDrive | None = field(init=False, repr=False, compare=False, default=None)
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+        require(1 <= len(self.lengths) <= 3, "lengths", f"{len(self.lengths)} members", "one to three members")
+        if self.member_masses is not None:
+            count = len(self.lengths)
+            require(
+                len(self.member_masses) == count,
+                "member_masses",
+                f"{len(self.member_masses)} values",
+                f"{count}, one for each member",
+            )
+            require(self.member_masses[-1] > 0, "member_masses", f"{self.member_masses[-1]:g} at the end", "> 0", "kg")
+        object.__setattr__(self, "arm", PlanarArm(lengths=self.lengths))
+        object.__setattr__(self, "legs", self._legs(self.links))
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Of the end point."""
+        return {1: ("angle",), 2: ("x", "y"), 3: ("x", "y", "angle")}[len(self.lengths)]
+
+    @property
+    def links(self) -> int:
+        """Number of joints."""
+        return len(self.lengths)
+
+    @property
+    def span(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Positions along x and y worth a map: the reach. [m]"""
+        reach = 1.02 * sum(self.lengths)
+        return (-reach, reach), (-reach, reach)
+
+    @property
+    def home(self) -> tuple[float, ...]:
+        """The end point with the first joint at 0 and all others at a right angle."""
+        angles = np.zeros(len(self.lengths))
+        angles[1:] = 0.5 * np.pi * (1.0 if self.elbow == "right" else -1.0)
+        return tuple(map(float, self._end(angles)))
+
+    def _end(self, angles: np.ndarray) -> np.ndarray:
+        found = self.arm.end_point(angles)
+        return {1: found[..., 2:], 2: found[..., :2], 3: found}[len(self.lengths)]
+
+    def angles(self, pose: Array) -> np.ndarray:
+        """Joint angles at which the end point is at a pose; nan beyond reach.
+
+        Parameters
+        ----------
+        pose : (..., d) float   In `coordinates`. [m], [rad]
+
+        Returns
+        -------
+        (..., n) float   [rad]
+
+        Source: law of cosines.
+        """
+        row = np.asarray(pose, dtype=float)
+        if len(self.lengths) == 1:
+            return row
+        first, second = self.lengths[:2]
+        x, y = row[..., 0], row[..., 1]
+        if len(self.lengths) == 3:
+            x, y = x - self.lengths[2] * np.cos(row[..., 2]), y - self.lengths[2] * np.sin(row[..., 2])
+        cosine = (x * x + y * y - first**2 - second**2) / (2.0 * first * second)
+        side = 1.0 if self.elbow == "right" else -1.0
+        inner = np.where(np.abs(cosine) <= 1.0, cosine, np.nan)
+        bend = side * np.arccos(inner)
+        shoulder = np.arctan2(y, x) - np.arctan2(second * np.sin(bend), first + second * np.cos(bend))
+        found = [shoulder, bend]
+        if len(self.lengths) == 3:
+            found.append(row[..., 2] - shoulder - bend)
+        return np.stack(found, axis=-1)
+
+    def reach(self, pose: Array) -> np.ndarray:
+        """Demand on the reach: 1 with the arm stretched or folded. (...,) [-]"""
+        row = np.asarray(pose, dtype=float)
+        if len(self.lengths) == 1:
+            return np.zeros(row.shape[:-1])
+        first, second = self.lengths[:2]
+        x, y = row[..., 0], row[..., 1]
+        if len(self.lengths) == 3:
+            x, y = x - self.lengths[2] * np.cos(row[..., 2]), y - self.lengths[2] * np.sin(row[..., 2])
+        return np.abs(x * x + y * y - first**2 - second**2) / (2.0 * first * second)
+
+    def part_speeds(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+        """Of the links, or of belts at the joints' pulleys; nan beyond reach. (..., n) [m s^-1]"""
+        return self.pulley_radius * self._placed(pose, twist, 0.0 * twist)[1]
+
+    def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
+        """As `infinivar.machines.machine.Machine.perform`; beyond reach all is nan."""
+        pose, twist, wrench = rows(self, pose, twist, wrench)
+        _, rates, torques, configuration = self._placed(pose, twist, wrench)
+        return moved(
+            configuration,
+            self.legs,
+            self.separate,
+            rates,
+            torques,
+            lever=self.pulley_radius,
+            words="joint",
+            units=("N m", "rad/s"),
+        )
+
+    def carried(self, course: MachineCourse) -> Carried:
+        """What the joints carry along a course, with what accelerates the members; beyond reach all is nan.
+
+        Source: `infinivar.machines.bodies.planar_arm`.
+        """
+        angles, rates, torques, configuration = self._placed(course.pose, course.twist, course.wrench)
+        load = torques[1:4]
+        if self._carries:
+            arm = ArmLoad(
+                arm=self.arm,
+                pulleys=np.full(self.links, self.pulley_radius),
+                masses=np.array(self.member_masses),
+                tip_mass=0.0,
+            )
+            shape, n = rates[1:4].shape, self.links
+            members = arm.inertia(angles[1:4].reshape(-1, n), rates[1:4].reshape(-1, n))
+            pushed = np.matmul(members.inertia.reshape(*shape, n), course.rate(rates)[..., None])[..., 0]
+            load = load + pushed + members.bias.reshape(shape)
+        delivered = np.sum(course.wrench[2] * course.twist[2], axis=-1)
+        return Carried(course=course, configuration=configuration, twist=rates, load=load, delivered=delivered)
+
+    def along(self, carried: Carried) -> TaskPoint:
+        """See `infinivar.machines.links`."""
+        return self._along(carried, self.pulley_radius, "joint", ("N m", "rad/s"))
+
+    @property
+    def _carries(self) -> bool:
+        return self.member_masses is not None
+
+    @property
+    def _massless(self) -> str:
+        return "member_masses is missing"
+
+    def _placed(
+        self, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, Configuration]:
+        """Joint angles, rates and torques, and the links over the pulleys; nan beyond reach."""
+        angles, n = self.angles(pose), len(self.lengths)
+        reach = self.reach(pose)
+        within = np.isfinite(angles).all(axis=-1) & (reach < 1.0)
+        safe = np.where(within[..., None], angles, np.linspace(0.3, 0.6, n))
+        jacobian = self._jacobian(safe)
+        rates = np.linalg.solve(jacobian, twist[..., None])[..., 0]
+        torques = np.matmul(np.swapaxes(jacobian, -1, -2), wrench[..., None])[..., 0]
+        utilisation = {} if n == 1 else {Limit.LINKAGE: np.where(within, reach, np.maximum(reach, 1.0 + 1e-12))}
+        rim = np.diag(np.full(n, self.pulley_radius))
+        configuration = Configuration(jacobian=np.where(within[..., None, None], rim, np.nan), utilisation=utilisation)
+        return safe, rates, torques, configuration
+
+    def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> ArmMachine | SeparateMachine:
+        """The arm with the masses of its members, and a load at its end point, for `infinivar.simulate_machine`.
+
+        Parameters
+        ----------
+        load_mass, load_inertia : float   Moved with the end point; the inertia turns with the last member. [kg], [kg m^2]
+
+        Raises
+        ------
+        ParameterError
+            If a value that motion requires is missing, or a separate drive cannot be simulated; or with one joint, whose angle
+            is the coordinate, if there is a mass.
+        """
+        if load_mass and len(self.lengths) == 1:
+            raise ParameterError(
+                f"load_mass must be 0 for an arm of one joint, got {load_mass:g} kg: state load_inertia about the joint"
+            )
+        masses = needed(self.member_masses, "member_masses")
+        if self.leg is None:
+            assert self.separate is not None
+            rim = 1.0 if axis_of(self.separate).rotary else self.pulley_radius
+            load = ArmLoad(
+                arm=self.arm,
+                pulleys=np.full(self.links, rim),
+                masses=np.array(masses),
+                tip_mass=load_mass,
+                tip_inertia=load_inertia,
+            )
+            return SeparateMachine(separate=self.separate, load=load, home=np.zeros(self.links))
+        needed(self.leg.steering, "leg.steering")
+        return ArmMachine(
+            leg=self.leg,
+            arm=self.arm,
+            pulley_radius=self.pulley_radius,
+            member_masses=masses,
+            tip_mass=load_mass,
+            tip_inertia=load_inertia,
+        )
+
+    def followed(self, pose: Array, wrench: Array) -> tuple[np.ndarray, np.ndarray]:
+        """Joint angles (..., n), without turns between neighbours, and joint torques of poses and wrenches (..., n) of the end
+        point; nan beyond reach."""
+        angles = self.angles(pose)
+        if angles.ndim > 1:
+            angles = np.unwrap(angles, axis=0)
+        across = np.swapaxes(self._jacobian(np.nan_to_num(angles)), -1, -2)
+        torques = np.matmul(across, np.asarray(wrench, dtype=float)[..., None])[..., 0]
+        return angles, torques + 0.0 * angles
+
+    def _jacobian(self, angles: np.ndarray) -> np.ndarray:
+        """Of the end point in `coordinates`. (..., n, n)"""
+        full = self.arm.jacobian(angles)
+        return {1: full[..., 2:, :], 2: full[..., :2, :], 3: full}[len(self.lengths)]

@@ -1,0 +1,323 @@
+"""Machines whose joints or links are driven side by side: by legs on one common cylinder, or by a drive of its own each.
+
+Both share the kinematic map (`Configuration`); they differ in what moves the links. So a cobotic machine and its conventional
+rival are one class with another field, `leg` or `separate`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+import numpy as np
+from annotated_types import Gt, Interval
+
+from infinivar._core.array_namespace import Array
+from infinivar._core.bounds import FINITE
+from infinivar._core.fields import brief, check, component, quantities, quantity, several
+from infinivar.axis import LINEAR
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import axis_of, needed
+from infinivar.errors import ParameterError, require
+from infinivar.limits import Limit
+from infinivar.machines.bodies import angular_velocity, rigid_body, rotation_between, rotation_rate
+from infinivar.machines.course import MachineCourse
+from infinivar.machines.hand import Grip, PointGrip
+from infinivar.machines.kinds.linked import Linked, OnCylinder, SeparateMachine, check_leg
+from infinivar.machines.linkage import LeggedMechanics, Linkage, Load
+from infinivar.machines.links import Carried, moved
+from infinivar.machines.machine import TaskPoint, rows
+from infinivar.machines.many_legs import LeggedDrive
+from infinivar.machines.outline import Drum, OnRods
+from infinivar.motion.vectors import Point
+from infinivar.transmission.configuration import Configuration
+from infinivar.transmission.platform import Platform, rotation_matrix
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlatformGeometry:
+    """Six rods in three pairs, or rods anywhere: the positions of the guideways and of the platform's joints."""
+
+    rod_length: float = quantity("m", Gt(0), "Length of the rods between their joints")
+    base_radius: float | None = quantity(
+        "m", Gt(0), "Radius of the circle of guideways, for rods in pairs", default=None
+    )
+    joint_radius: float | None = quantity(
+        "m", Gt(0), "Radius of the circle of platform joints, for rods in pairs", default=None
+    )
+    base_spread: float | None = quantity(
+        "rad", Interval(gt=0, lt=1.6), "Half the angle between the guideways of a pair", default=None
+    )
+    joint_spread: float | None = quantity(
+        "rad", Interval(gt=0, lt=1.6), "Half the angle between the joints of two rods that meet", default=None
+    )
+    guideways: tuple[Point, ...] | None = several("Positions of the guideways, instead of pairs", Point, default=None)
+    joints: tuple[Point, ...] | None = several("Joints in axes of the platform, instead of pairs", Point, default=None)
+    lowest: float | None = quantity("m", FINITE, "Lowest position of the links; unlimited if not given", default=None)
+    highest: float | None = quantity("m", FINITE, "Highest position of the links; unlimited if not given", default=None)
+    platform: Platform = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        """Validate the fields and make the platform."""
+        check(self)
+        pairs = [name for name in _PAIRS if getattr(self, name) is not None]
+        points = [name for name in _POINTS if getattr(self, name) is not None]
+        if pairs and points:
+            raise ParameterError(
+                f"{points[0]} and {pairs[0]} exclude each other: state rods in pairs by {', '.join(_PAIRS)}, or "
+                f"{' and '.join(_POINTS)}"
+            )
+        missing = [name for name in (_POINTS if points else _PAIRS) if getattr(self, name) is None]
+        if missing:
+            raise ParameterError(f"{missing[0]} is missing: rods need {', '.join(_PAIRS)}, or {' and '.join(_POINTS)}")
+        if (self.lowest is None) is not (self.highest is None):
+            lacking = "lowest" if self.lowest is None else "highest"
+            raise ParameterError(f"{lacking} is missing: a stroke has both ends, lowest and highest")
+        stroke = None if self.lowest is None or self.highest is None else (self.lowest, self.highest)
+        if stroke is not None:
+            require(stroke[0] < stroke[1], "highest", f"{stroke[1]:g} m", f"> lowest, {stroke[0]:g} m")
+        if points:
+            rows = [[one.row(("x", "y", "z")) for one in getattr(self, name)] for name in _POINTS]
+            for name, row in zip(_POINTS, rows, strict=True):
+                require(len(row) >= 6, name, f"{len(row)} points", "6 or more, one for each rod")
+            require(len(rows[0]) == len(rows[1]), "joints", f"{len(rows[1])}", f"as many as guideways, {len(rows[0])}")
+            made = Platform(base=rows[0], joints=rows[1], rod_length=self.rod_length, stroke=stroke)
+        else:
+            pairs = {name: getattr(self, name) for name in _PAIRS}
+            made = replace(Platform.hexapod(**pairs, rod_length=self.rod_length, stroke=stroke), provenance="given")
+        _ = made.home  # refuses rods that do not reach the platform
+        object.__setattr__(self, "platform", made)
+
+
+_PAIRS = ("base_radius", "joint_radius", "base_spread", "joint_spread")
+_POINTS = ("guideways", "joints")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlatformLoad(Load):
+    """A platform, its origin the centre of mass."""
+
+    platform: Platform
+    mass: float
+    inertia: np.ndarray
+    """About its axes. (3,) [kg m^2]"""
+    coordinates: tuple[str, ...] = (
+        "v_x_m_s",
+        "v_y_m_s",
+        "v_z_m_s",
+        "w_x_rad_s",
+        "w_y_rad_s",
+        "w_z_rad_s",
+    )
+    configuration: tuple[str, ...] = (
+        "x_m",
+        "y_m",
+        "z_m",
+        "theta_x_rad",
+        "theta_y_rad",
+        "theta_z_rad",
+    )
+    demands: tuple[tuple[Limit, str], ...] = ((Limit.LINKAGE, "rods"), (Limit.TRAVEL, "links"))
+
+    turns: ClassVar[bool] = True
+
+    def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
+        """Kinematics and inertia; nan beyond the reach of a rod."""
+        position, rotation = pose[:, :3], pose[:, 3:]
+        turn = rotation_matrix(rotation)
+        moves = self.platform.moving(position, turn, twist)
+        changes = np.concatenate([twist[:, :3], rotation_rate(rotation, twist[:, 3:])], axis=-1)
+        demand = np.stack([moves.reach, self.platform.travel_demand(moves.link_position)], axis=-1)
+        body = rigid_body(self.mass, self.inertia, turn, twist)
+        return Linkage(moves.jacobian, moves.link_speed, moves.bias, changes, body, demand, moves.link_position)
+
+    def twist_of(self, pose: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """With the angular velocity of the rotation vector."""
+        return np.concatenate([rate[:3], angular_velocity(pose[3:], rate[3:])])
+
+    def apart(self, pose: np.ndarray, goal: np.ndarray) -> np.ndarray:
+        """With the turn between the rotations."""
+        return np.concatenate([(goal - pose)[:3], rotation_between(pose[3:], goal[3:])])
+
+    @property
+    def links(self) -> int:
+        """Number of links."""
+        return len(self.platform.base)
+
+    def grip(self, coordinates: int) -> Grip:
+        """The origin."""
+        return PointGrip(axes=("x", "y", "z"), coordinates=coordinates)
+
+    def outline(self, link_mass: float, drum: Drum | None) -> OnRods:
+        """Platform and rods."""
+        return OnRods(platform=self.platform, mass=self.mass, inertia=self.inertia, link_mass=link_mass, drum=drum)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlatformMachine(OnCylinder):
+    """A platform on rods, moved by legs on a common cylinder. Its origin is the centre of mass.
+
+    Raises
+    ------
+    ParameterError
+        If a field is out of range, or the leg has springs or a linkage of its own.
+    """
+
+    leg: CoboticDrive = component("One of the legs, with its motor, cylinder, steering and control")
+    platform: Platform = component("Geometry")
+    mass: float = quantity("kg", Gt(0), "Mass of the platform with what it carries")
+    inertia: Sequence[float] = quantities("kg m^2", Gt(0), "Moments of inertia about its axes x, y and z")
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+        check_leg(self.leg)
+        require(len(self.inertia) == 3, "inertia", f"{len(self.inertia)} values", "three")
+
+    @property
+    def home(self) -> np.ndarray:
+        """Pose at the start: unrotated, with all links at 0 on average. (6,)"""
+        return np.array([0.0, 0.0, self.platform.home, 0.0, 0.0, 0.0])
+
+    def mechanics(self, stick_speed: float) -> LeggedMechanics:
+        """Contacts and inertia."""
+        load = PlatformLoad(platform=self.platform, mass=self.mass, inertia=np.asarray(self.inertia))
+        return self.on_cylinder(load, len(self.platform.base), stick_speed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlatformDrive(Linked):
+    """A platform on rods, whose links are moved by legs on one common cylinder, or by a drive of its own each.
+
+    Source: faulring2006, section I and section VI, for the legs; its geometry is not published.
+    """
+
+    WORD: ClassVar[str] = "platform"
+    one_of: ClassVar[tuple[str, ...]] = ("leg", "separate")
+    """Fields of which exactly one is given."""
+
+    geometry: PlatformGeometry = component("Rods and their joints")
+    leg: CoboticDrive | None = component("One leg with the motor of the common cylinder", default=None)
+    separate: ConventionalDrive | None = component("Drive of each link, with a motor of its own", default=None)
+    mass: float | None = quantity("kg", Gt(0), "Mass of the platform without a load, for simulation", default=None)
+    inertia: tuple[float, ...] | None = quantities(
+        "kg m^2",
+        Gt(0),
+        "Moments of inertia of the platform about its axes x, y and z, for simulation; its origin is the centre of mass",
+        default=None,
+    )
+    legs: LeggedDrive | None = field(init=False, repr=False, compare=False, default=None)
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+        object.__setattr__(self, "legs", self._legs(self.links))
+        if self.inertia is not None:
+            require(len(self.inertia) == 3, "inertia", f"{len(self.inertia)} values", "three: about x, y and z")
+        if self.separate is not None and axis_of(self.separate) is not LINEAR:
+            raise ParameterError(
+                "separate must move a link along a line, not a joint: give it a pulley, screw, belt or rack"
+            )
+
+    @property
+    def platform(self) -> Platform:
+        """The kinematics."""
+        return self.geometry.platform
+
+    @property
+    def links(self) -> int:
+        """Number of rods."""
+        return len(self.platform.base)
+
+    @property
+    def span(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Positions along x and y worth a map: a little beyond the rods' reach. [m]"""
+        reach = 0.75 * self.platform.rod_length
+        return (-reach, reach), (-reach, reach)
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Along and about fixed axes."""
+        return ("x", "y", "z", "rx", "ry", "rz")
+
+    @property
+    def home(self) -> tuple[float, ...]:
+        """On the axis, with the links at 0 on average."""
+        return (0.0, 0.0, self.platform.home, 0.0, 0.0, 0.0)
+
+    def configuration(self, pose: Array) -> Configuration:
+        """The kinematic map at poses (..., 6); at singular ones the demand of `Limit.LINKAGE` is infinite."""
+        row = np.asarray(pose, dtype=float)
+        found = self.platform.at(row[..., :3], row[..., 3:])
+        singular = self.platform.singular(found.jacobian)
+        if not np.any(singular):
+            return found
+        demand = np.where(singular, np.inf, found.utilisation[Limit.LINKAGE])
+        return replace(found, utilisation={**found.utilisation, Limit.LINKAGE: demand})
+
+    def part_speeds(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+        """Of the links. (..., n) [m s^-1]"""
+        return self.configuration(pose).link_speeds(twist)
+
+    def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
+        """As `infinivar.machines.machine.Machine.perform`."""
+        pose, twist, wrench = rows(self, pose, twist, wrench)
+        return moved(self.configuration(pose), self.legs, self.separate, twist, wrench)
+
+    def carried(self, course: MachineCourse) -> Carried:
+        """What the rods carry along a course, with what accelerates the platform.
+
+        Source: Newton and Euler.
+        """
+        load = course.wrench[1:4]
+        if self._carries:
+            pose, twist = np.broadcast_arrays(course.pose[1:4], course.twist[1:4])
+            turn = rotation_matrix(pose[..., 3:].reshape(-1, 3))
+            body = rigid_body(self.mass, np.array(self.inertia), turn, twist.reshape(-1, 6))  # type: ignore[arg-type]
+            pushed = np.matmul(body.inertia.reshape(*twist.shape, 6), course.acceleration[1:4, ..., None])[..., 0]
+            load = load + pushed + body.bias.reshape(twist.shape)
+        delivered = np.sum(course.wrench[2] * course.twist[2], axis=-1)
+        return Carried(
+            course=course,
+            configuration=self.configuration(course.pose),
+            twist=course.twist,
+            load=load,
+            delivered=delivered,
+        )
+
+    def along(self, carried: Carried) -> TaskPoint:
+        """See `infinivar.machines.links`."""
+        return self._along(carried)
+
+    @property
+    def _carries(self) -> bool:
+        return self.mass is not None and self.inertia is not None
+
+    @property
+    def _massless(self) -> str:
+        return f"{'mass' if self.mass is None else 'inertia'} is missing"
+
+    def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> PlatformMachine | SeparateMachine:
+        """The platform with its inertia, and that of a load, for `infinivar.simulate_machine`.
+
+        Parameters
+        ----------
+        load_mass, load_inertia : float   Moved with the end point; the inertia is the same about all axes. [kg], [kg m^2]
+
+        Raises
+        ------
+        ParameterError
+            If an inertia that motion requires is missing, or a separate drive cannot be simulated.
+        """
+        mass = needed(self.mass, "mass") + load_mass
+        inertia = [one + load_inertia for one in needed(self.inertia, "inertia")]
+        if self.leg is None:
+            assert self.separate is not None
+            load = PlatformLoad(platform=self.platform, mass=mass, inertia=np.array(inertia))
+            return SeparateMachine(separate=self.separate, load=load, home=np.array(self.home))
+        needed(self.leg.steering, "leg.steering")
+        return PlatformMachine(leg=self.leg, platform=self.platform, mass=mass, inertia=inertia)
