@@ -37,7 +37,7 @@ from infinivar.analysis.machine_study import simulated
 from infinivar.analysis.machines import compare_machines, evaluate_machine
 from infinivar.analysis.motion_summary import advice as motion_advice
 from infinivar.analysis.moving_parts import STICK_SPEED as DRAWN_STICK_SPEED
-from infinivar.analysis.moving_parts import link_positions, parts_of, rods_of
+from infinivar.analysis.moving_parts import parts_of
 from infinivar.analysis.plane import MAP_REACH, of_drives, of_study
 from infinivar.analysis.plane import path as plane_path
 from infinivar.analysis.pose_map import pose_map
@@ -139,22 +139,6 @@ from infinivar.drivetrain.drive import MovingDrive, is_machine, operated, refuse
 from infinivar.drivetrain.graphs import bandwidths, compliances
 from infinivar.drivetrain.graphs import plants as plant_graphs
 from infinivar.drivetrain.graphs.closed_loop import _passed as passed_both_ways
-from infinivar.drivetrain.guidance.controller import Plant as GuidedPlant
-from infinivar.drivetrain.guidance.controller import begun as controllers_begun
-from infinivar.drivetrain.guidance.impedance import wall_force
-from infinivar.drivetrain.guidance.legs import nearest_within
-from infinivar.drivetrain.guidance.planar_fixtures import PlanarFixtureGuide, PlanarHoldGuide, locking_headings
-from infinivar.drivetrain.guidance.planar_laws import contact_turning_limit, creep_offset, wall_overshoot
-from infinivar.drivetrain.guidance.tasks import SETTLING_LENGTH, controller_of
-from infinivar.drivetrain.machines.course import on_path as course_on_path
-from infinivar.drivetrain.machines.course import through as course_through
-from infinivar.drivetrain.machines.legged import motor_mass
-from infinivar.drivetrain.machines.machine import as_machine
-from infinivar.drivetrain.moving.handles import grip_of
-from infinivar.drivetrain.moving.legged import ArmLoad, PlatformLoad
-from infinivar.drivetrain.moving.machines import SeparateMachine
-from infinivar.drivetrain.moving.system import Inputs as SystemInputs
-from infinivar.drivetrain.moving.system import System
 from infinivar.figures import arm as arm_figure
 from infinivar.figures import bond_graph as bond_graph_figure
 from infinivar.figures import calibration as calibration_figure
@@ -185,6 +169,21 @@ from infinivar.figures import wrench_set as wrench_set_figure
 from infinivar.figures import z_width as z_width_figure
 from infinivar.figures.duty_cycle import data as duty_cycle_data
 from infinivar.limits import binding, binding_demand, words_of
+from infinivar.machines.control.controller import Plant as GuidedPlant
+from infinivar.machines.control.controller import begun as controllers_begun
+from infinivar.machines.control.impedance import wall_force
+from infinivar.machines.control.legs import nearest_within
+from infinivar.machines.control.planar_fixtures import PlanarFixtureGuide, PlanarHoldGuide, locking_headings
+from infinivar.machines.control.planar_laws import contact_turning_limit, creep_offset, wall_overshoot
+from infinivar.machines.control.tasks import SETTLING_LENGTH, controller_of
+from infinivar.machines.course import on_path as course_on_path
+from infinivar.machines.course import through as course_through
+from infinivar.machines.kinds.arm import ArmLoad
+from infinivar.machines.kinds.linked import SeparateMachine, motor_mass
+from infinivar.machines.kinds.platform import PlatformLoad
+from infinivar.machines.machine import as_machine
+from infinivar.machines.system import Inputs as SystemInputs
+from infinivar.machines.system import System
 from infinivar.motion.duty_cycles import CYCLES
 from infinivar.motion.files import reading as reading_tables
 from infinivar.motion.files import sheet as sheets

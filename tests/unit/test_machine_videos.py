@@ -15,7 +15,7 @@ from internals import RodGuideShape as Rod
 from internals import RoundGuideShape as Round
 from internals import SolidGuideShape as Solid
 from internals import TrackGuideShape as Track
-from internals import guides_of, link_positions, moving_machine, parts_of, rods_of, video
+from internals import guides_of, moving_machine, parts_of, video
 from machine_runs import SHOWN, planar, platform, run, slide
 from machines import HEXAPOD, MACHINES
 

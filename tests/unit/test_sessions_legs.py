@@ -20,7 +20,7 @@ from infinivar import (
     session,
 )
 from internals import GuidedPlant as Plant
-from internals import PlatformLoad, SeparateMachine, System, creep_drift, grip_of, nearest_within, wall_force
+from internals import PlatformLoad, SeparateMachine, System, creep_drift, nearest_within, wall_force
 from internals import controllers_begun as begun
 from machines import HEXAPOD, LEG, MACHINES, PLATFORM, ideal_leg
 from sampled import sampled
