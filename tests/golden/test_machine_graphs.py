@@ -10,7 +10,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import infinivar as iv
-from infinivar.parts.shaft_bearings import CylinderBearings
+from infinivar import CylinderBearings
 from machines import LEG, MACHINES
 
 PINNED = Path(__file__).with_name("machine_graphs.txt")
