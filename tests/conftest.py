@@ -12,6 +12,7 @@ import hypothesis.strategies
 import pytest
 
 import infinivar as iv
+import made
 from sampled import MOST
 from small_catalogue import SHELF
 
@@ -38,14 +39,21 @@ hypothesis.settings.register_profile("everyday", hypothesis.settings.get_profile
 
 
 def pytest_configure(config):
-    """Fewer examples of each property in the everyday run, which CI repeats with all of them beside the slow tests."""
+    """Fewer examples of each property in the everyday run, which CI repeats with all of them beside the slow tests.
+
+    What `made` keeps lies in pytest's cache, which outlives the run, or with the equations where there is none.
+    """
+    if made.PLACE not in os.environ:
+        cache = getattr(config, "cache", None)
+        place = cache.mkdir("made") if cache is not None else Path(os.environ["INFINIVAR_TESTS_CACHE"]) / "made"
+        os.environ[made.PLACE] = str(place)
     hypothesis.settings.load_profile("everyday" if "not slow" in config.option.markexpr else "project")
 
 
-SHARED = ("cli/test_compare.py", "cli/test_duty.py", "cli/test_pages.py", "cli/test_reproduce.py")
-"""Files that read the same results of slow commands: one worker makes them."""
 LONG = (
-    *SHARED,
+    "cli/test_duty.py",
+    "cli/test_compare.py",
+    "cli/test_reproduce.py",
     "unit/test_results.py",
     "cli/test_calibrate.py",
     "unit/test_calibration_laws.py",
@@ -71,21 +79,9 @@ def pytest_collection_finish():
     gc.set_threshold(50_000, 20, 50)
 
 
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config, log):
-    """Each file goes to one worker, which makes its fixtures once."""
-    from xdist.scheduler import LoadFileScheduling
-
-    class ByFile(LoadFileScheduling):
-        def _split_scope(self, nodeid):
-            return "shared results" if _file(nodeid) in SHARED else _file(nodeid)
-
-    return ByFile(config, log)
-
-
 @pytest.fixture(scope="session")
 def study():
-    return iv.load_study(STUDY)
+    return made.shipped(STUDY)
 
 
 @pytest.fixture
@@ -114,5 +110,5 @@ def element(study):
 
 
 @pytest.fixture(scope="session")
-def comparison(study):
-    return iv.compare(study)
+def comparison():
+    return made.made("compare", "hand_controller")

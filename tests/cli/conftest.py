@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from internals import style
+from made import made_run
 from rendering import rendered
 from run_cli import run
 
@@ -36,32 +37,27 @@ def write(tmp_path):
 
 
 @pytest.fixture(scope="session")
-def compared(tmp_path_factory):
+def compared():
     """One `infinivar compare` of the shipped study into a folder in use: outcome, folder, and the printed JSON."""
-    folder = tmp_path_factory.mktemp("compared")
-    (folder / "notes.txt").write_text("keep me", "utf-8")
-    (folder / "report.html").write_text("the report before", "utf-8")
-    outcome = run("compare", STUDY, "--out", folder, "--json", folder=folder)
+    before = (("notes.txt", "keep me"), ("report.html", "the report before"))
+    outcome, folder = made_run("compare", STUDY, "--json", files=before)
     return outcome, folder, json.loads(outcome.out)
 
 
 @pytest.fixture(scope="session")
-def reproduced(tmp_path_factory):
+def reproduced():
     """One `infinivar reproduce` of everything: outcome, folder, and the printed JSON."""
-    folder = tmp_path_factory.mktemp("reproduced")
-    outcome = run("reproduce", "--out", folder, "--json", folder=folder)
+    outcome, folder = made_run("reproduce", "--json")
     return outcome, folder, json.loads(outcome.out)
 
 
 @pytest.fixture(scope="session")
-def walked(tmp_path_factory):
+def walked():
     """One `infinivar compare` of the shipped knee study, with its duty cycle: outcome, folder, printed JSON.
 
     Of the figures only those of the page are rendered, here and in `pressed`.
     """
-    folder = tmp_path_factory.mktemp("walked")
-    with rendered(("svg",)):
-        outcome = run("compare", STUDY.with_name("knee_walking.toml"), "--out", folder, "--json", folder=folder)
+    outcome, folder = made_run("compare", STUDY.with_name("knee_walking.toml"), "--json", figures=("svg",))
     return outcome, folder, json.loads(outcome.out)
 
 
@@ -105,13 +101,11 @@ force = "-1540 N"
 
 
 @pytest.fixture(scope="session")
-def pressed(tmp_path_factory):
-    """`infinivar compare` and `sensitivity` of a press with large forces: the outcomes, and the folder of reports."""
-    folder = tmp_path_factory.mktemp("pressed")
-    (folder / "press.toml").write_text(LARGE, "utf-8")
-    with rendered(("svg",)):
-        outcomes = [
-            run("compare", "press.toml", "--out", "out", folder=folder),
-            run("sensitivity", "press.toml", "--of", "energy", "--out", "out", folder=folder),
-        ]
-    return outcomes, folder / "out"
+def pressed():
+    """`infinivar compare` and `sensitivity` of a press with large forces: the outcomes, and the folders of reports."""
+    press = (("press.toml", LARGE),)
+    runs = [
+        made_run("compare", "press.toml", files=press, figures=("svg",)),
+        made_run("sensitivity", "press.toml", "--of", "energy", files=press, figures=("svg",)),
+    ]
+    return [outcome for outcome, _ in runs], [folder for _, folder in runs]

@@ -14,8 +14,8 @@ NUMBER = re.compile(r"(?<![\w.])\d[\d.]*e[+-]?\d+")
 
 @pytest.mark.slow
 def test_large_forces_are_written_out(pressed):
-    outcomes, folder = pressed
-    found = pages(folder)
+    outcomes, folders = pressed
+    found = {name: page for folder in folders for name, page in pages(folder).items()}
     assert set(found) == {"report.html", "sensitivity-energy.html"}
     for outcome in outcomes:
         assert outcome.code in (0, 1), outcome.err
@@ -27,7 +27,7 @@ def test_large_forces_are_written_out(pressed):
 
 
 def test_every_page_is_set_well(pressed, compared, walked):
-    folders = [pressed[1], compared[1], walked[1]]
+    folders = [*pressed[1], compared[1], walked[1]]
     assert sum(len(pages(folder)) for folder in folders) >= 4
     for folder in folders:
         is_set_well(folder)
@@ -45,7 +45,7 @@ def test_degrees_are_told_from_coulombs(walked):
 @pytest.mark.slow
 def test_terminals_without_a_degree_sign(tmp_path, pressed):
     """LANG=C without Python's own cure for it: a sign that cannot be shown is replaced, and all else is as ever."""
-    study = (pressed[1].parent / "press.toml").read_text("utf-8")
+    study = (pressed[1][0] / "press.toml").read_text("utf-8")
     (tmp_path / "press.toml").write_text(study.partition("[uncertainty")[0], "utf-8")
     bare = {key: value for key, value in os.environ.items() if not key.startswith(("LC_", "LANG", "PYTHONIO"))}
     environment = {**bare, "LANG": "C", "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
