@@ -13,6 +13,7 @@ from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
+from infinivar._core.text import few
 from infinivar.errors import nearest
 
 K = TypeVar("K")
@@ -44,10 +45,7 @@ class UnknownKeyError(KeyError):
 
     def __str__(self) -> str:
         hint = nearest(self.args[0], self.known) if isinstance(self.args[0], str) else ""
-        listed = ", ".join(self.known[:_LISTED]) + (
-            f" and {len(self.known) - _LISTED} more" * (len(self.known) > _LISTED)
-        )
-        return f"{self.args[0]!r}{hint}; keys: {listed or 'none'}"
+        return f"{self.args[0]!r}{hint}; keys: {few(self.known, _LISTED) or 'none'}"
 
 
 class FrozenDict(dict[K, V]):

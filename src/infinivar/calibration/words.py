@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from infinivar import units
+from infinivar._core.text import joined
 from infinivar.calibration import misread, model, plan
 from infinivar.calibration.data import LeftOut, RigData
 from infinivar.calibration.fit import Fit
@@ -102,9 +103,9 @@ def _on_approximations(laws: LawChoice) -> str:
         agreeing = [one for one in laws.agreeing if creep.LAWS[one].approximates == law]
         if agreeing:
             verbs = ("approximate", "agree") if len(agreeing) > 1 else ("approximates", "agrees")
-            beside = _listed([f"{_behind(laws, one) - _behind(laws, law):+.1f}" for one in agreeing])
+            beside = joined([f"{_behind(laws, one) - _behind(laws, law):+.1f}" for one in agreeing])
             found.append(
-                f" {_listed(agreeing)} {verbs[0]} {law} and {verbs[1]} with it within the data (chi-square {beside})."
+                f" {joined(agreeing)} {verbs[0]} {law} and {verbs[1]} with it within the data (chi-square {beside})."
             )
     return "".join(found)
 
@@ -123,11 +124,7 @@ def _apart(laws: LawChoice) -> str:
     best, *others = (one for one in laws.candidates if one.law in laws.undecided)
     alike, worse = f"indistinguishable from {best.law}", "{} worse"
     said = [f"{one.law} ({alike if one.behind < _ALIKE else worse.format(plain(one.behind, 2))})" for one in others]
-    return _listed([best.law, *said])
-
-
-def _listed(words: list[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+    return joined([best.law, *said])
 
 
 def warnings(laws: LawChoice) -> Iterator[str]:
@@ -170,7 +167,7 @@ def _on_fit_of_laws(laws: LawChoice, proposed: plan.Plan) -> Iterator[str]:
         bend = _on_curvature(laws.left) if laws.gain < DECIDED else "free curvature of the law"
         differences = "the differences between laws not excluded" if len(laws.left) > 1 else ""
         counted = ", and ".join(part for part in (differences, bend) if part)
-        yield f"The uncertainty of the creep law widens the interval of {_listed(wider)}. It includes {counted}."
+        yield f"The uncertainty of the creep law widens the interval of {joined(wider)}. It includes {counted}."
     for one in proposed.telling:
         yield _on_telling(one)
 
@@ -182,7 +179,7 @@ def _on_curvature(left: Sequence[str]) -> str:
         return ""
     first, *others = sorted({curvature_error(law) for law in bent}, reverse=True)
     own = [
-        f", of {100 * other:.0f} % in that of {_listed([x for x in bent if curvature_error(x) == other])}"
+        f", of {100 * other:.0f} % in that of {joined([x for x in bent if curvature_error(x) == other])}"
         for other in others
     ]
     return f"an error of {100 * first:.0f} % in the curvature of a law{''.join(own)}"

@@ -305,7 +305,7 @@ def _found(name: str) -> PartImport:
 
 def _contents(name: str) -> str:
     """What a set contains; why it cannot be read, if so."""
-    from infinivar.parts.tables.columns import counted
+    from infinivar._core.text import counted
     from infinivar.parts.tables.stores import find
 
     try:

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from infinivar.parts.tables.columns import ONE, counted, number_columns, shown, text_columns
+from infinivar._core.text import counted
+from infinivar.parts.tables.columns import ONE, number_columns, shown, text_columns
 from infinivar.parts.tables.consistency import CatalogueCheck
 from infinivar.parts.tables.importing import PartImport
 from infinivar.parts.tables.search import Hit, PartSearch, columns_of, derived, derived_columns, values

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from infinivar._core.fields import value_at
+from infinivar._core.text import counted
 from infinivar.analysis.hanging import told
 from infinivar.analysis.robustness.verdicts import percent
 from infinivar.figures import sizing as figure
 from infinivar.figures import style
 from infinivar.motion.scenario import Scenario
-from infinivar.parts.tables.columns import counted
 from infinivar.report import sizing_doubt
 from infinivar.report.output import all_or_nothing, check_inputs
 from infinivar.report.page import render, to_json

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from infinivar._core.text import counted
 from infinivar.analysis.robustness.verdicts import percent
-from infinivar.parts.tables.columns import counted
 from infinivar.sizing.builds.result import Doubt
 
 _LISTED = 5

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.result import Frozen, result
+from infinivar._core.text import counted
 from infinivar.limits import Demand
-from infinivar.parts.tables.columns import counted
 from infinivar.sizing.design import SizedDrive, limit_words
 from infinivar.sizing.geared.result import LimitCount
 from infinivar.sizing.geared.sampled import TaskDemand

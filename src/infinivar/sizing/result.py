@@ -9,9 +9,9 @@ from dataclasses import field
 from typing import Any
 
 from infinivar._core.result import Result, result
+from infinivar._core.text import counted
 from infinivar.analysis.hanging import Hanging
 from infinivar.drivetrain.uncounted import not_counted
-from infinivar.parts.tables.columns import counted
 from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import SizedDrive, demand_words, exceeded_words, path_words
 from infinivar.sizing.margins import nearest_of

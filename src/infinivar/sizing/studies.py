@@ -14,6 +14,7 @@ import numpy as np
 from infinivar._core.array_namespace import bisect
 from infinivar._core.fields import value_at
 from infinivar._core.frozen import FrozenDict
+from infinivar._core.text import joined
 from infinivar.drivetrain.drive import Drive
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
@@ -86,7 +87,7 @@ def _shortened(title: str) -> str:
 def _description(study: Study, design: SizedDrive) -> str:
     """What a design is: that of the study describes its drives as they were."""
     chosen = [*map(role_words, design.parts), *map(path_words, design.free)]
-    named = " and ".join(filter(None, (", ".join(chosen[:-1]), chosen[-1]))) if chosen else "nothing"
+    named = joined(chosen) if chosen else "nothing"
     kept = " and ".join(["requirement"] * (study.requirement is not None) + ["motions"] * bool(study.duty))
     return (
         f"Result of a search over parts for the study {study.name}, with its drive {design.template} as the template. Searched: "

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from infinivar._core.frozen import FrozenDict
+from infinivar._core.text import counted
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.errors import InputError, ParameterError, require
-from infinivar.parts.tables.columns import counted
 from infinivar.sizing.cobotic.bounds import Side
 from infinivar.sizing.cobotic.designs import chosen_drive
 from infinivar.sizing.cobotic.result import CoboticDesign, CoboticSizing

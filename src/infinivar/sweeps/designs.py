@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.text import counted
 from infinivar.limits import Limit
-from infinivar.parts.tables.columns import counted
 from infinivar.sizing.design import COBOTIC_PATHS, UNITS, demand_words, limit_words, outcome_words, path_words, shown
 from infinivar.sizing.geared.result import LimitCount
 from infinivar.sizing.geared.sampled import TaskDemand

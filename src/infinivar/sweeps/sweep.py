@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.result import Result, result
+from infinivar._core.text import few, joined
 from infinivar.errors import InputError, printable
 from infinivar.report.output import claimed
 from infinivar.sweeps.designs import count_lines, design_words, list_title, row_of
@@ -279,10 +280,8 @@ def _numbers(counts: Mapping[str, Any]) -> dict[str, Any]:
 
 def _numbered(numbers: Sequence[int]) -> str:
     """Some numbers in words, the first ones of many."""
-    said = list(map(str, numbers[:_NAMED]))
-    if len(numbers) > _NAMED:
-        return f"{', '.join(said)} and {len(numbers) - _NAMED} more"
-    return f"{', '.join(said[:-1])} and {said[-1]}" if len(said) > 1 else said[0]
+    said = list(map(str, numbers))
+    return few(said, _NAMED) if len(said) > _NAMED else joined(said)
 
 
 _NAMED = 20

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from infinivar._core.text import few
 from infinivar.calibration.data import LeftOut
 from infinivar.calibration.fit import Combination, Fit, information
 from infinivar.calibration.geared import model
@@ -65,9 +66,8 @@ def remarks(fit: Fit, left_out: Sequence[LeftOut]) -> Iterator[str]:
         if fit.unknowns[place] < low[place] + 1e-4:
             yield f"The fit of {name} ended at its lower bound, so its interval is not meaningful."
     if left_out:
-        lines = ", ".join(str(one.line) for one in left_out[:20])
-        more = f" and {len(left_out) - 20} more" if len(left_out) > 20 else ""
-        yield f"Excluded: line{'s' if len(left_out) > 1 else ''} {lines}{more}."
+        lines = few([str(one.line) for one in left_out], 20)
+        yield f"Excluded: line{'s' if len(left_out) > 1 else ''} {lines}."
     yield (
         "The noise is taken from the residuals: "
         + ", ".join(

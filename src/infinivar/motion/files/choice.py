@@ -7,6 +7,7 @@ from collections.abc import Container, Mapping, Sequence
 from typing import NamedTuple, NoReturn
 
 from infinivar import units
+from infinivar._core.text import few
 from infinivar.errors import InputError, nearest, printable
 from infinivar.motion.files.headings import (
     FAMILIES,
@@ -287,9 +288,7 @@ def _suggested(source: Source, found: Mapping[str, Chosen]) -> str:
 
 def listed(texts: Sequence[str]) -> str:
     """Return a few headings for a message."""
-    said = ", ".join(map(shown, texts[:_MOST_LISTED]))
-    more = len(texts) - _MOST_LISTED
-    return f"{said} and {more} more" if more > 0 else said
+    return few([*map(shown, texts)], _MOST_LISTED)
 
 
 def _refuse(source: Source, places: Sequence[int], said: str) -> NoReturn:

@@ -12,6 +12,7 @@ from infinivar import units
 from infinivar._core import files
 from infinivar._core.encodings import text_of
 from infinivar._core.frozen import FrozenDict
+from infinivar._core.text import few
 from infinivar.errors import InputError, ParameterError, nearest, printable, require
 from infinivar.motion.files.choice import SCALED, Chosen, by_heading, by_map, listed, place_of, spoken
 from infinivar.motion.files.formats import MAGIC, ParquetSheet, delimited, looks_like_opensim, opensim
@@ -240,10 +241,9 @@ def _left_out(source: Source, empty: Mapping[int, str]) -> tuple[str, ...]:
     said = []
     for cells in dict.fromkeys(empty.values()):
         lines = [line for line, one in empty.items() if one == cells]
-        more = f" and {len(lines) - _MOST_LINES} more" if len(lines) > _MOST_LINES else ""
         plural = "" if len(lines) == 1 else "s"
-        where = ", ".join(map(str, lines[:_MOST_LINES]))
-        said.append(f"{source.file}: {source.place}{plural} {where}{more} left out: {cells}")
+        where = few([*map(str, lines)], _MOST_LINES)
+        said.append(f"{source.file}: {source.place}{plural} {where} left out: {cells}")
     return tuple(said)
 
 

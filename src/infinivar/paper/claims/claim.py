@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 
 from infinivar import power
+from infinivar._core.text import few
 from infinivar.analysis.compare import Comparison, compare_drives
 from infinivar.analysis.cycles.performance import PAPER
 from infinivar.analysis.cycles.shaking import DynamicMap
@@ -167,10 +168,9 @@ def settle(
     against = [] if built else turned(found.verdict, variants)
     verdict = "by construction" if built else found.verdict
     if against:
-        named = [variant.assuming for variant in against[:_NAMED]]
-        more = f" and {len(against) - _NAMED} more" if len(against) > _NAMED else ""
+        named = few([variant.assuming for variant in against], _NAMED, "; ")
         reversal = {"holds": "Holds as shown, but not with", "does not hold": "Does not hold as shown, but would with"}
-        why = f"{reversal[verdict]}: {'; '.join(named)}{more}. {why}"
+        why = f"{reversal[verdict]}: {named}. {why}"
         verdict = "undecidable"
     return Finding(
         computed=_spaced(found.computed) if isinstance(found.computed, str) else found.computed,

@@ -151,11 +151,6 @@ def shown(value: float, unit: str, kind: str = "") -> str:
     return units.show(value, unit) if usual == unit else units.show_in(value, unit, usual)
 
 
-def counted(count: int, what: str) -> str:
-    """A number of things in words: "1 motor", "1,897 gearheads", "2 compatible pairs"."""
-    return f"{count:,} {what.removesuffix('s') if count == 1 else what}"
-
-
 def kind_by_columns(names: Iterable[str]) -> str | None:
     """Kind of table that has most of some columns which no other kind has; None if no kind has any."""
     asked = set(names)

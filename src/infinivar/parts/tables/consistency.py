@@ -9,9 +9,10 @@ import numpy as np
 
 from infinivar import units
 from infinivar._core.result import Frozen, result
+from infinivar._core.text import counted
 from infinivar.errors import InputError
 from infinivar.parts.heat import COPPER, REFERENCE
-from infinivar.parts.tables.columns import ONE, counted, shown
+from infinivar.parts.tables.columns import ONE, shown
 from infinivar.parts.tables.search import Rows
 from infinivar.parts.tables.table import PartSet, PartTable
 

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from infinivar import units
+from infinivar._core.text import counted
 from infinivar.errors import InputError, nearest
 from infinivar.parts.tables.checked_rows import NOT_STATED, Gathering, checked_number
-from infinivar.parts.tables.columns import Column, counted, kind_by_columns, number_columns, text_columns
+from infinivar.parts.tables.columns import Column, kind_by_columns, number_columns, text_columns
 from infinivar.parts.tables.mgdb import Line
 
 _HEADING = re.compile(r"\s*([^\[\(]*?)\s*(?:[\[\(]\s*(.*?)\s*[\]\)])?\s*$")

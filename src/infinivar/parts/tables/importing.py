@@ -18,11 +18,12 @@ from infinivar._core import archives
 from infinivar._core import files as reading
 from infinivar._core.encodings import text_of
 from infinivar._core.result import Frozen, result
+from infinivar._core.text import counted
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts.catalogue import PARTS
 from infinivar.parts.tables import delimited, mgdb, tomls
 from infinivar.parts.tables.checked_rows import DATE, Fault, Gathering, Remark
-from infinivar.parts.tables.columns import counted, number_columns, text_columns
+from infinivar.parts.tables.columns import number_columns, text_columns
 from infinivar.parts.tables.table import PartSet, PartTable, part_set
 
 _FORMAT = 1

@@ -12,9 +12,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from infinivar._core.array_namespace import Array
+from infinivar._core.text import counted
 from infinivar.errors import InputError
 from infinivar.parts.tables.checked_rows import Gathering, number_of
-from infinivar.parts.tables.columns import UNLIMITED, counted
+from infinivar.parts.tables.columns import UNLIMITED
 
 Line = tuple[int, Sequence[str]]
 """Number of a line of a file, from 1, and its cells."""

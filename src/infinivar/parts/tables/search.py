@@ -14,9 +14,10 @@ import numpy as np
 
 from infinivar import units
 from infinivar._core.result import Frozen, result
+from infinivar._core.text import counted
 from infinivar.errors import InputError, nearest
 from infinivar.parts.motor import Motor
-from infinivar.parts.tables.columns import Column, check_kind, counted, number_columns, text_columns
+from infinivar.parts.tables.columns import Column, check_kind, number_columns, text_columns
 from infinivar.parts.tables.table import PartSet, PartTable
 
 _MOTORS = {

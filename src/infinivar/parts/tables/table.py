@@ -12,10 +12,11 @@ import numpy as np
 
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, result
+from infinivar._core.text import counted
 from infinivar.errors import InputError, ParameterError, nearest
 from infinivar.parts.catalogue import PARTS
 from infinivar.parts.gear_friction import GearFriction
-from infinivar.parts.tables.columns import ONE, check_kind, choices, counted, number_columns, text_columns
+from infinivar.parts.tables.columns import ONE, check_kind, choices, number_columns, text_columns
 
 NO_PAIRS = np.empty((0, 2), dtype=np.int64)
 
