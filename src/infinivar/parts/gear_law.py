@@ -12,6 +12,7 @@ from infinivar._core.fields import given
 from infinivar._core.frozen import FrozenDict
 from infinivar.bondgraph.graph import Law, Parameter
 from infinivar.contact.friction import coulomb
+from infinivar.limits import Limit
 
 Column = Callable[..., Any]
 """Values of a field of many gearheads: by name, and what stands for those that are not stated."""
@@ -28,6 +29,38 @@ class GraphLaw:
     """Whether the torque that the gear transmits is the law's second argument."""
     solved: Law | None = None
     """As `infinivar.bondgraph.graph.Element.solved`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Torsion:
+    """Torsional spring of a gear at its output: linear, or stiffer beyond corner torques."""
+
+    stiffness: Array
+    """From rest on. [N m rad^-1]"""
+    corners: tuple[tuple[Array, Array], ...] = ()
+    """Torques [N m] in rising order, each with the stiffness beyond it. [N m rad^-1]"""
+
+    def twist(self, torque: Array) -> Array:
+        """Angle that the spring turns under a torque. [rad]"""
+        angle, softer = torque / self.stiffness, self.stiffness
+        xp = namespace(self, torque)
+        for corner, stiffness in self.corners:
+            angle = angle + (1.0 / stiffness - 1.0 / softer) * (torque - xp.clip(torque, -corner, corner))
+            softer = stiffness
+        return angle
+
+    def stiffness_at(self, torque: Array) -> Array:
+        """Change of the torque per angle. [N m rad^-1]"""
+        found: Array = self.stiffness
+        xp = namespace(self, torque)
+        for corner, stiffness in self.corners:
+            found = xp.where(xp.abs(torque) > corner, stiffness, found)
+        return found
+
+    @property
+    def steepest(self) -> Array:
+        """Largest stiffness. [N m rad^-1]"""
+        return max([self.stiffness, *(stiffness for _, stiffness in self.corners)])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,6 +129,15 @@ class GearLaw(ABC):
     def largest_load_factor(self) -> float:
         """Largest motor torque per load torque beyond constant friction, while the motor drives. [-]"""
         return float(self.load_factors[0])
+
+    @property
+    def corners(self) -> tuple[tuple[Array, Array], ...]:
+        """See `Torsion.corners`."""
+        return ()
+
+    def utilisation(self, output_torque: Array, output_speed: Array) -> Mapping[Limit, Array]:
+        """Demand over allowance of limits that only this kind has, as `Gearhead.utilisation`. [-]"""
+        return {}
 
     @property
     def largest_returned(self) -> float:

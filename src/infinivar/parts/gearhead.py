@@ -14,7 +14,7 @@ from infinivar._core.fields import check, check_choice, component, quantity
 from infinivar.errors import ParameterError
 from infinivar.limits import ROOT_MEAN_SQUARE, Limit
 from infinivar.parts.gear_friction import GearFriction, MeasuredLoss
-from infinivar.parts.gear_law import ConstantLoss, GearLaw, ProportionalLoss
+from infinivar.parts.gear_law import ConstantLoss, GearLaw, ProportionalLoss, Torsion
 
 LossModel = Literal["coulomb", "proportional", "stribeck"]
 
@@ -121,6 +121,8 @@ class Gearhead:
         check_choice(self, "loss_model", _NEEDS, _MAY)
         if self.slack and self.stiffness is None:
             raise ParameterError("stiffness is missing: backlash needs it")
+        if self.slack and self.law().corners:
+            raise ParameterError("backlash does not apply to a gearhead that is stiffer under load; remove one of them")
 
     @property
     def slack(self) -> bool:
@@ -137,6 +139,13 @@ class Gearhead:
         kind = LAWS[self.loss_model]
         own = {name: getattr(self, name) for name in (*kind.NEEDS, *kind.MAY)}
         return kind(ratio=self.ratio, motor_torque=motor_torque, **own)
+
+    @property
+    def torsion(self) -> Torsion | None:
+        """Its torsional spring; None if it is rigid."""
+        if self.stiffness is None:
+            return None
+        return Torsion(stiffness=self.stiffness, corners=self.law().corners)
 
     @property
     def lossless(self) -> bool:
@@ -245,7 +254,7 @@ class Gearhead:
             demand[Limit.GEAR_PEAK] = xp.abs(output_torque) / self.intermittent_torque
         if self.max_input_speed is not None:
             demand[Limit.GEAR_SPEED] = xp.abs(output_speed) * self.ratio / self.max_input_speed
-        return demand
+        return {**demand, **self.law().utilisation(output_torque, output_speed)}
 
     def extreme_utilisation(self, peak: Array, lasting: Array, fastest: Array) -> dict[Limit, Array]:
         """Largest demands over a motion, as `utilisation`: that for speed first.
