@@ -135,6 +135,10 @@ class GearLaw(ABC):
         """See `Torsion.corners`."""
         return ()
 
+    def fault(self) -> str | None:
+        """Which values of the gearhead exclude each other; None if they agree."""
+        return None
+
     def utilisation(self, output_torque: Array, output_speed: Array) -> Mapping[Limit, Array]:
         """Demand over allowance of limits that only this kind has, as `Gearhead.utilisation`. [-]"""
         return {}

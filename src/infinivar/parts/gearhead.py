@@ -121,7 +121,13 @@ class Gearhead:
         check_choice(self, "loss_model", _NEEDS, _MAY)
         if self.slack and self.stiffness is None:
             raise ParameterError("stiffness is missing: backlash needs it")
-        if self.slack and self.law().corners:
+        law = self.law()
+        fault = law.fault()
+        if fault:
+            raise ParameterError(fault)
+        if law.corners and self.stiffness is None:
+            raise ParameterError("stiffness is missing: corners of the torsional spring need it")
+        if self.slack and law.corners:
             raise ParameterError("backlash does not apply to a gearhead that is stiffer under load; remove one of them")
 
     @property
