@@ -15,8 +15,9 @@ from infinivar.errors import ParameterError
 from infinivar.limits import ROOT_MEAN_SQUARE, Limit
 from infinivar.parts.gear_friction import GearFriction, MeasuredLoss
 from infinivar.parts.gear_law import ConstantLoss, GearLaw, ProportionalLoss, Torsion
+from infinivar.parts.strain_wave import StrainWave, StrainWaveLaw
 
-LossModel = Literal["coulomb", "proportional", "stribeck"]
+LossModel = Literal["coulomb", "proportional", "stribeck", "strain wave"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,10 +34,11 @@ LAWS: Mapping[LossModel, type[GearLaw]] = {
     "coulomb": ConstantLoss,
     "proportional": ProportionalLoss,
     "stribeck": MeasuredLoss,
+    "strain wave": StrainWaveLaw,
 }
 """Law of each kind of gear: another kind is a `GearLaw` here, with a component of `Gearhead` for what only it has."""
 
-PARTS_OF_LAWS: Mapping[str, type] = {"friction": GearFriction}
+PARTS_OF_LAWS: Mapping[str, type] = {"friction": GearFriction, "strain_wave": StrainWave}
 """Components that only some kinds have, by field."""
 
 _NEEDS = {word: law.NEEDS for word, law in LAWS.items()}
@@ -69,6 +71,7 @@ class Gearhead:
       ``backdriving_efficiency`` times while the load drives: usually lower, and 0 for a self-locking gear.
     - ``stribeck``: measured friction of gear and motor together, which depends on load, direction and speed (`GearFriction`);
       it has no single efficiency.
+    - ``strain wave``: a strain-wave gear by the values of its maker's catalogue (`StrainWave`).
 
     Raises
     ------
@@ -84,13 +87,15 @@ class Gearhead:
     efficiency: float | None = quantity(
         "1",
         Interval(gt=0, le=1),
-        "Efficiency at rated torque; required unless the loss model is stribeck",
+        "Efficiency at rated torque; required with the loss models coulomb and proportional",
         default=None,
     )
     loss_model: LossModel = component(
-        "coulomb (constant torque), proportional (to power) or stribeck (measured friction)", default="coulomb"
+        "coulomb (constant torque), proportional (to power), stribeck (measured friction) or strain wave",
+        default="coulomb",
     )
     friction: GearFriction | None = component("Measured friction, for the stribeck loss model", default=None)
+    strain_wave: StrainWave | None = component("Catalogue values of a strain-wave gear", default=None)
     backdriving_efficiency: float | None = quantity(
         "1",
         Interval(ge=0, le=1),
