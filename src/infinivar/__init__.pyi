@@ -120,6 +120,7 @@ from .parts.screw import Screw
 from .parts.shaft_bearings import CylinderBearings, PulleyBearings
 from .parts.spring import Spring, TorsionSpring
 from .parts.stage import Shaft
+from .parts.strain_wave import StrainWave
 from .parts.tables.consistency import CatalogueCheck, check_parts
 from .parts.tables.importing import PartImport, import_parts
 from .parts.tables.search import PartSearch, search_parts
@@ -339,6 +340,7 @@ __all__ = [
     "SteeringStep",
     "Step",
     "StepForce",
+    "StrainWave",
     "StrideEnergies",
     "Strides",
     "Study",

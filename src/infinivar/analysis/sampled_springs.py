@@ -90,8 +90,8 @@ def _resonances(drive: ConventionalDrive, scenario: Scenario) -> Iterator[Resona
         for place in drive.chain
         if place.kind == "series" and isinstance(place.part, (Spring, TorsionSpring))
     ]
-    if gear.stiffness is not None:
-        springs.append(("gearhead", gear.stiffness / travel**2, load + stage, rotor))
+    if gear.torsion is not None:
+        springs.append(("gearhead", gear.torsion.steepest / travel**2, load + stage, rotor))
     for name, stiffness, outer, inner in springs:
         if outer > 0.0 and inner > 0.0:
             locked, free = (

@@ -6,12 +6,10 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from infinivar._core.fields import given
 from infinivar.calibration import model
 from infinivar.calibration.fit import Fit
 from infinivar.calibration.words import combined
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.parts.gearhead import coulomb_torque
 from infinivar.parts.linear import Guideway
 from infinivar.transmission.rolling_contact import MEASURED
 
@@ -107,10 +105,11 @@ def _nominal(drive: CoboticDrive, fit: Fit, known: Mapping[str, float], source: 
     constant = fit.values.get("torque_constant", motor.torque_constant)
     bearings = model.unloaded_bearings(drive)
     rest = value - bearings - constant * motor.no_load_current
-    whole = coulomb_torque(0.0, given(gear.rated_torque, motor.continuous_torque))
-    path, unit, slope = "gearhead.efficiency", "1", -1.0 / whole
-    share, made = 1.0 - rest / whole, "nominal torque less that of the motor and of the cylinder's bearings"
-    if gear.loss_model != "coulomb" or not 0.0 <= rest < whole:
+    whole = gear.law(motor.continuous_torque).stated_at()
+    if whole is not None and 0.0 <= rest < whole:
+        path, unit, slope = "gearhead.efficiency", "1", -1.0 / whole
+        share, made = 1.0 - rest / whole, "nominal torque less that of the motor and of the cylinder's bearings"
+    else:
         path, unit, slope = "motor.no_load_current", "A", 1.0 / constant
         beside = known["nominal_torque"] - motor.friction_torque
         share, made = max(value - beside, 0.0) / constant, "nominal torque, attributed entirely to the motor"

@@ -201,9 +201,7 @@ def predict(
     ratio = drive.gearhead.ratio
     rubbing = _loaded_bearings(drive, preload, point.torque, force, speed, element.groups(speed).rolling_force)
     passed = np.where(pressed, point.torque + rubbing, 0.0) / ratio
-    torque = passed + coulomb(speed, values["nominal_torque"])
-    if drive.gearhead.loss_model != "coulomb":
-        torque = torque + drive.gearhead.load_friction(speed * ratio, passed)
+    torque = passed + coulomb(speed, values["nominal_torque"]) + drive.gearhead.load_friction(speed * ratio, passed)
     current = torque / values["torque_constant"]
     return Readings(
         link_travel=np.where(pressed, point.link_speed * data.duration, 0.0),

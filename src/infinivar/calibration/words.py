@@ -147,10 +147,10 @@ def remarks(
     yield from _on_parameters(laws.fit, proposed)
     yield from _on_runs(laws, data, left_out)
     yield from _on_patch(laws.fit, drive)
-    if drive.gearhead.loss_model != "coulomb":
-        is_so = "is proportional to" if drive.gearhead.loss_model == "proportional" else "depends on"
+    of_load = drive.gearhead.law().OF_LOAD
+    if of_load:
         yield (
-            f"The gearhead loss {is_so} its load. Eq 18 attributes it to the transmission, so those efficiencies "
+            f"The gearhead loss {of_load} its load. Eq 18 attributes it to the transmission, so those efficiencies "
             "are too low; the fit accounts for it."
         )
 

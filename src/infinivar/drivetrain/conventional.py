@@ -20,6 +20,7 @@ from infinivar.errors import ParameterError
 from infinivar.motion.course import Course
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.belt import Belt, Rack
+from infinivar.parts.gear_law import Torsion
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway, Pulley
 from infinivar.parts.motor import Motor
@@ -267,12 +268,15 @@ class ConventionalDrive:
         stiffness, travel = self.gearhead.stiffness, self.stage.travel_per_radian
         if stiffness is None:
             return course, {}
+        # A gearhead of another package has a stiffness alone.
+        torsion = getattr(self.gearhead, "torsion", Torsion(stiffness=stiffness))
         torque, rate, curvature = (
             push * travel + inertia * acceleration / travel
             for push, acceleration in zip(
                 (force.value, force.rate, force.curvature), (course.acceleration, course.jerk, course.snap), strict=True
             )
         )
+        stiffness = torsion.stiffness_at(torque)
         moved = replace(
             course,
             speed=course.speed + travel * rate / stiffness,

@@ -357,11 +357,7 @@ def needed(value: T | None, field: str) -> T:
 def with_rated_gear(drive: T) -> T:
     """The drive with an explicit rated torque of its gear; by default that is the motor's continuous torque."""
     gearhead, motor = getattr(drive, "gearhead", None), getattr(drive, "motor", None)
-    if (
-        not isinstance(gearhead, Gearhead)
-        or motor is None
-        or gearhead.loss_model != "coulomb"
-        or gearhead.rated_torque is not None
-    ):
+    if not isinstance(gearhead, Gearhead) or motor is None:
         return drive
-    return replace(drive, gearhead=replace(gearhead, rated_torque=motor.continuous_torque))  # type: ignore[type-var]
+    rated = gearhead.rated_at(motor.continuous_torque)
+    return drive if rated is gearhead else replace(drive, gearhead=rated)  # type: ignore[type-var]

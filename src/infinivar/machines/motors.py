@@ -17,7 +17,8 @@ from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError
 from infinivar.parts.amplifier import Amplifier
-from infinivar.parts.gearhead import Gearhead, proportional_friction
+from infinivar.parts.gear_law import GearLaw
+from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 
 Powers = Callable[[], dict[str, np.ndarray]]
@@ -55,6 +56,8 @@ class PowerMotor:
     """Inertia of rotor and gearhead about the coordinate. [kg m^2]"""
     inertia: float = field(init=False, default=0.0)
     """The same with that at the gearhead's output. [kg m^2]"""
+    law: GearLaw = field(init=False)
+    """Of the gearhead."""
     gear_friction: float = field(init=False, default=0.0)
     """Constant, at the motor. [N m]"""
 
@@ -65,15 +68,14 @@ class PowerMotor:
         object.__setattr__(self, "reduction", reduction)
         object.__setattr__(self, "rotor", rotor * reduction**2)
         object.__setattr__(self, "inertia", self.rotor + self.output_inertia / self.travel**2)
-        friction = 0.0
-        if not self.gearhead.lossless:
-            if self.gearhead.friction is not None:
-                raise ParameterError(
-                    f"gearhead.loss_model must be 'coulomb' or 'proportional' in a machine of many contacts that moves, got "
-                    f"{self.gearhead.loss_model!r}, whose friction is measured; iv.simulate has it for one leg"
-                )
-            friction = float(self.gearhead.coulomb_friction(self.motor.continuous_torque))
-        object.__setattr__(self, "gear_friction", friction)
+        law = self.gearhead.law(self.motor.continuous_torque)
+        if not law.is_zero and not law.factored:
+            raise ParameterError(
+                f"gearhead.loss_model must be 'coulomb' or 'proportional' in a machine of many contacts that moves, got "
+                f"{self.gearhead.loss_model!r}, whose friction {law.ORIGIN}; iv.simulate has it for one leg"
+            )
+        object.__setattr__(self, "law", law)
+        object.__setattr__(self, "gear_friction", float(law.constant))
 
     @property
     def gain(self) -> float:
@@ -83,7 +85,7 @@ class PowerMotor:
     @property
     def loaded(self) -> bool:
         """Whether friction of the gearhead depends on the torque that it transmits."""
-        return self.gearhead.loss_model == "proportional" and not self.gearhead.lossless
+        return bool(self.law.OF_LOAD) and not self.law.is_zero
 
     def load_friction(self, shaft: np.ndarray, torque: np.ndarray, free: np.ndarray, unit: np.ndarray) -> np.ndarray:
         r"""Friction torque at the motor of a gearhead whose loss is proportional to power. (m, k) [N m]
@@ -101,13 +103,11 @@ class PowerMotor:
         free : (m, k) float     Acceleration of the coordinate without this friction. [rad s^-2]
         unit : (m, k) float     Its acceleration by a unit torque. [kg^-1 m^-2]
 
-        Source: Newton; `proportional_friction`.
+        Source: Newton; `GearLaw.load_friction`.
         """
         balance = (torque - self.rotor * free) / self.reduction
         way = np.where(balance < 0.0, -1.0, 1.0)
-        forward = given(self.gearhead.efficiency, 1.0)
-        back = given(self.gearhead.backdriving_efficiency, forward)
-        share = proportional_friction(shaft, way, forward, back, self.stick_speed)
+        share = self.law.load_friction(shaft, way, self.stick_speed)
         passed = balance / (1.0 + way * share * (1.0 - self.rotor * unit))
         return share * np.abs(passed)
 
@@ -223,7 +223,8 @@ class LinkMotors:
         """Compute what does not change."""
         drive, gear, stage = self.drive, self.drive.gearhead, self.drive.stage
         rotor = needed(drive.motor.rotor_inertia, "motor.rotor_inertia") + given(gear.inertia, 0.0)
-        if not gear.lossless and (gear.loss_model != "coulomb" or gear.friction is not None):
+        law = gear.law(drive.motor.continuous_torque)
+        if law.OF_LOAD and not law.is_zero:
             raise ParameterError(
                 f"gearhead.loss_model must be 'coulomb' for motors of links that move, got {gear.loss_model!r}, whose friction "
                 "depends on the load"
@@ -239,7 +240,7 @@ class LinkMotors:
             raise ParameterError(f"{what} must be rigid, without springs or linkage, for motors of links that move")
         travel = float(stage.travel_per_radian)
         ratio = gear.ratio / travel
-        constant = 0.0 if gear.lossless else float(gear.coulomb_friction(drive.motor.continuous_torque))
+        constant = float(law.constant)
         object.__setattr__(self, "ratio", ratio)
         object.__setattr__(self, "moved_mass", rotor * ratio**2 + drive.gear_output_inertia / travel**2)
         frictions = (

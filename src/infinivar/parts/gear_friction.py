@@ -19,14 +19,19 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from annotated_types import Ge, Gt
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import check, quantity
+from infinivar._core.frozen import FrozenDict
+from infinivar.bondgraph.graph import Parameter
 from infinivar.contact.friction import coulomb
 from infinivar.errors import require
+from infinivar.parts.gear_law import GearLaw, GraphLaw
 
 _UNBOUNDED = 1e300
 """Upper bound of the larger of two values: clipped, they stay one function in the equations of a bond graph, where a maximum
@@ -228,3 +233,68 @@ def stribeck_friction(
 def terms(friction: GearFriction) -> dict[str, float]:
     """Fields by name, as `stribeck_friction` takes them."""
     return {one.name: getattr(friction, one.name) for one in dataclasses.fields(friction)}
+
+
+_SYMBOLS = {
+    "friction": "F_{{g,{0}}}",
+    "viscous": "c_{{g,{0}}}",
+    "friction_stribeck": "F_{{s,{0}}}",
+    "stribeck_speed": r"\omega_{{s,{0}}}",
+    "stribeck_exponent": r"\alpha_{0}",
+    "load_motor": "K_{{i,{0}}}",
+    "load_output": "K_{{o,{0}}}",
+    "load_motor_stribeck": "K_{{is,{0}}}",
+    "load_output_stribeck": "K_{{os,{0}}}",
+    "load_motor_squared": "Q_{{i,{0}}}",
+    "load_output_squared": "Q_{{o,{0}}}",
+}
+"""Symbols by field."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredLoss(GearLaw):
+    """Measured friction of gear and motor together; it has no single efficiency."""
+
+    friction: GearFriction
+
+    NEEDS: ClassVar[tuple[str, ...]] = ("friction",)
+    WORDS: ClassVar[str] = "measured friction"
+    ORIGIN: ClassVar[str] = "is measured"
+
+    @property
+    def affine(self) -> bool:
+        """No: load and speed act together."""
+        return False
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether every term is zero."""
+        return self.friction.is_zero
+
+    @property
+    def largest_load_factor(self) -> float:
+        """See `GearFriction.largest_load_factor`. [-]"""
+        return self.friction.largest_load_factor
+
+    @property
+    def largest_returned(self) -> float:
+        """See `GearFriction.largest_returned`. [-]"""
+        return self.friction.largest_returned
+
+    def beyond_constant(self, speed: Array, torque: Array) -> Array:
+        """All of it: `friction_budget`. [N m]"""
+        return friction_budget(speed / self.ratio, torque * self.ratio, **terms(self.friction)) / self.ratio
+
+    def without_friction(self) -> Mapping[str, Any]:
+        """Every term zero."""
+        return {"friction": GearFriction()}
+
+    def graph_law(self, tag: str) -> GraphLaw:
+        """`stribeck_friction`."""
+        named = {name: Parameter(_SYMBOLS[name].format(tag), value) for name, value in terms(self.friction).items()}
+        parameters = {"ratio": Parameter(f"n_{tag}", self.ratio), **named}
+        return GraphLaw(law=stribeck_friction, parameters=FrozenDict(parameters), solved=stribeck_friction)
+
+    def measured(self) -> Mapping[str, float]:
+        """Its terms."""
+        return terms(self.friction)

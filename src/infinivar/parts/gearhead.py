@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.chain_rule import is_zero
-from infinivar._core.fields import check, check_choice, component, given, quantity
-from infinivar.contact.friction import coulomb
+from infinivar._core.fields import check, check_choice, component, quantity
 from infinivar.errors import ParameterError
-from infinivar.limits import Limit
-from infinivar.parts.gear_friction import GearFriction, stribeck_friction, terms
+from infinivar.limits import ROOT_MEAN_SQUARE, Limit
+from infinivar.parts.gear_friction import GearFriction, MeasuredLoss
+from infinivar.parts.gear_law import ConstantLoss, GearLaw, ProportionalLoss, Torsion
+from infinivar.parts.strain_wave import StrainWave, StrainWaveLaw
 
-LossModel = Literal["coulomb", "proportional", "stribeck"]
+LossModel = Literal["coulomb", "proportional", "stribeck", "strain wave"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,46 +30,35 @@ class GearPoint:
     utilisation: Mapping[Limit, Array]
 
 
-def coulomb_torque(efficiency: Array, rated_torque: Array) -> Array:
-    """Constant friction torque at the motor that gives the stated efficiency at rated torque.
+LAWS: Mapping[LossModel, type[GearLaw]] = {
+    "coulomb": ConstantLoss,
+    "proportional": ProportionalLoss,
+    "stribeck": MeasuredLoss,
+    "strain wave": StrainWaveLaw,
+}
+"""Law of each kind of gear: another kind is a `GearLaw` here, with a component of `Gearhead` for what only it has."""
+
+PARTS_OF_LAWS: Mapping[str, type] = {"friction": GearFriction, "strain_wave": StrainWave}
+"""Components that only some kinds have, by field."""
+
+_NEEDS = {word: law.NEEDS for word, law in LAWS.items()}
+_MAY = {word: tuple(name for name in law.MAY if name != "rated_torque") for word, law in LAWS.items()}
+"""Without the rated torque, which stays when a study changes the kind."""
+
+
+def foreign_fields(loss_model: str, *, needed: bool = False) -> tuple[str, ...]:
+    """Optional fields that a kind of gear does not have, as other kinds do; with `needed` also those that these require.
 
     Parameters
     ----------
-    efficiency : (...,) float     At rated torque, in (0, 1]. [-]
-    rated_torque : (...,) float   Motor-side torque at which the efficiency is stated. [N m]
-
-    Returns
-    -------
-    (...,) float   [N m]
-
-    Source: faulring2006, section VI-A.
+    loss_model : str   An unknown one has every field.
     """
-    return (1.0 - efficiency) * rated_torque
-
-
-def proportional_friction(
-    speed: Array, torque: Array, efficiency: Array, backdriving_efficiency: Array, stick_speed: Array | None = None
-) -> Array:
-    """Friction torque at the motor of a gear whose loss is proportional to power, in either direction.
-
-    Parameters
-    ----------
-    speed : (...,) float         Motor speed. [rad s^-1]
-    torque : (...,) float        Torque that the gear transmits, at the motor and without friction. [N m]
-    efficiency : (...,) float    Efficiency while the motor drives, in (0, 1]. [-]
-    backdriving_efficiency : (...,) float   Efficiency while the load drives, in [0, 1]; 0 is a self-locking gear. [-]
-    stick_speed : (...,) float   As in `infinivar.contact.friction.coulomb`. [rad s^-1]
-
-    Returns
-    -------
-    (...,) float   Opposes the motion. At rest it helps to hold the torque, up to the friction when the load drives. [N m]
-
-    Source: definition of efficiency, taken in the direction in which power flows.
-    """
-    xp = namespace(speed, torque, efficiency, backdriving_efficiency, stick_speed)
-    load = xp.abs(torque)
-    lost = xp.where(torque * speed > 0, (1.0 / efficiency - 1.0) * load, (1.0 - backdriving_efficiency) * load)
-    return coulomb(speed, lost, stick_speed, held=torque)
+    if loss_model not in LAWS:
+        return ()
+    tables = (_MAY, _NEEDS) if needed else (_MAY,)
+    every = {name: None for table in tables for names in table.values() for name in names}
+    own = {*_NEEDS[loss_model], *_MAY[loss_model]}
+    return tuple(name for name in every if name not in own)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,6 +71,7 @@ class Gearhead:
       ``backdriving_efficiency`` times while the load drives: usually lower, and 0 for a self-locking gear.
     - ``stribeck``: measured friction of gear and motor together, which depends on load, direction and speed (`GearFriction`);
       it has no single efficiency.
+    - ``strain wave``: a strain-wave gear by the values of its maker's catalogue (`StrainWave`).
 
     Raises
     ------
@@ -96,13 +87,15 @@ class Gearhead:
     efficiency: float | None = quantity(
         "1",
         Interval(gt=0, le=1),
-        "Efficiency at rated torque; required unless the loss model is stribeck",
+        "Efficiency at rated torque; required with the loss models coulomb and proportional",
         default=None,
     )
     loss_model: LossModel = component(
-        "coulomb (constant torque), proportional (to power) or stribeck (measured friction)", default="coulomb"
+        "coulomb (constant torque), proportional (to power), stribeck (measured friction) or strain wave",
+        default="coulomb",
     )
     friction: GearFriction | None = component("Measured friction, for the stribeck loss model", default=None)
+    strain_wave: StrainWave | None = component("Catalogue values of a strain-wave gear", default=None)
     backdriving_efficiency: float | None = quantity(
         "1",
         Interval(ge=0, le=1),
@@ -130,53 +123,91 @@ class Gearhead:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
-        check_choice(
-            self,
-            "loss_model",
-            {"coulomb": ("efficiency",), "proportional": ("efficiency",), "stribeck": ("friction",)},
-            {"proportional": ("backdriving_efficiency",)},
-        )
+        check_choice(self, "loss_model", _NEEDS, _MAY)
         if self.slack and self.stiffness is None:
             raise ParameterError("stiffness is missing: backlash needs it")
+        law = self.law()
+        fault = law.fault()
+        if fault:
+            raise ParameterError(fault)
+        if law.corners and self.stiffness is None:
+            raise ParameterError("stiffness is missing: corners of the torsional spring need it")
+        if self.slack and law.corners:
+            raise ParameterError("backlash does not apply to a gearhead that is stiffer under load; remove one of them")
 
     @property
     def slack(self) -> bool:
         """Whether the gear has backlash."""
         return self.backlash is not None and not is_zero(self.backlash)
 
+    def law(self, motor_torque: Array | None = None) -> GearLaw:
+        """Law of its kind.
+
+        Parameters
+        ----------
+        motor_torque : (...,) float   Continuous torque of the motor; needed for constant friction without `rated_torque`. [N m]
+        """
+        kind = LAWS[self.loss_model]
+        own = {name: getattr(self, name) for name in (*kind.NEEDS, *kind.MAY)}
+        return kind(ratio=self.ratio, motor_torque=motor_torque, **own)
+
+    @property
+    def torsion(self) -> Torsion | None:
+        """Its torsional spring; None if it is rigid."""
+        if self.stiffness is None:
+            return None
+        return Torsion(stiffness=self.stiffness, corners=self.law().corners)
+
     @property
     def lossless(self) -> bool:
         """Whether the gear has no friction."""
-        if self.friction is not None:
-            return self.friction.is_zero
-        return min(self._forward, given(self.backdriving_efficiency, self._forward)) == 1.0
+        return self.law().is_zero
 
     @property
     def load_factors(self) -> tuple[Array, Array]:
         """Motor torque per load torque, both at the motor, without constant and measured friction: while the motor drives, and
         while the load drives. [-]"""
-        if self.loss_model != "proportional":
-            return 1.0, 1.0
-        return 1.0 / self._forward, given(self.backdriving_efficiency, self._forward)
+        return self.law().load_factors
 
     @property
     def largest_load_factor(self) -> float:
         """Largest motor torque per load torque beyond constant friction, while the motor drives. [-]"""
-        if self.friction is None:
-            return float(self.load_factors[0])
-        return self.friction.largest_load_factor
+        return self.law().largest_load_factor
 
     @property
-    def _forward(self) -> float:
-        """Efficiency while the motor drives, of a gear that has one."""
-        assert self.efficiency is not None
-        return self.efficiency
+    def loss_words(self) -> str:
+        """What its loss is, for reports."""
+        return LAWS[self.loss_model].WORDS
 
     def without_friction(self) -> Gearhead:
         """The gearhead without loss."""
-        if self.friction is not None:
-            return replace(self, friction=GearFriction())
-        return replace(self, efficiency=1.0, backdriving_efficiency=None)
+        return replace(self, **self.law().without_friction())
+
+    def rated_at(self, motor_torque: float) -> Gearhead:
+        """The gearhead with an explicit rated torque, where its friction is stated at that of the motor. [N m]"""
+        if "rated_torque" not in LAWS[self.loss_model].MAY or self.rated_torque is not None:
+            return self
+        return replace(self, rated_torque=motor_torque)
+
+    def alternatives(self) -> dict[str, dict[str, Any]]:
+        """Other losses that the same data sheet permits, in words, with the fields that they change; empty for a known loss."""
+        own = LAWS[self.loss_model]
+        if not own.CHOICE or self.lossless:
+            return {}
+        return {
+            law.CHOICE: {"loss_model": word, **dict.fromkeys(set(_MAY[self.loss_model]) - set(_MAY[word]))}
+            for word, law in LAWS.items()
+            if law.CHOICE and law is not own
+        }
+
+    def measured_friction(self, motor_torque: float) -> GearFriction:
+        """Load-dependent friction that is closest to its loss; argument as for `law`."""
+        return GearFriction(**self.law(motor_torque).measured())
+
+    def with_measured(self, friction: GearFriction) -> Gearhead:
+        """The gearhead with measured friction in place of its loss."""
+        dropped = dict.fromkeys(foreign_fields("stribeck", needed=True))
+        return replace(self, **{**dropped, "loss_model": "stribeck", "friction": friction})
 
     def operate(self, *, output_torque: Array, output_speed: Array, motor_rated_torque: Array) -> GearPoint:
         """Motor torque and speed for an output torque and speed, in all four quadrants.
@@ -197,10 +228,7 @@ class Gearhead:
         """
         ideal = output_torque / self.ratio
         motor_speed = output_speed * self.ratio
-        if self.loss_model == "coulomb":
-            friction = coulomb(motor_speed, self.coulomb_friction(motor_rated_torque), held=ideal)
-        else:
-            friction = self.load_friction(motor_speed, ideal)
+        friction = self.law(motor_rated_torque).friction_torque(motor_speed, ideal)
         return GearPoint(
             motor_torque=ideal + friction,
             motor_speed=motor_speed,
@@ -209,20 +237,12 @@ class Gearhead:
         )
 
     def load_friction(self, speed: Array, torque: Array) -> Array:
-        """Friction torque at the motor that depends on the load, 0 for the coulomb model; arguments of
-        `proportional_friction`. [N m]"""
-        if self.friction is not None:
-            return stribeck_friction(speed, torque, self.ratio, **terms(self.friction))
-        if self.loss_model == "coulomb":
-            return 0.0
-        back = given(self.backdriving_efficiency, self._forward)
-        return proportional_friction(speed, torque, self._forward, back)
+        """Friction torque at the motor beyond constant friction; arguments of `GearLaw.size`. [N m]"""
+        return self.law().load_friction(speed, torque)
 
     def coulomb_friction(self, motor_rated_torque: Array) -> Array:
         """Constant friction torque at the motor, 0 for the other models; argument as in `operate`. [N m]"""
-        if self.loss_model != "coulomb":
-            return 0.0
-        return coulomb_torque(self._forward, given(self.rated_torque, motor_rated_torque))
+        return self.law(motor_rated_torque).constant
 
     def utilisation(self, output_torque: Array, output_speed: Array) -> dict[Limit, Array]:
         """Demand over allowance for continuous and intermittent output torque and for the input speed, of those known.
@@ -245,4 +265,16 @@ class Gearhead:
             demand[Limit.GEAR_PEAK] = xp.abs(output_torque) / self.intermittent_torque
         if self.max_input_speed is not None:
             demand[Limit.GEAR_SPEED] = xp.abs(output_speed) * self.ratio / self.max_input_speed
-        return demand
+        return {**demand, **self.law().utilisation(output_torque, output_speed)}
+
+    def extreme_utilisation(self, peak: Array, lasting: Array, fastest: Array) -> dict[Limit, Array]:
+        """Largest demands over a motion, as `utilisation`: that for speed first.
+
+        Parameters
+        ----------
+        peak, lasting : (...,) float   Largest output torque, and that whose limits apply to its root mean square. [N m]
+        fastest : (...,) float         Largest output speed. [rad s^-1]
+        """
+        once, on_average = self.utilisation(peak, fastest), self.utilisation(lasting, fastest)
+        found = {limit: on_average[limit] if limit in ROOT_MEAN_SQUARE else demand for limit, demand in once.items()}
+        return {limit: found[limit] for limit in sorted(found, key=lambda limit: limit != Limit.GEAR_SPEED)}

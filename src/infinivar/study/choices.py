@@ -241,11 +241,8 @@ def _returned(part: Any, path: str, drive: Any) -> _Options | None:
 
 
 def _gear_friction(part: Any, path: str, drive: Any) -> _Options | None:
-    if not isinstance(part, Gearhead) or part.loss_model not in ("coulomb", "proportional") or part.lossless:
-        return None
-    if part.loss_model == "coulomb":
-        return _Options("constant torque", {"share of power": {"loss_model": "proportional"}})
-    return _Options("share of power", {"constant torque": {"loss_model": "coulomb", "backdriving_efficiency": None}})
+    others = part.alternatives() if isinstance(part, Gearhead) else {}
+    return _Options(part.law().CHOICE, others) if others else None
 
 
 _CHOICES = (

@@ -15,6 +15,7 @@ from infinivar.errors import InputError, nearest
 from infinivar.motion.duty_cycles import CYCLES
 from infinivar.motion.scenario import FORCES, MOTIONS
 from infinivar.parts import catalogue
+from infinivar.parts.gearhead import foreign_fields
 from infinivar.study import extensions
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.schema import CATALOGUES, HEAD, KINDS, ORIGIN, SHAPE, kind_keys, part_of
@@ -193,10 +194,10 @@ def stage_over(under: Raw, over: Any) -> Raw:
 
 
 def loss_over(under: Raw, over: Any) -> Raw:
-    """Drop from the base's gearhead its efficiencies if the study states measured friction."""
+    """Drop from the base's gearhead what the loss that the study states does not have."""
     said = over.get("loss_model")
     said = said.get("value") if isinstance(said, dict) else said
-    dropped = ("efficiency", "backdriving_efficiency") if said == "stribeck" else ()
+    dropped = foreign_fields(str(said), needed=True)
     return {key: value for key, value in under.items() if key not in dropped}
 
 
@@ -229,9 +230,8 @@ def _applicable(entry: Mapping[str, Any], over: Raw) -> Mapping[str, Any]:
     """Values of a catalogue part without those that the loss model of a gearhead does not have."""
     model = {**entry, **over}.get("loss_model", "coulomb")
     model = model.get("value") if isinstance(model, Mapping) else model
-    if model == "proportional":
-        return entry
-    return {key: value for key, value in entry.items() if key != "backdriving_efficiency"}
+    dropped = foreign_fields(str(model))
+    return {key: value for key, value in entry.items() if key not in dropped}
 
 
 def over_parts(part: type, tree: Raw, path: str, beside: Sequence[Path] = ()) -> Raw:

@@ -44,26 +44,17 @@ class Gains:
 
 
 def known_values(drive: ConventionalDrive) -> dict[str, float]:
-    """The parameters as the study has them, the gear's loss model expressed by load-dependent friction.
-
-    A proportional loss has the load share that gives its efficiency while the motor drives, ``(1 - eta)/(1 + eta)``.
-    """
-    motor, gear = drive.motor, drive.gearhead
-    friction = gear.friction or GearFriction()
-    constant, share = friction.friction, 0.5 * (friction.load_motor + friction.load_output)
-    if gear.loss_model == "coulomb":
-        constant = gear.ratio * float(gear.coulomb_friction(motor.continuous_torque))
-    elif gear.loss_model == "proportional":
-        efficiency = float(given(gear.efficiency, 1.0))
-        share = (1.0 - efficiency) / (1.0 + efficiency)
+    """The parameters as the study has them, the gear's loss expressed by load-dependent friction."""
+    motor = drive.motor
+    friction = drive.gearhead.measured_friction(motor.continuous_torque)
     return {
         "resistance": motor.resistance,
         "torque_constant": motor.torque_constant,
         "motor_friction": motor.friction_torque,
         "motor_viscous": given(motor.viscous_friction, 0.0),
-        "friction": constant,
+        "friction": friction.friction,
         "viscous": friction.viscous,
-        "load_share": share,
+        "load_share": 0.5 * (friction.load_motor + friction.load_output),
         "friction_stribeck": friction.friction_stribeck,
         "stribeck_speed": friction.stribeck_speed,
     }
@@ -115,4 +106,4 @@ def gearhead_with(gear: Gearhead, values: Mapping[str, Any]) -> Gearhead:
         friction_stribeck=values["friction_stribeck"],
         stribeck_speed=values["stribeck_speed"],
     )
-    return replace(gear, loss_model="stribeck", friction=friction, efficiency=None, backdriving_efficiency=None)
+    return gear.with_measured(friction)

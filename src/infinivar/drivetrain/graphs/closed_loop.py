@@ -27,7 +27,7 @@ from infinivar.errors import ParameterError
 from infinivar.motion.forces import ConstantForce
 from infinivar.motion.motion import Motion
 from infinivar.motion.scenario import Scenario
-from infinivar.parts.gear_friction import friction_budget, terms
+from infinivar.parts.gear_law import GearLaw
 from infinivar.parts.motor import Motor
 
 _MOST_SAMPLES = 1e7
@@ -308,7 +308,7 @@ def _conventional_controller(
     bandwidth = bandwidths.of(
         drive, scenario.path.at(0.0).position, scenario.moved_mass, imposed=scenario.link == "imposed"
     )
-    gear = _gear_friction(_without_measured_friction(drive), gain)
+    gear = _gear_friction(_with_factors_alone(drive), gain)
     # Sampled controllers cannot resolve lower speeds, regardless of the stick speed.
     hardly = max(stick_speed, STICK_SPEED)
     return controllers.ConventionalController(
@@ -321,7 +321,7 @@ def _conventional_controller(
         motor_friction=gear.motor_friction,
         driving=gear.driving,
         driven=gear.driven,
-        gear_friction=_measured_friction(drive),
+        gear_friction=_friction_by_speed(drive),
         full_speed=hardly,
         path=path if scenario.link != "free" else None,
         planned=functools.partial(_planned_current, path, gain) if isinstance(path, Planned) else _no_current,
@@ -329,7 +329,7 @@ def _conventional_controller(
         holding=functools.partial(_holding, drive),
         encoder=_encoder(drive, scenario, path),
         # A gear that locks hardly shows which way its load acts.
-        started=0.0 if drive.gearhead.friction is None or isinstance(path, Planned) else -_outer_force(scenario) / gain,
+        started=0.0 if drive.gearhead.law().factored or isinstance(path, Planned) else -_outer_force(scenario) / gain,
         output="I_n" if scenario.electrical == "voltage" else "source",
     )
 
@@ -363,25 +363,26 @@ def _gear_friction(drive: ConventionalDrive, gain: float) -> _GearFriction:
     return _GearFriction(driving, driven, friction, raised - driving * friction)
 
 
-def _without_measured_friction(drive: ConventionalDrive) -> ConventionalDrive:
-    """The drive without measured friction of its gearhead, which has no factor per load."""
-    return drive if drive.gearhead.friction is None else replace(drive, gearhead=drive.gearhead.without_friction())
+def _with_factors_alone(drive: ConventionalDrive) -> ConventionalDrive:
+    """The drive without friction of its gearhead, unless that is a constant and a factor per load."""
+    gear = drive.gearhead
+    return drive if gear.law().factored else replace(drive, gearhead=gear.without_friction())
 
 
-def _measured_friction(drive: ConventionalDrive) -> Callable[[float, float], tuple[float, float]]:
-    """What measured friction of the gearhead takes; see `ConventionalController.gear_friction`."""
-    if drive.gearhead.friction is None:
+def _friction_by_speed(drive: ConventionalDrive) -> Callable[[float, float], tuple[float, float]]:
+    """What friction of the gearhead takes that factors do not express; see `ConventionalController.gear_friction`."""
+    law = drive.gearhead.law(drive.motor.continuous_torque)
+    if law.factored:
         return _no_friction
-    torque_constant = drive.motor.torque_constant * drive.gearhead.ratio
-    least = _SLIGHT * drive.motor.continuous_torque * drive.gearhead.ratio
-    return functools.partial(_friction_current, terms(drive.gearhead.friction), torque_constant, _travel(drive), least)
+    least = _SLIGHT * drive.motor.continuous_torque
+    return functools.partial(_friction_current, law, drive.motor.torque_constant, _travel(drive), least)
 
 
 def _friction_current(
-    friction: Mapping[str, float], torque_constant: float, travel: float, step: float, current: float, speed: float
+    law: GearLaw, torque_constant: float, travel: float, step: float, current: float, speed: float
 ) -> tuple[float, float]:
-    torque = current * torque_constant
-    lost, more = friction_budget(speed / travel, np.array([torque, torque + step]), **friction).tolist()
+    torque, turning = current * torque_constant, speed / travel * float(law.ratio)
+    lost, more = law.size(turning, np.array([torque, torque + step])).tolist()
     return lost / torque_constant, (more - lost) / step
 
 
@@ -389,7 +390,8 @@ def _passed(drive: ConventionalDrive) -> tuple[float, float]:
     """Motor torque per torque of the load, over that without load-dependent friction: driving, and driven by the load."""
     gear, stage = drive.gearhead, drive.stage.efficiencies
     forward, backward = (1.0, 1.0) if stage is None else map(float, stage)
-    driving, returned = gear.load_factors
+    law = gear.law()
+    driving, returned = law.load_factors if law.factored else (1.0, 1.0)
     # The motor drives a self-locking stage through the gear in both directions.
     return driving / forward, backward * (returned if backward >= 0.0 else driving)
 

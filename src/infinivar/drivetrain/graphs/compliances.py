@@ -15,6 +15,7 @@ from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import Element, Parameter, Signal
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
+from infinivar.parts.gear_law import Torsion
 
 DAMPING = 0.05
 """Damping of gearhead and stage over critical damping; data sheets do not state it."""
@@ -51,6 +52,37 @@ def dead_zone(angle: Array, stiffness: Array, backlash: Array) -> Array:
     Source: Hooke's law for the angle beyond the free one.
     """
     return stiffness * _depth(angle, backlash)
+
+
+def hardening(
+    angle: Array, *, stiffness: Array, corner_1: Array, beyond_1: Array, corner_2: Array, beyond_2: Array
+) -> Array:
+    """Torque of a spring that is stiffer beyond two angles, and its stiffness there.
+
+    Parameters
+    ----------
+    angle : (...,) float                  [rad]
+    stiffness : (...,) float              Up to the first corner. [N m rad^-1]
+    corner_1, corner_2 : (...,) float     0 < corner_1 <= corner_2. [rad]
+    beyond_1, beyond_2 : (...,) float     Stiffness beyond each corner. [N m rad^-1]
+
+    Returns
+    -------
+    (...,) float   [N m]
+
+    Source: the inverse of `infinivar.parts.gear_law.Torsion.twist`.
+    """
+    first, second = _depth(angle, 2.0 * corner_1), _depth(angle, 2.0 * corner_2)
+    return stiffness * angle + (beyond_1 - stiffness) * first + (beyond_2 - beyond_1) * second
+
+
+def hardening_energy(
+    angle: Array, *, stiffness: Array, corner_1: Array, beyond_1: Array, corner_2: Array, beyond_2: Array
+) -> Array:
+    """Energy of `hardening`, its integral. [J]"""
+    first, second = _depth(angle, 2.0 * corner_1), _depth(angle, 2.0 * corner_2)
+    steps = (beyond_1 - stiffness) * first * first + (beyond_2 - beyond_1) * second * second
+    return 0.5 * (stiffness * angle * angle + steps)
 
 
 def dead_zone_energy(angle: Array, stiffness: Array, backlash: Array) -> Array:
@@ -98,9 +130,21 @@ def damping_of_stage(drive: ConventionalDrive) -> float:
 def gear_torsion(drive: ConventionalDrive) -> Piece:
     """Torsion and backlash between gearhead and output stage."""
     gear = drive.gearhead
-    if gear.stiffness is None:
+    torsion = gear.torsion
+    if torsion is None or gear.stiffness is None:
         return RIGID
     damping = damping_of_gear(drive)
+    if torsion.corners:
+        spring = bg.compliance(
+            "gear_spring",
+            "T_{k,g}",
+            hardening,
+            energy=hardening_energy,
+            parameters=_hardening_parameters(torsion),
+            title="gearhead spring",
+        )
+        damper = bg.resistance("gear_damping", "c_g", damping, "N m s", title="gearhead damping")
+        return _joined("gear", spring, damper)
     if gear.backlash is None or not gear.slack:
         return _linear("gear", "g", "gearhead", gear.stiffness, damping, ("rad/(N m)", "N m s"))
     free = Parameter(r"\beta_g", gear.backlash, "rad")
@@ -123,6 +167,17 @@ def gear_torsion(drive: ConventionalDrive) -> Piece:
     angle = Signal(name="gear_twist_angle", symbol=r"\psi_g", of="gear_twist", integral=True)
     piece = _joined("gear", spring, damper)
     return piece._replace(signals=[angle])
+
+
+def _hardening_parameters(torsion: Torsion) -> dict[str, Parameter]:
+    """Of `hardening`; a spring of one corner has both corners there."""
+    corners = [(float(torque), float(beyond)) for torque, beyond in torsion.corners]
+    found = {"stiffness": Parameter("k_{g,1}", float(torsion.stiffness), "N m/rad")}
+    for place in (1, 2):
+        torque, beyond = corners[min(place, len(corners)) - 1]
+        found[f"corner_{place}"] = Parameter(rf"\psi_{{g,{place}}}", float(torsion.twist(torque)), "rad")
+        found[f"beyond_{place}"] = Parameter(f"k_{{g,{place + 1}}}", beyond, "N m/rad")
+    return found
 
 
 def stage_stretch(drive: ConventionalDrive) -> Piece:
@@ -155,9 +210,9 @@ def at_rest(drive: ConventionalDrive, force: float, inertial_torque: float = 0.0
     stage, gear = drive.stage, drive.gearhead
     if stage.stiffness is not None:
         found[f"{stage.title}_spring"] = force / float(stage.stiffness)
-    if gear.stiffness is not None:
+    if gear.torsion is not None:
         torque = force * float(stage.travel_per_radian) + inertial_torque
-        found["gear_spring"] = torque / gear.stiffness + math.copysign(0.5 * (gear.backlash or 0.0), torque)
+        found["gear_spring"] = float(gear.torsion.twist(torque)) + math.copysign(0.5 * (gear.backlash or 0.0), torque)
         if gear.slack:
             found["gear_twist_angle"] = found["gear_spring"]
     return found

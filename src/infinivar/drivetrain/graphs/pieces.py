@@ -7,37 +7,19 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
 from typing import Literal
 
 from infinivar._core.array_namespace import Array, namespace
-from infinivar._core.fields import given
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import Element, Parameter, Signal
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.drive import needed
 from infinivar.parts.amplifier import Amplifier
-from infinivar.parts.gear_friction import stribeck_friction, terms
-from infinivar.parts.gearhead import Gearhead, proportional_friction
+from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 
 Electrical = Literal["current", "voltage"]
 """Output of the amplifier: a current, as in the paper, or a voltage controlled by a current loop."""
-
-_SYMBOLS = {
-    "friction": "F_{{g,{0}}}",
-    "viscous": "c_{{g,{0}}}",
-    "friction_stribeck": "F_{{s,{0}}}",
-    "stribeck_speed": r"\omega_{{s,{0}}}",
-    "stribeck_exponent": r"\alpha_{0}",
-    "load_motor": "K_{{i,{0}}}",
-    "load_output": "K_{{o,{0}}}",
-    "load_motor_stribeck": "K_{{is,{0}}}",
-    "load_output_stribeck": "K_{{os,{0}}}",
-    "load_motor_squared": "Q_{{i,{0}}}",
-    "load_output_squared": "Q_{{o,{0}}}",
-}
-"""Symbols of a gear's measured friction, by field."""
 
 CURRENT_LOOP = 1000.0
 """Bandwidth of the amplifier's current loop in voltage drive. [Hz]"""
@@ -122,40 +104,25 @@ def gearhead(
     if gearhead.inertia is not None:
         elements.append(bg.inertia("J_g", f"J_{{g,{tag}}}", gearhead.inertia, "kg m^2", title="gearhead inertia"))
         chains.append("rotor > J_g")
-    symbol = f"T_{{g,{tag}}}"
-    if gearhead.loss_model == "coulomb":
-        size = gearhead.coulomb_friction(motor.continuous_torque)
-        loss = friction("gear_loss", symbol, size, "N m", stick, "gearhead")
-    else:
-        passed = "gear_torque"
+    law = gearhead.law(motor.continuous_torque)
+    if law.is_zero:
+        return elements, chains, signals
+    said, passed = law.graph_law(tag), "gear_torque"
+    if said.loaded:
         signals.append(Signal(name=passed, symbol=f"T_{{{tag}}}", of="gear"))
-        law, parameters = _load_friction(gearhead, tag)
-        parameters["stick_speed"] = stick
-        loss = bg.resistance(
+    elements.append(
+        bg.resistance(
             "gear_loss",
-            symbol,
-            law,
-            signals=(passed,),
-            parameters=parameters,
-            solved=None if gearhead.friction is None else stribeck_friction,
+            f"T_{{g,{tag}}}",
+            said.law,
+            signals=(passed,) if said.loaded else (),
+            parameters={**said.parameters, "stick_speed": stick},
+            solved=said.solved,
             title="gearhead",
         )
-    if loss is not None and not gearhead.lossless:
-        elements.append(loss)
-        chains.append("rotor > gear_loss")
+    )
+    chains.append("rotor > gear_loss")
     return elements, chains, signals
-
-
-def _load_friction(gearhead: Gearhead, tag: str) -> tuple[Callable[..., Array], dict[str, Parameter]]:
-    """Law of a friction that depends on the load, and its parameters but the stick speed."""
-    if gearhead.friction is not None:
-        named = {name: Parameter(_SYMBOLS[name].format(tag), value) for name, value in terms(gearhead.friction).items()}
-        return stribeck_friction, {"ratio": Parameter(f"n_{tag}", gearhead.ratio), **named}
-    efficiency = given(gearhead.efficiency, 1.0)
-    return proportional_friction, {
-        "efficiency": Parameter(rf"\eta_{tag}", efficiency),
-        "backdriving_efficiency": Parameter(rf"\eta'_{tag}", given(gearhead.backdriving_efficiency, efficiency)),
-    }
 
 
 def gear(name: str, symbol: str, ratio: float, unit: str = "") -> Element:

@@ -7,7 +7,8 @@ from infinivar.bondgraph.graph import Element, Parameter, Signal
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.graphs import compliances, pieces
 from infinivar.errors import ParameterError
-from infinivar.parts.gearhead import Gearhead, proportional_friction
+from infinivar.parts.gear_law import proportional_friction
+from infinivar.parts.gearhead import Gearhead
 from infinivar.units import plain
 
 SYMBOLS = {"pulley": "p", "screw": "s", "belt": "b", "rack": "r", "shaft": "o"}
@@ -95,9 +96,7 @@ def check_gear_jamming(
     ParameterError
         If it jams; the message states the largest inertia.
     """
-    if gear.friction is None:
-        return
-    most = gear.friction.largest_returned
+    most = gear.law().largest_returned
     if imposed_motion and most <= 1.0:
         raise ParameterError("link = 'imposed' cannot move a self-locking gearhead; use link = 'controlled'")
     if carried >= most * (turning + carried):

@@ -13,6 +13,7 @@ import numpy as np
 from infinivar._core.fields import check_value
 from infinivar.errors import InputError, ParameterError, nearest, printable
 from infinivar.parts.catalogue import PARTS
+from infinivar.parts.gearhead import LAWS
 from infinivar.parts.tables.columns import ONE, UNLIMITED, Column, choices, number_columns, text_columns
 from infinivar.parts.tables.table import PartSet, part_set, table
 
@@ -190,8 +191,10 @@ def checked_row(kind: str, row: Mapping[str, Any]) -> dict[str, Any]:
             made[name] = value
     if "key" not in made:
         raise InputError("key is missing")
-    if kind == "gearheads" and any(name.startswith("friction.") for name in made):
-        made.setdefault("loss_model", "stribeck")
+    nested = {name.partition(".")[0] for name in made if "." in name}
+    for word, law in LAWS.items() if nested else ():
+        if nested & {*law.NEEDS}:
+            made.setdefault("loss_model", word)
     return made
 
 

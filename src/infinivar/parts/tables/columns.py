@@ -17,7 +17,7 @@ from infinivar._core.bounds import Bound, NonZero
 from infinivar._core.fields import hints
 from infinivar.errors import InputError, nearest
 from infinivar.parts.catalogue import PARTS
-from infinivar.parts.gear_friction import GearFriction
+from infinivar.parts.gearhead import PARTS_OF_LAWS
 
 Kind = Literal["motors", "gearheads", "bearings", "materials"]
 
@@ -101,10 +101,10 @@ _FURTHER_TEXTS: Mapping[str, Mapping[str, str]] = {
 
 @functools.cache
 def number_columns(kind: str) -> Mapping[str, Column]:
-    """Columns of numbers of a kind of table, by name: fields of the part, those of measured friction, further figures."""
+    """Columns of numbers of a kind of table, by name: fields of the part, those of the laws of gears, further figures."""
     found = {column.name: column for column in _of(PARTS[kind], "")}
     if kind == "gearheads":
-        found |= {column.name: column for column in _of(GearFriction, "friction.")}
+        found |= {column.name: column for name, part in PARTS_OF_LAWS.items() for column in _of(part, f"{name}.")}
     return {**found, **{column.name: column for column in _FURTHER[kind]}}
 
 

@@ -15,7 +15,7 @@ from infinivar._core.result import Frozen, result
 from infinivar._core.text import counted
 from infinivar.errors import InputError, ParameterError, nearest
 from infinivar.parts.catalogue import PARTS
-from infinivar.parts.gear_friction import GearFriction
+from infinivar.parts.gearhead import LAWS, PARTS_OF_LAWS, foreign_fields
 from infinivar.parts.tables.columns import ONE, check_kind, choices, number_columns, text_columns
 
 NO_PAIRS = np.empty((0, 2), dtype=np.int64)
@@ -101,13 +101,10 @@ class PartTable(Frozen):
         part = PARTS[self.kind]
         fields = {field.name for field in dataclasses.fields(part)} - set(text_columns(self.kind))
         values = {name: value for name, value in said.items() if name in {*fields, *choices(self.kind)}}
-        friction = {name.partition(".")[2]: value for name, value in said.items() if name.startswith("friction.")}
-        if values.get("loss_model", "coulomb") != "proportional":
-            # A data sheet may state it all the same: constant friction does not need it.
-            values.pop("backdriving_efficiency", None)
+        # A data sheet may state what another law needs.
+        values = _without(values, foreign_fields(values.get("loss_model", "coulomb")))
         try:
-            if friction:
-                values["friction"] = GearFriction(**friction)
+            values |= {name: PARTS_OF_LAWS[name](**one) for name, one in _nested(said).items()}
             missing = self.missing(key)
             if missing:
                 raise InputError(f"{missing[0]} is not stated")
@@ -131,7 +128,9 @@ class PartTable(Frozen):
         required = [name for name, column in number_columns(self.kind).items() if column.required]
         found = {name: np.isnan(self.columns[name]) for name in required}
         if self.kind == "gearheads":
-            found["efficiency"] = np.isnan(self.columns["efficiency"]) & (self.texts["loss_model"] != "stribeck")
+            words = np.where(self.texts["loss_model"] == "", "coulomb", self.texts["loss_model"])
+            needs = [word for word, law in LAWS.items() if "efficiency" in law.NEEDS]
+            found["efficiency"] = np.isnan(self.columns["efficiency"]) & np.isin(words, needs)
         return found
 
     def _rows(self) -> Iterator[tuple[str, str]]:
@@ -142,6 +141,20 @@ class PartTable(Frozen):
             if known.size:
                 unit = number_columns(self.kind)[name].unit
                 yield name, f"{known.min():.4g} to {known.max():.4g}{'' if unit == '1' else f' {unit}'}"
+
+
+def _without(values: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if name not in names}
+
+
+def _nested(said: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """What a row states of components of the part, by their fields: columns such as ``friction.viscous``."""
+    found: dict[str, dict[str, Any]] = {}
+    for column, value in said.items():
+        outer, _, inner = column.partition(".")
+        if inner:
+            found.setdefault(outer, {})[inner] = value
+    return found
 
 
 def _known(numbers: Mapping[str, float]) -> dict[str, float]:
@@ -280,7 +293,8 @@ def part_set(
         raise ParameterError(f"tables must be of different kinds, got {', '.join(one.kind for one in given)}")
     sizes = len(found["motors"]), len(found["gearheads"])
     if pairs is None:
-        fitting = np.flatnonzero(found["gearheads"].texts["loss_model"] != "stribeck")
+        alone = [word for word, law in LAWS.items() if not law.SEARCHED]
+        fitting = np.flatnonzero(~np.isin(found["gearheads"].texts["loss_model"], alone))
         rows = np.stack(np.meshgrid(np.arange(sizes[0]), fitting, indexing="ij"), axis=-1).reshape(-1, 2)
     else:
         rows = np.asarray(pairs).reshape(-1, 2)

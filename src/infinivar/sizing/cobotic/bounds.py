@@ -165,14 +165,8 @@ def lower_bounds(side: Side, task: Task, signals: Signals) -> Bounds:
 def _of_gear(side: Side, gear: Gearhead, signals: Signals) -> dict[Demand, np.ndarray]:
     if side.name != MOTOR:
         return {}
-    found = {}
-    for limit, torque, speed in (
-        (Limit.GEAR_SPEED, 0.0, signals.fastest),
-        (Limit.GEAR, signals.lasting, 0.0),
-        (Limit.GEAR_PEAK, signals.peak, 0.0),
-    ):
-        found[limit, side.gearhead] = np.asarray(gear.utilisation(torque, speed)[limit])
-    return found
+    demands = gear.extreme_utilisation(signals.peak, signals.lasting, signals.fastest)
+    return {(limit, side.gearhead): np.asarray(demand) for limit, demand in demands.items()}
 
 
 def _of_motor(

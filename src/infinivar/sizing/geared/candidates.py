@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -14,7 +15,7 @@ from infinivar._core.bounds import within, words
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
-from infinivar.parts.gearhead import Gearhead, LossModel
+from infinivar.parts.gearhead import LAWS, Gearhead, LossModel
 from infinivar.parts.heat import COPPER, NEEDED, REFERENCE
 from infinivar.parts.motor import Motor
 from infinivar.parts.stage import OutputStage
@@ -37,8 +38,8 @@ _OPTIONAL = {
     ),
 }
 _KINDS: Mapping[str, type] = {"motor": Motor, "gearhead": Gearhead}
-_BY_MODEL = {"coulomb": ("rated_torque",), "proportional": ("backdriving_efficiency",)}
-"""Optional fields of gearheads that only one loss model has."""
+_SEARCHED = {word: law for word, law in LAWS.items() if law.SEARCHED}
+"""Laws that gearheads of tables may have."""
 
 LIMIT_FIELDS: Mapping[Demand, tuple[str, tuple[str, ...]]] = {
     (Limit.PEAK, "motor"): ("motor", ("peak_torque",)),
@@ -101,25 +102,22 @@ class Pairs:
 
         A limit that is not stated is out of reach; heat has data only if all rows have it.
         """
-        motor: dict[str, Any] = {name: self._column("motor", name, rows) for name in LAW["motor"]}
-        gear: dict[str, Any] = {name: self._column("gearhead", name, rows) for name in LAW["gearhead"]}
+        column = functools.partial(self._column, rows=rows)
+        motor: dict[str, Any] = {name: column("motor", name) for name in LAW["motor"]}
+        gear: dict[str, Any] = {name: column("gearhead", name) for name in LAW["gearhead"]}
         for name in ("peak_torque", "max_speed"):
-            motor[name] = self._column("motor", name, rows, _BEYOND_ALL)
+            motor[name] = column("motor", name, _BEYOND_ALL)
         for name in ("continuous_torque", "intermittent_torque", "max_input_speed"):
-            gear[name] = self._column("gearhead", name, rows, _BEYOND_ALL)
-        motor["rotor_inertia"] = self._column("motor", "rotor_inertia", rows, _NOTHING)
-        gear["inertia"] = self._column("gearhead", "inertia", rows, _NOTHING)
-        viscous = self._column("motor", "viscous_friction", rows, 0.0)
+            gear[name] = column("gearhead", name, _BEYOND_ALL)
+        motor["rotor_inertia"] = column("motor", "rotor_inertia", _NOTHING)
+        gear["inertia"] = column("gearhead", "inertia", _NOTHING)
+        viscous = column("motor", "viscous_friction", 0.0)
         if viscous.any():
             motor["viscous_friction"] = viscous
         if self.stated((Limit.TEMPERATURE, "motor"), rows).all():
-            motor |= {name: self._column("motor", name, rows) for name in NEEDED}
-        if self.loss_model == "coulomb":
-            gear["rated_torque"] = self._column("gearhead", "rated_torque", rows, motor["continuous_torque"])
-        else:
-            gear["backdriving_efficiency"] = self._column(
-                "gearhead", "backdriving_efficiency", rows, gear["efficiency"]
-            )
+            motor |= {name: column("motor", name) for name in NEEDED}
+        law = LAWS[self.loss_model]
+        gear |= law.columns(functools.partial(column, "gearhead"), motor["continuous_torque"])
         return Motor(**motor), Gearhead(**gear, loss_model=self.loss_model)
 
     def part(self, row: int) -> tuple[Motor, Gearhead]:
@@ -131,7 +129,8 @@ class Pairs:
             parts[kind] = {name: value for name, value in found.items() if not math.isnan(value)}
             if kind in self.names:
                 parts[kind]["name"] = str(self.names[kind][self.pairs[row, column]])
-        for name in {name for model, names in _BY_MODEL.items() if model != self.loss_model for name in names}:
+        own = LAWS[self.loss_model].MAY
+        for name in {name for law in _SEARCHED.values() for name in law.MAY if name not in own}:
             parts["gearhead"].pop(name, None)
         return Motor(**parts["motor"]), Gearhead(**parts["gearhead"], loss_model=self.loss_model)
 
@@ -150,7 +149,7 @@ class Pairs:
         low, high = (np.where(heated, cold * (1.0 + COPPER * (one - REFERENCE)), cold) for one in (least, limit))
         return heated, low, high
 
-    def _column(self, kind: str, name: str, rows: np.ndarray, otherwise: Any = None) -> np.ndarray:
+    def _column(self, kind: str, name: str, otherwise: Any = None, *, rows: np.ndarray) -> np.ndarray:
         """A field as a column; what is not stated is replaced."""
         found = self.values(kind, name, rows)[:, None]
         return found if otherwise is None else np.where(np.isnan(found), otherwise, found)
@@ -218,9 +217,9 @@ def pairs_of(
     ParameterError
         If a column is no vector of numbers, columns differ in length, or a pair names a row that does not exist.
     """
-    if loss_model not in _BY_MODEL:
+    if loss_model not in _SEARCHED:
         raise ParameterError(
-            f"loss_model must be coulomb or proportional, got {loss_model!r}: friction measured on a gear with its motor cannot "
+            f"loss_model must be {' or '.join(_SEARCHED)}, got {loss_model!r}: friction measured on a gear with its motor cannot "
             "be transferred to other motors"
         )
     tables = {"motor": _table("motors", motors, "motor"), "gearhead": _table("gearheads", gearheads, "gearhead")}

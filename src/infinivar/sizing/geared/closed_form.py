@@ -91,14 +91,15 @@ def linear(drive: ConventionalDrive) -> Linear:
 def linear_of(motor: Motor, gear: Gearhead) -> Linear:
     """Coefficients of many motors with their gearheads, whose values are arrays of shape (k, 1)."""
     constant, ratio = np.asarray(motor.torque_constant), np.asarray(gear.ratio)
-    forward, backward = gear.load_factors
+    law = gear.law(motor.continuous_torque)
+    forward, backward = law.load_factors
     inertia = given(motor.rotor_inertia, 0.0) + given(gear.inertia, 0.0)
-    friction = gear.coulomb_friction(motor.continuous_torque) + motor.friction_torque
+    friction = law.constant + motor.friction_torque
     found = (
         forward / (ratio * constant),
         backward / (ratio * constant),
         ratio * inertia / constant,
-        ratio * given(motor.viscous_friction, 0.0) / constant,
+        ratio * (given(motor.viscous_friction, 0.0) + law.viscous) / constant,
         friction / constant,
         ratio * constant,
     )
@@ -197,12 +198,8 @@ def demands(
     sizes = np.concatenate([np.abs(signals.moving[:, 0]), signals.resting])
     peak = float(sizes.max(initial=0.0))
     lasting = float(np.sqrt(np.mean(sizes**2))) if task.root_mean_square and sizes.size else peak
-    for limit, torque, speed in (
-        (Limit.GEAR_SPEED, 0.0, largest),
-        (Limit.GEAR, lasting, 0.0),
-        (Limit.GEAR_PEAK, peak, 0.0),
-    ):
-        yield (limit, "gearhead"), np.broadcast_to(gear.utilisation(torque, speed)[limit], (*shape, 1))[:, 0]
+    for limit, demand in gear.extreme_utilisation(peak, lasting, largest).items():
+        yield (limit, "gearhead"), np.broadcast_to(demand, (*shape, 1))[:, 0]
     turning = current.back_emf / np.ravel(motor.torque_constant) * largest
     yield (Limit.SPEED, "motor"), _of_motor(drive, Limit.SPEED, 0.0, 0.0, turning)
     highest, volts = _extremes(drive, current, signals, heated, hottest)

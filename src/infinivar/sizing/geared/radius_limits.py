@@ -10,6 +10,7 @@ import numpy as np
 
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.limits import Demand, Limit
+from infinivar.parts.gearhead import LAWS
 from infinivar.parts.linear import Pulley
 from infinivar.sizing.geared import closed_form
 from infinivar.sizing.geared.candidates import Candidates
@@ -76,7 +77,7 @@ def load_of(found: Candidates, task: Task, radii: tuple[float, float]) -> Load:
     friction, inertia = template.pulley.shaft_friction, template.gear_output_inertia
     signals = task.signals(replace(template, output_inertia=None), Pulley(radius=1.0))
     force, acceleration, _ = signals.moving.T
-    if found.loss_model == "coulomb":
+    if not LAWS[found.loss_model].OF_LOAD:
         drives, brakes = np.ones(len(force), dtype=bool), np.zeros(len(force), dtype=bool)
     else:
         ends = np.array(radii)
