@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
 
 import infinivar as iv
 from infinivar import Limit, MachineScenario, VectorHistory, simulate_machine
@@ -94,7 +95,26 @@ def test_coasting_cobot_keeps_its_energy_under_any_steering():
     assert run.closure < 1e-6
 
 
-def test_planar_cobot_moves_as_by_the_other_integration():
+def integrated(cobot, twist, steering, wrench, time, stick_speed):
+    """Pose, and losses by name, of a pushed body on wheels without spin: Newton and Euler, by an integrator of SciPy."""
+    start = np.zeros(3)
+    names = tuple(cobot.mechanism.forces(np.array(twist), (np.ones(3), start), start, stick_speed)[0].losses)
+
+    def rates(now, state):
+        angle, (x, y, turning) = state[2], state[3:6]
+        heading = steering(now)
+        forces, against = cobot.mechanism.forces(state[3:6], (np.cos(heading), np.sin(heading)), start, stick_speed)
+        pushed = (wrench - against) / [cobot.mass, cobot.mass, cobot.inertia]
+        moved = [math.cos(angle) * x - math.sin(angle) * y, math.sin(angle) * x + math.cos(angle) * y, turning]
+        whirled = [turning * y, -turning * x, 0.0]
+        return np.concatenate([moved, pushed + whirled, [np.sum(forces.losses[name]) for name in names]])
+
+    state = np.concatenate([start, twist, np.zeros(len(names))])
+    found = solve_ivp(rates, (0.0, time[-1]), state, method="Radau", rtol=1e-9, atol=1e-10, t_eval=time)
+    return found.y[:3].T, dict(zip(names, found.y[6:], strict=True))
+
+
+def test_planar_cobot_moves_as_by_another_integration():
     machine = cart(REAL_WHEEL)
 
     def steering(time, pose=None):
@@ -109,6 +129,10 @@ def test_planar_cobot_moves_as_by_the_other_integration():
         stick_speed=1e-4,
         points=31,
     )
+    pose, losses = integrated(machine.cobot, [0.5, 0.0, 0.0], steering, [2.0, 1.0, 0.3], known.time, 1e-4)
+    assert_allclose(known.pose, pose, atol=1e-9)
+    for name, loss in known.losses.items():
+        assert_allclose(loss, losses[name], atol=1e-9)
     run = simulate_machine(
         machine,
         MachineScenario(

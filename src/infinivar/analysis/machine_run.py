@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from infinivar._core.result import Result, result
-from infinivar.analysis import run_limits
 from infinivar.analysis.animated import Animated
-from infinivar.analysis.judged import Judged
-from infinivar.analysis.run_limits import Event, first_settled
-from infinivar.bondgraph.audit import CLOSURE
+from infinivar.analysis.run import Run, error_words
+from infinivar.analysis.run_limits import Event
 from infinivar.limits import Demand
 from infinivar.machines.kind import Machine
 from infinivar.motion.machine_scenario import MachineScenario
@@ -20,7 +18,7 @@ from infinivar.units import plain
 
 
 @result
-class MachineRun(Judged, Animated, Result):
+class MachineRun(Run, Animated, Result):
     """A simulated run of a machine of many contacts, as returned by `simulate_machine`; t instants.
 
     Attributes
@@ -54,11 +52,6 @@ class MachineRun(Judged, Animated, Result):
     outcome: str = ""
 
     @property
-    def event_lines(self) -> tuple[str, ...]:
-        """Demands beyond their allowance, in a line for each interval, or for all of one limit if they are many."""
-        return run_limits.lines(self.events, self.root_mean_squares)
-
-    @property
     def position_error(self) -> np.ndarray | None:
         """Distance from the position to follow, or the largest error of a joint; None without a motion. [m] or [rad]"""
         motion, names = self.scenario.motion, configuration_names(self.machine)
@@ -71,74 +64,46 @@ class MachineRun(Judged, Animated, Result):
     @property
     def supplied_after_settling(self) -> float:
         """Energy from all supplies after the settling time, of motor and steering. [J]"""
-        first = first_settled(self.time, self.scenario.settling_time)
-        return sum(float(energy[-1] - energy[first]) for name, energy in self.supplied.items() if "supply" in name)
+        return self._from_supply(self._settled)
 
     @property
     def mean_powers(self) -> dict[str, float]:
         """Mean power from each supply after the settling time: "supply" of power motors, "steering supply". [W]"""
-        first = first_settled(self.time, self.scenario.settling_time)
-        lasted = float(self.time[-1] - self.time[first])
-        return {
-            name: float(energy[-1] - energy[first]) / lasted if lasted else float("nan")
-            for name, energy in self.supplied.items()
-            if "supply" in name
-        }
+        lasted = float(self.time[-1] - self.time[self._settled])
+        supplies = self._supplies(self._settled).items()
+        return {name: energy / lasted if lasted else float("nan") for name, energy in supplies}
 
     @property
-    def verdict(self) -> str:
-        """One-line verdict: exceeded limits, position error, energy supplied, closure."""
-        if not self.complete:
-            return self.outcome
-        settling = self.scenario.settling_time
-        said = [run_limits.verdict(self.events, self.root_mean_squares, self.scenario.duration, settling)]
+    def _settling_time(self) -> float | None:
+        return self.scenario.settling_time
+
+    def _achieved(self) -> Iterator[str]:
         error = self.position_error
         if error is not None:
-            metres = any(name.endswith("_m") for name in configuration_names(self.machine))
-            scale, unit = (1e3, "mm") if metres else (1.0, "rad")
-            most, last = (plain(scale * float(one), 2) for one in (np.max(error), error[-1]))
-            said.append(f"position error {most} {unit} at most, {last} {unit} at the end")
-        supplies = [name for name in self.supplied if "supply" in name]
-        if supplies:
-            spent = sum(float(self.supplied[name][-1]) for name in supplies)
-            said.append(f"{plain(spent)} J from the supply{self._mean_words() if settling is not None else ''}")
-        said.append(f"energy balance closed to {plain(CLOSURE, 1)}")
-        return "; ".join(said)
+            rotary = not any(name.endswith("_m") for name in configuration_names(self.machine))
+            yield error_words("position", rotary, float(np.max(error)), float(error[-1]))
 
-    def _mean_words(self) -> str:
+    def _spent(self) -> Iterator[str]:
+        if not self._supplies():
+            return
         words = {"supply": "for power", "steering supply": "for steering"}
-        return ", after settling " + " and ".join(
-            f"{plain(power)} W {words[name]}" for name, power in self.mean_powers.items()
-        )
+        means = " and ".join(f"{plain(power)} W {words[name]}" for name, power in self.mean_powers.items())
+        settled = "" if self._settling_time is None else f", after settling {means}"
+        yield f"{plain(self._from_supply())} J from the supply{settled}"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON: final energies, events, verdict."""
         error = self.position_error
         return {
             "machine": self.title or type(self.machine).__name__,
-            "verdict": self.verdict,
-            "complete": self.complete,
-            "feasible": self.feasible,
+            **self._judgement(),
             "duration_s": float(self.time[-1]),
             "settling_time_s": self.scenario.settling_time,
             "supplied_after_settling_J": self.supplied_after_settling,
             "mean_power_W": self.mean_powers,
             **({} if error is None else {"largest_position_error": float(np.max(error))}),
-            "supplied_J": {name: float(energy[-1]) for name, energy in self.supplied.items()},
-            "lost_J": {name: float(energy[-1]) for name, energy in self.lost.items()},
-            "stored_J": {name: float(energy[-1] - energy[0]) for name, energy in self.stored.items()},
-            "closure": self.closure,
-            "events": [
-                {
-                    "limit": event.limit.name,
-                    "what": event.what,
-                    "start_s": event.start,
-                    "end_s": event.end,
-                    "worst": event.worst,
-                    "while_settling": bool(event.settling),
-                }
-                for event in self.events
-            ],
+            **self._balance(),
+            "events": self._log(),
         }
 
 

@@ -29,7 +29,7 @@ _MOST_SAMPLES = 1024
 """Samples whose motors are judged at once; as many are held, however long the run."""
 
 _HALVINGS = 40
-"""Of the step in which a demand passes its allowance."""
+"""Of the step in which a demand passes its allowance, or the run is to end."""
 
 
 class Sampler(Protocol):
@@ -87,8 +87,27 @@ class _Log:
             self.sampled.append((time, dict(saturated)))
 
 
+def _crossing(step: Step, passed: Callable[[float, np.ndarray], bool]) -> float:
+    """Instant of a step at which something passes, of which a time and a row of states tell whether it has. [s]"""
+    low, high = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        time = step.begin + middle * (step.end - step.begin)
+        low, high = (low, middle) if passed(time, step.at(np.array([middle]))) else (middle, high)
+    return step.begin + high * (step.end - step.begin)
+
+
 def _full(saturated: Mapping[str, float]) -> set[str]:
     return {part for part, share in saturated.items() if share >= 1.0}
+
+
+class _HaltError(Exception):
+    """The run ends within a step: its beginning, the state there, and the time of the end."""
+
+    def __init__(self, begin: float, state: np.ndarray, end: float) -> None:
+        """Where to go on, and how far."""
+        super().__init__(begin, state, end)
+        self.begin, self.state, self.end = begin, state, end
 
 
 class Record(NamedTuple):
@@ -112,6 +131,8 @@ class Record(NamedTuple):
     root_mean_squares: dict[Demand, float]
     outcome: str
     """Empty, or why the run ended early."""
+    halted: bool
+    """Whether the run ended where it was to halt."""
     instants: np.ndarray
     """Those between which a demand may be taken as linear where it passes its allowance. (i,) [s]"""
     watched: np.ndarray
@@ -133,6 +154,8 @@ class March:
     output_step: float | None = None
     settling_time: float | None = None
     tolerance: float = 1e-4
+    halt: Callable[[np.ndarray], np.ndarray] | None = None
+    """By rows of states, (m, n) to (m,): the run ends where this falls to 0. None: at its end."""
     log: _Log = field(default_factory=_Log)
 
     def over(self, progress: Callable[[float], None]) -> Record:
@@ -156,17 +179,10 @@ class March:
         log.watched = Watched(len(kept) + 2, weights=(1.0,))
         if system.angles is not None:
             check_continuous("steering", system.angles, [0.0, *ends])
-        marching = Collocation(
-            rates,
-            system.balance,
-            self._scale(),
-            self.tolerance,
-            segments=len(ends),
-            closure=0.5 * CLOSURE,
-            placed=system.places[0],
-        )
+        marching = self._integrator(rates, len(ends))
 
         def accept(step: Step) -> None:
+            self._check_halt(step)
             total[:] += step.energy
             self._watch(step, rates)
 
@@ -177,7 +193,7 @@ class March:
             log.inputs.append(inputs.copy())
             log.needed = True
 
-        outcome, begin = "", 0.0
+        outcome, begin, halted = "", 0.0, False
         for place, end in enumerate(ends):
             if self.controller is not None:
                 inputs = self.controller.sample(begin, state)
@@ -186,6 +202,9 @@ class March:
                 keep(0.0)
             try:
                 state = marching.over(begin, end, state, accept)
+            except _HaltError as found:
+                halted, end = True, found.end
+                state = marching.over(found.begin, end, found.state, accept)
             except StuckError as problem:
                 outcome = (
                     f"stopped at {float(problem.args[0]):.6g} s: {self._why(problem.args[1], marching.last, state)}"
@@ -194,20 +213,30 @@ class March:
             log.ended.append((begin, end, len(log.times), state, inputs.copy()))
             if len(log.ended) >= _MOST_SAMPLES:
                 self._judge_motors()
-            if place + 1 in kept:
+            if halted or place + 1 in kept:
                 keep(end)
                 progress(end / self.duration)
+            if halted:
+                break
             begin = end
-        return self._record(outcome)
+        return self._record(outcome, halted)
 
-    def _scale(self) -> np.ndarray:
-        """Size of each state."""
+    def _integrator(self, rates: Callable[..., Rates], segments: int) -> Collocation:
+        """Integrator of that many segments, with the size of each state."""
         first, second, third = self.system.places
         scale = np.full(len(self.state), 0.1)
         fastest = np.abs(self.state[first:second])
         scale[first:second] = np.maximum(0.1 * fastest, 1e-2)
         scale[third:] = 1.0
-        return scale
+        return Collocation(
+            rates,
+            self.system.balance,
+            scale,
+            self.tolerance,
+            segments=segments,
+            closure=0.5 * CLOSURE,
+            placed=first,
+        )
 
     def _segments(self) -> tuple[np.ndarray, set[int]]:
         """Ends of the segments, and the numbers of those that are results."""
@@ -231,18 +260,26 @@ class March:
         crossed = (step.demand_before - 1.0) * (step.demand - 1.0) < 0.0
         found = []
         for place in np.flatnonzero(crossed):
-            low, high, rises, demand = 0.0, 1.0, step.demand[place] > 1.0, step.demand
-            for _ in range(_HALVINGS):
-                middle = 0.5 * (low + high)
-                time = step.begin + middle * (step.end - step.begin)
-                demand = rates(np.array([time]), step.at(np.array([middle]))).balance().demand[0]
-                low, high = (low, middle) if (demand[place] > 1.0) == rises else (middle, high)
-            demand = np.where(np.arange(len(demand)) == place, 1.0, demand)
-            found.append((step.begin + high * (step.end - step.begin), demand))
+            demand, rises = step.demand.copy(), step.demand[place] > 1.0
+
+            def passed(time: float, states: np.ndarray, demand: np.ndarray = demand, at: Any = (place, rises)) -> bool:
+                demand[:] = rates(np.array([time]), states).balance().demand[0]
+                return (demand[at[0]] > 1.0) == at[1]
+
+            time = _crossing(step, passed)
+            demand[place] = 1.0
+            found.append((time, demand))
         settled = given(self.settling_time, -1.0) * (1.0 - run_limits.ROUNDING)
         for time, demand in [*sorted(found, key=lambda pair: pair[0]), (step.end, step.demand)]:
             if time > log.instants[-1]:
                 log.watch(time, demand, log.instants[-1] < settled <= time)
+
+    def _check_halt(self, step: Step) -> None:
+        """Leave a step in which the run is to end; it is then integrated up to there."""
+        above = self.halt
+        if above is not None and above(step.points[-1:])[0] <= 0.0 < above(step.before[None])[0]:
+            self.halt = None
+            raise _HaltError(step.begin, step.before, _crossing(step, lambda _, states: above(states)[0] <= 0.0))
 
     def _why(self, many: bool, last: Step | None, state: np.ndarray) -> str:
         first, second, _ = self.system.places
@@ -264,7 +301,7 @@ class March:
         columns = self._columns(np.array(ends), np.array(states), inputs)
         log.watched.add(self._motor_demands(columns), np.array(results), np.subtract(ends, begins))
 
-    def _record(self, outcome: str) -> Record:
+    def _record(self, outcome: str, halted: bool) -> Record:
         system, log = self.system, self.log
         self._judge_motors()
         states, time, energies = np.array(log.states), np.array(log.times), np.array(log.energies)
@@ -304,6 +341,7 @@ class March:
             events=found,
             root_mean_squares=run_limits.root_mean_squares(time, others, early, between["squares"]),
             outcome=outcome,
+            halted=halted,
             instants=instants,
             watched=demands[:, len(names) :] if log.instants else np.zeros((0, 0)),
         )

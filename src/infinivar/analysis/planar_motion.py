@@ -6,7 +6,8 @@ In axes of the body, with the mass m and the moment of inertia I about its refer
     I\dot\omega = W_\theta + Q_\theta
 
 with the wrench W of the user and the forces Q of the contacts. Creep is fast beside the motion, so that the equations are stiff;
-below the stick speed the contacts become viscous. Work and losses are integrated with the motion, for the audit.
+below the stick speed the contacts become viscous. The march is that of all machines, with a tight tolerance; unlike those of a
+scenario, headings may depend on the pose, and the wrench on pose and twist.
 
 Source: Newton and Euler; contacts as in `infinivar.transmission.creepage`.
 """
@@ -14,6 +15,7 @@ Source: Newton and Euler; contacts as in `infinivar.transmission.creepage`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,9 +25,11 @@ from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import real_array, shown
 from infinivar._core.fields import check_number
 from infinivar._core.result import Result, result
+from infinivar.analysis.marching import March
 from infinivar.errors import InputError, ParameterError, require
+from infinivar.machines.kinds.planar import PlanarMechanics
+from infinivar.machines.system import System
 from infinivar.transmission.planar import PlanarCobot
-from infinivar.transmission.rolling_contact import ContactForces
 
 Steering = Callable[[float, np.ndarray], Array]
 """Angles of the wheels in the body, (k,), at a time [s] and a pose (x, y, angle) in the plane."""
@@ -36,14 +40,11 @@ Wrench = Callable[[float, np.ndarray, np.ndarray], Array]
 _STEP = 1e-6
 """Half the time over which the steering rate is differenced. [s]"""
 
-_DIFFERENCE = 1e-6
-"""Half the difference of a velocity, over the speed, or of a pose in metres or radians, for slopes."""
-
 _REST = 10.0
 """Largest speed of a wheel's carrier at rest, over the stick speed. [-]"""
 
-_RELATIVE = 1e-9
-"""Tolerance of the integration."""
+_TOLERANCE = 1e-7
+"""Of the integration: its results then have nine digits."""
 
 
 @result
@@ -132,7 +133,43 @@ def planar_motion(
     check_number("stick_speed", stick_speed, "m/s", Gt(0))
     require(isinstance(points, int) and points >= 2, "points", points, "an integer >= 2")
     start = np.concatenate([_three("pose", pose), _three("twist", twist)])
-    return _Run(cobot, steering, wrench, float(stick_speed), start).over(float(duration), points)
+    mechanics = PlanarMechanics(cobot=cobot, stick_speed=float(stick_speed))
+    wheels = cobot.mechanism.wheels
+
+    def above_rest(states: np.ndarray) -> np.ndarray:
+        motion = cobot.mechanism.velocities(states[:, 3:6])
+        return np.hypot(motion[..., :wheels], motion[..., wheels : 2 * wheels]).max(axis=-1) - _REST * stick_speed
+
+    found = March(
+        system=_Prescribed(mechanics=mechanics, headings=steering, push=wrench),
+        state=start,
+        controller=None,
+        period=duration,
+        duration=float(duration),
+        output_step=duration / (points - 1),
+        tolerance=_TOLERANCE,
+        halt=above_rest,
+    ).over(lambda share: None)
+    if found.outcome:
+        raise InputError(f"the integration fails after {found.time[-1]:.6g} s: {found.outcome}")
+    columns, nothing = found.columns, np.zeros(len(found.time))
+    spins = any(contact.turns_with_spin for contact in cobot.contacts)  # type: ignore[union-attr]
+    kept = ("creep", *(["spin"] if spins else []), "rolling", "bearing")
+    losses = {name: found.lost.get(name, nothing) for name in kept}
+    losses["creep"] = losses["creep"] + found.lost.get("slip", nothing)
+    return PlanarMotion(
+        time=found.time,
+        pose=found.states[:, :3],
+        twist=found.states[:, 3:6],
+        heading=np.stack([columns[name] for name in mechanics.steered], axis=-1),
+        slip_demand=np.stack([columns[f"slip_demand_wheel_{place + 1}"] for place in range(wheels)], axis=-1),
+        energy=found.stored["machine"],
+        work=found.supplied["user"],
+        steering_work=found.supplied["steering"],
+        losses=losses,
+        slips=tuple(sorted({event.start for event in found.events if event.start > 0.0})),
+        ended="rest" if found.halted else "time",
+    )
 
 
 def _three(name: str, values: Any) -> np.ndarray:
@@ -149,125 +186,30 @@ def _told(name: str, values: Any, time: float, count: int, what: str) -> np.ndar
     return found
 
 
-class _Run:
-    """The equations of one motion. Its state: pose, twist, work of the user and of the steering, losses by name."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Prescribed(System):
+    """A cobot whose headings depend on time and pose, and whose user pushes by time, pose and twist."""
 
-    def __init__(
-        self, cobot: PlanarCobot, steering: Steering, wrench: Wrench | None, stick_speed: float, start: np.ndarray
-    ) -> None:
-        self.cobot, self.steering, self.wrench, self.stick = cobot, steering, wrench, stick_speed
-        self.mass, self.inertia = float(cobot.mass or 0.0), float(cobot.inertia or 0.0)
-        self.turns = any(contact.turns_with_spin for contact in cobot.contacts)  # type: ignore[union-attr]
-        self.names = tuple(self.contacts(0.0, start)[0].losses)
-        self.start = np.concatenate([start, np.zeros(2 + len(self.names))])
+    headings: Steering
+    push: Wrench | None
 
-    def angles(self, time: float, pose: np.ndarray) -> np.ndarray:
-        """Headings in the body."""
-        k = self.cobot.mechanism.wheels
-        return _told("steering", self.steering(time, pose), time, k, "one angle for each wheel")
+    def steering(
+        self, time: np.ndarray, state: np.ndarray, turning: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Headings and their rates at rows. (m, k) each"""
+        pose, wheels = state[:, :3], len(self.mechanics.steered)
+        change = _STEP * self.mechanics.at(pose, state[:, 3:6]).changes
 
-    def pushed(self, time: float, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-        """Wrench of the user."""
-        if self.wrench is None:
-            return np.zeros(3)
-        return _told("wrench", self.wrench(time, pose, twist), time, 3, "two forces and a moment")
+        def told(off: float) -> np.ndarray:
+            rows = zip((time + off * _STEP).tolist(), pose + off * change, strict=True)
+            what = "one angle for each wheel"
+            return np.array([_told("steering", self.headings(*row), row[0], wheels, what) for row in rows])
 
-    def contacts(self, time: float, state: np.ndarray) -> tuple[ContactForces, np.ndarray, np.ndarray]:
-        """Forces of the contacts, the wrench that would balance them, and the steering rates."""
-        pose, twist = state[:3], state[3:6]
-        angles = self.angles(time, pose)
-        rate = np.zeros_like(angles)
-        if self.turns:
-            ahead = _STEP * self.moving(pose, twist)
-            rate = (self.angles(time + _STEP, pose + ahead) - self.angles(time - _STEP, pose - ahead)) / (2.0 * _STEP)
-        forces, against = self.cobot.mechanism.forces(twist, (np.cos(angles), np.sin(angles)), rate, self.stick)
-        return forces, against, rate
+        return told(0.0), (told(1.0) - told(-1.0)) / (2.0 * _STEP)
 
-    @staticmethod
-    def moving(pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-        """Rate of the pose."""
-        cosine, sine = np.cos(pose[2]), np.sin(pose[2])
-        return np.array([cosine * twist[0] - sine * twist[1], sine * twist[0] + cosine * twist[1], twist[2]])
-
-    def rates(self, time: float, state: np.ndarray) -> np.ndarray:
-        """Rate of the state."""
-        pose, twist = state[:3], state[3:6]
-        forces, against, rate = self.contacts(time, state)
-        wrench = self.pushed(time, pose, twist)
-        force = wrench - against
-        turning = twist[2]
-        change = np.array(
-            [
-                force[0] / self.mass + turning * twist[1],
-                force[1] / self.mass - turning * twist[0],
-                force[2] / self.inertia,
-            ]
-        )
-        powers = [wrench @ twist, np.sum(forces.moment * rate), *(np.sum(forces.losses[name]) for name in self.names)]
-        return np.concatenate([self.moving(pose, twist), change, powers])
-
-    def slopes(self, time: float, state: np.ndarray) -> np.ndarray:
-        """Derivatives of `rates` by the state; work and losses have none."""
-        found, size = np.zeros((len(state), len(state))), max(self.speed(state), self.stick)
-        for place in range(6):
-            step = _DIFFERENCE * (1.0 if place < 3 else size)
-            low, high = state.copy(), state.copy()
-            low[place], high[place] = low[place] - step, high[place] + step
-            found[:, place] = (self.rates(time, high) - self.rates(time, low)) / (2.0 * step)
-        return found
-
-    def demand(self, time: float, state: np.ndarray) -> np.ndarray:
-        """Slip demand of each wheel."""
-        return np.asarray(self.contacts(time, state)[0].slip_demand)
-
-    def speed(self, state: np.ndarray) -> float:
-        """Largest speed of a wheel's carrier."""
-        k = self.cobot.mechanism.wheels
-        motion = self.cobot.mechanism.velocities(state[3:6])
-        return float(np.hypot(motion[:k], motion[k : 2 * k]).max())
-
-    def over(self, duration: float, points: int) -> PlanarMotion:
-        """The motion, solved."""
-        from scipy.integrate import solve_ivp
-
-        def slips(time: float, state: np.ndarray) -> float:
-            return float(self.demand(time, state).max()) - 1.0
-
-        def rests(time: float, state: np.ndarray) -> float:
-            return self.speed(state) - _REST * self.stick
-
-        slips.direction, rests.direction, rests.terminal = 1.0, -1.0, True  # type: ignore[attr-defined]
-        reach = max(self.speed(self.start), 1e-3)
-        energy = self.mass * reach * reach
-        size = [reach] * 2 + [1.0] + [reach] * 2 + [reach] + [energy] * (len(self.start) - 6)
-        found = solve_ivp(
-            self.rates,
-            (0.0, duration),
-            self.start,
-            method="Radau",
-            jac=self.slopes,
-            rtol=_RELATIVE,
-            atol=_RELATIVE * np.array(size),
-            events=[slips, rests],
-            t_eval=np.linspace(0.0, duration, points),
-        )
-        if not found.success:
-            reached = found.t[-1] if found.t.size else 0.0
-            raise InputError(f"the integration fails after {reached:.6g} s: {found.message}; raise stick_speed")
-        time, states = found.t, found.y.T
-        if found.t_events[1].size:
-            time, states = np.append(time, found.t_events[1][-1]), np.vstack([states, found.y_events[1][-1:]])
-        twist = states[:, 3:6]
-        return PlanarMotion(
-            time=time,
-            pose=states[:, :3],
-            twist=twist,
-            heading=np.array([self.angles(*row) for row in zip(time, states[:, :3], strict=True)]),
-            slip_demand=np.array([self.demand(*row) for row in zip(time, states, strict=True)]),
-            energy=0.5 * self.mass * (twist[:, 0] ** 2 + twist[:, 1] ** 2) + 0.5 * self.inertia * twist[:, 2] ** 2,
-            work=states[:, 6],
-            steering_work=states[:, 7],
-            losses={name: states[:, 8 + place] for place, name in enumerate(self.names)},
-            slips=tuple(map(float, found.t_events[0])),
-            ended="rest" if found.t_events[1].size else "time",
-        )
+    def pushed(self, time: np.ndarray, state: np.ndarray) -> np.ndarray | None:
+        """Wrench of the user at rows. (m, 3)"""
+        if self.push is None:
+            return None
+        rows = zip(time.tolist(), state[:, :3], state[:, 3:6], strict=True)
+        return np.array([_told("wrench", self.push(*row), row[0], 3, "two forces and a moment") for row in rows])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, overload
 
 import numpy as np
@@ -13,8 +13,9 @@ from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.analysis import machine_study, output_histories, run_limits, sampled_springs
 from infinivar.analysis.machine_run import MachineRun
+from infinivar.analysis.run import Run, error_words
 from infinivar.analysis.run_limits import Event
-from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory
+from infinivar.bondgraph.audit import ClosureError, Trajectory
 from infinivar.bondgraph.graph import JUNCTIONS, TWO_PORTS
 from infinivar.bondgraph.march import Instants, Watch
 from infinivar.bondgraph.solver import RTOL, solve
@@ -40,7 +41,7 @@ _ERROR = "position error"
 
 
 @result
-class Simulation(Result):
+class Simulation(Run, Result):
     """Result of a simulated scenario.
 
     Attributes
@@ -69,9 +70,9 @@ class Simulation(Result):
     largest_error: float = 0.0
 
     @property
-    def complete(self) -> bool:
-        """Whether the run reached its end."""
-        return not self.trajectory.outcome
+    def history(self) -> Trajectory:
+        """The trajectory."""
+        return self.trajectory
 
     @property
     def heating(self) -> dict[str, float]:
@@ -82,30 +83,10 @@ class Simulation(Result):
         return {what: share for (mean, what), share in self.root_mean_squares.items() if mean == limit}
 
     @property
-    def exceeded(self) -> tuple[str, ...]:
-        """Names of the limits that make the run infeasible.
-
-        Continuous torques of motors and gearheads limit the root mean square only; short overloads are feasible. All other
-        limits apply to each instant after the settling time.
-        """
-        return run_limits.exceeded(self.events, self.root_mean_squares)
-
-    @property
     def position_error(self) -> Any:
         """Position error of the load over time. [m], [rad]"""
         position = self.drive.axis.columns[0]
         return np.abs(self.columns[position] - self.columns.get(f"wanted_{position}", self.columns[position]))
-
-    @property
-    def feasible(self) -> bool:
-        """Whether the run is complete and within limits."""
-        return self.complete and not self.exceeded
-
-    @property
-    def event_lines(self) -> tuple[str, ...]:
-        """Demands beyond their allowance, in a line for each interval, or for all of one limit if they are many or count
-        by their root mean square."""
-        return run_limits.lines(self.events, self.root_mean_squares)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -115,70 +96,41 @@ class Simulation(Result):
         return (*read, *sampled_springs.warnings(self.drive, self.scenario))
 
     @property
-    def verdict(self) -> str:
-        """One-line verdict: exceeded limits, position error, energy from the supply."""
-        if not self.complete:
-            return self.trajectory.outcome
-        settling = self.scenario.settling_time
-        limits = run_limits.verdict(self.events, self.root_mean_squares, self.scenario.duration, settling)
-        if self.scenario.link == "controlled" and self.scenario.steering == "controlled":
-            axis, error = self.drive.axis, self.position_error
-            scale, unit = (1.0, "rad") if axis.rotary else (1e3, "mm")
-            most, last = (plain(scale * float(part), 2) for part in (self.largest_error, error[-1]))
-            limits += f"; {axis.position} error {most} {unit} at most, {last} {unit} at the end"
-        spent = self._supplied(0)
-        energy = f"{plain(spent)} J from the supply"
-        if settling is not None:
-            energy += f", {plain(self._supplied(_settled(self.scenario, self.trajectory)))} J of it after settling"
-        found = f"{limits}; {energy}; energy balance closed to {plain(CLOSURE, 1)}"
-        return "; ".join([found, *self.warnings])
+    def _settling_time(self) -> float | None:
+        return self.scenario.settling_time
 
-    def _supplied(self, first: int) -> float:
-        """Energy from the supply from an output on. [J]"""
-        supplied = self.trajectory.supplied.items()
-        return sum(float(energy[-1] - energy[first]) for title, energy in supplied if "supply" in title)
+    def _achieved(self) -> Iterator[str]:
+        if self.scenario.link == "controlled" and self.scenario.steering == "controlled":
+            axis = self.drive.axis
+            yield error_words(axis.position, axis.rotary, self.largest_error, float(self.position_error[-1]))
+
+    def _spent(self) -> Iterator[str]:
+        settled = f", {plain(self._from_supply(self._settled))} J of it after settling"
+        yield f"{plain(self._from_supply())} J from the supply{'' if self._settling_time is None else settled}"
+
+    def _doubts(self) -> tuple[str, ...]:
+        return self.warnings
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON: final energies, events, verdict."""
         run = self.trajectory
-
-        def last(group: Mapping[str, Any]) -> dict[str, float]:
-            return {
-                name: float(values[-1] - (values[0] if group is run.stored else 0.0)) for name, values in group.items()
-            }
-
         return {
             "drive": self.title,
             "scenario": self.scenario.title,
-            "verdict": self.verdict,
+            **self._judgement(),
             **({"warnings": list(self.warnings)} if self.warnings else {}),
-            "complete": self.complete,
-            "feasible": self.feasible,
             f"largest_position_error_{self.drive.axis.position_unit}": self.largest_error,
             "rms_current_over_continuous": self.heating,
             "rms_gear_torque_over_continuous": self._means(Limit.GEAR),
             "duration_s": float(run.time[-1]),
             "settling_time_s": self.scenario.settling_time,
-            "supplied_after_settling_J": self._supplied(_settled(self.scenario, run)),
-            "supplied_J": last(run.supplied),
-            "lost_J": last(run.lost),
-            "stored_J": last(run.stored),
-            "closure": run.closure,
+            "supplied_after_settling_J": self._from_supply(self._settled),
+            **self._balance(),
             "elements_J": {
                 element.name: {what: float(values[-1]) for what, values in run.energy(element.name)._asdict().items()}
                 for element in run.graph.elements
             },
-            "events": [
-                {
-                    "limit": event.limit.name,
-                    "what": event.what,
-                    "start_s": event.start,
-                    "end_s": event.end,
-                    "worst": event.worst,
-                    "while_settling": event.settling,
-                }
-                for event in self.events
-            ],
+            "events": self._log(),
         }
 
 
@@ -248,7 +200,7 @@ def simulate(
             raise
         raise ParameterError(f"tolerance must be smaller than {scenario.tolerance:g}: {problem}") from problem
     columns = _columns(drive, scenario, run)
-    settled = _settled(scenario, run)
+    settled = run_limits.first_settled(run.time, scenario.settling_time)
     utilisation = _utilisation(drive, run.instants)
     for limit, what in [key for key in utilisation if key[0] == Limit.LIFE]:
         # The rated life limits the cubic mean over the whole run.
@@ -265,14 +217,6 @@ def simulate(
         root_mean_squares=FrozenDict(run_limits.root_mean_squares(run.time, utilisation, settled, run.squares)),
         largest_error=float(max(np.max(run.peaks[_ERROR]), _error(drive, scenario, run.instants).max())),
     )
-
-
-def _settled(scenario: Scenario, run: Trajectory) -> int:
-    """First output at or after the end of the settling time; the last one if the run ended before."""
-    if scenario.settling_time is None:
-        return 0
-    rounding = 1e-9 * scenario.duration
-    return min(int(np.searchsorted(run.time, scenario.settling_time - rounding)), len(run.time) - 1)
 
 
 def _run(machine: Plant, scenario: Scenario, progress: Callable[[float], None] | None, watch: Watch) -> Trajectory:

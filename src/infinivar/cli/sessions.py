@@ -104,9 +104,9 @@ def session(
         progress("writing the report", 1.0)
         files = [*save(found, out, name=stem, reconstruction=loaded.reconstruction), *beside]
     if as_json:
-        from infinivar.report.session import to_dict
+        from infinivar.report.run import session_to_dict
 
-        print_json({**to_dict(found), "files": [str(file) for file in files]})
+        print_json({**session_to_dict(found), "files": [str(file) for file in files]})
     else:
         say(f"{found.title}: {found.verdict}")
         for measure in measures(found):

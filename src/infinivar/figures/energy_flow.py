@@ -7,10 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.machine_run import MachineRun
-from infinivar.analysis.sessions.session_result import Session
-from infinivar.analysis.simulate import Simulation
-from infinivar.bondgraph.audit import Trajectory
+from infinivar.analysis.run import Run
 from infinivar.figures import style
 from infinivar.units import plain
 
@@ -37,7 +34,7 @@ def line_colour(name: str, place: int) -> str:
     return known.get(SOURCES.get(name, name)) or style.COLOURS[place % len(style.COLOURS)]
 
 
-def balance(simulation: Simulation | MachineRun | Session) -> tuple[dict[str, Any], dict[str, Any]]:
+def balance(simulation: Run) -> tuple[dict[str, Any], dict[str, Any]]:
     """Cumulative energy supplied and removed, by name, over time.
 
     Returns
@@ -45,7 +42,7 @@ def balance(simulation: Simulation | MachineRun | Session) -> tuple[dict[str, An
     came, went : dict of (n,) float   None negative; their sums agree to the residual. [J]
         What sources took back, and what storages gave, counts on the other side.
     """
-    run = _energies(simulation)
+    run = simulation.history
     came, went = {}, dict(run.lost)
     stored = np.sum([energy - energy[0] for energy in run.stored.values()], axis=0)
     went["stored"], came["released from storage"] = np.maximum(stored, 0.0), np.maximum(-stored, 0.0)
@@ -56,12 +53,7 @@ def balance(simulation: Simulation | MachineRun | Session) -> tuple[dict[str, An
     return came, went
 
 
-def _energies(simulation: Simulation | MachineRun | Session) -> Trajectory | MachineRun | Session:
-    """What has the energies of a run."""
-    return simulation.trajectory if isinstance(simulation, Simulation) else simulation
-
-
-def data(simulation: Simulation | MachineRun | Session) -> dict[str, Any]:
+def data(simulation: Run) -> dict[str, Any]:
     """Energy supplied and removed, at the end and over time.
 
     Returns
@@ -77,10 +69,10 @@ def data(simulation: Simulation | MachineRun | Session) -> dict[str, Any]:
     return {
         "came": {name: float(energy[0]) for name, energy in _gathered(final[0]).items()},
         "went": {name: float(energy[0]) for name, energy in _gathered(final[1]).items()},
-        "time": _energies(simulation).time,
+        "time": simulation.history.time,
         "grown": _gathered(went),
         "supplied": sum(energy for name, energy in came.items() if name != "released from storage"),
-        "closure": _energies(simulation).closure,
+        "closure": simulation.closure,
     }
 
 
@@ -170,7 +162,7 @@ def draw_growth(ax: Axes, numbers: Mapping[str, Any]) -> None:
     ax.legend(handles[::-1], labels[::-1], loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-def draw_all(simulation: Simulation | MachineRun | Session) -> Figure:
+def draw_all(simulation: Run) -> Figure:
     """Draw the balance at the end and over time."""
     numbers = data(simulation)
     with style.styled():

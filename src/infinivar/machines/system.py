@@ -299,6 +299,10 @@ class System:
             found[:, : pushed.shape[-1]] = pushed
         return found
 
+    def pushed(self, time: np.ndarray, state: np.ndarray) -> np.ndarray | None:
+        """The same at rows of states; None without a user. (m, N)"""
+        return None if self.wrench is None else self.user(time)
+
     def rates(self, inputs: Inputs, time: np.ndarray, state: np.ndarray) -> Rates:
         """Derivatives of states; powers of sources and losses, stored energy and demands when they are asked for."""
         first, second, _ = self.places
@@ -308,9 +312,9 @@ class System:
         forces = self.mechanics.act(place, nu, angles, turning)
         total, inertia = forces.generalised - place.bias, place.inertia
         electric: list[Powers] = []
-        pushed, grasp, gearing = None, None, None
-        if self.wrench is not None:
-            pushed = self.user(time)
+        grasp, gearing = None, None
+        pushed = self.pushed(time, state)
+        if pushed is not None:
             total += pushed
         if self.hand is not None:
             grasp = self.hand.act(time, c, nu)

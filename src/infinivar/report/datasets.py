@@ -18,6 +18,7 @@ from infinivar.analysis.least_loss import LeastLoss
 from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.motion_summary import MotionSummary
 from infinivar.analysis.robustness.verdicts import BuildsMap
+from infinivar.analysis.run import History
 from infinivar.analysis.sessions.session_result import Session
 from infinivar.analysis.sessions.stability import StabilityMap
 from infinivar.analysis.sessions.z_width import ZWidth
@@ -345,34 +346,33 @@ def simulation(found: Simulation) -> Arrays:
 
 def machine_run(found: MachineRun | Session) -> Arrays:
     """Motion, forces and demands over time, and energies by source, loss and storage."""
-    data: dict[str, Any] = {name: ("time", values, {"units": unit_of(name)}) for name, values in found.columns.items()}
-    for kind, group in (("supplied", found.supplied), ("lost", found.lost), ("stored", found.stored)):
+    columns = {name: ("time", values, {"units": unit_of(name)}) for name, values in found.columns.items()}
+    made = _energies(found)
+    return made._replace(data={**columns, **made.data}, attributes={"title": found.title})
+
+
+def _energies(run: History) -> Arrays:
+    """Energies over time by source, loss and storage."""
+    data: dict[str, Any] = {}
+    groups = {"supplied": run.supplied, "lost": run.lost, "stored": run.stored}
+    for kind, group in groups.items():
         data[f"energy_{kind}_J"] = ((kind, "time"), np.array(list(group.values())), {"units": "J"})
     meaning = "unaccounted energy over energy moved"
-    data["energy_residual"] = ("time", found.residual, {"units": "1", "long_name": meaning})
-    labels = {kind: list(getattr(found, kind)) for kind in ("supplied", "lost", "stored")}
-    return Arrays(data, {"time": ("time", found.time, {"units": "s"}), **labels}, {"title": found.title})
+    data["energy_residual"] = ("time", run.residual, {"units": "1", "long_name": meaning})
+    labels = {kind: list(group) for kind, group in groups.items()}
+    return Arrays(data, {"time": ("time", run.time, {"units": "s"}), **labels})
 
 
 def trajectory(run: Trajectory) -> Arrays:
     """Energies over time by source, loss and storage, and by element."""
-    data: dict[str, Any] = {}
-    for kind, group in (("supplied", run.supplied), ("lost", run.lost), ("stored", run.stored)):
-        data[f"energy_{kind}_J"] = ((kind, "time"), np.array(list(group.values())), {"units": "J"})
-    meaning = "unaccounted energy over energy moved"
-    data["energy_residual"] = ("time", run.residual, {"units": "1", "long_name": meaning})
+    made = _energies(run)
+    data = dict(made.data)
     elements = [element.name for element in run.graph.elements]
     energies = [run.energy(name) for name in elements]
     for what in energies[0]._fields:
         table = np.array([getattr(energy, what) for energy in energies])
         data[f"element_energy_{what}_J"] = (("element", "time"), table, {"units": "J"})
-    labels = {
-        "element": elements,
-        "supplied": list(run.supplied),
-        "lost": list(run.lost),
-        "stored": list(run.stored),
-    }
-    return Arrays(data, {"time": ("time", run.time, {"units": "s"}), **labels})
+    return made._replace(data=data, coordinates={**made.coordinates, "element": elements})
 
 
 def steady_rolling(found: SteadyRolling) -> Arrays:

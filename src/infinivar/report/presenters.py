@@ -43,7 +43,7 @@ _TYPES: dict[str, dict[str, str]] = {
     "analysis.least_loss.LeastLoss": {"plot": "figures.least_loss:draw_all", "dataset": "report.datasets:least_loss"},
     "analysis.machine_run.MachineRun": {
         "plot": "figures.machine_run:draw_all",
-        "save": "report.simulation:save",
+        "save": "report.run:save",
         "dataset": "report.datasets:machine_run",
         **_IN_MOTION,
     },
@@ -53,7 +53,7 @@ _TYPES: dict[str, dict[str, str]] = {
     },
     "analysis.sessions.session_result.Session": {
         "plot": "figures.session:draw_all",
-        "save": "report.session:save",
+        "save": "report.run:save_session",
         "dataset": "report.datasets:machine_run",
         **_IN_MOTION,
     },
@@ -85,7 +85,7 @@ _TYPES: dict[str, dict[str, str]] = {
     },
     "analysis.simulate.Simulation": {
         "plot": "figures.time_history:draw_all",
-        "save": "report.simulation:save",
+        "save": "report.run:save",
         "dataset": "report.datasets:simulation",
         "table": "report.tables:simulation",
     },

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,9 +11,8 @@ from infinivar._core.arrays import real_array
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis import run_limits
 from infinivar.analysis.animated import Animated
-from infinivar.analysis.judged import Judged
+from infinivar.analysis.run import Run
 from infinivar.analysis.run_limits import Event
-from infinivar.bondgraph.audit import CLOSURE
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand
 from infinivar.machines.control.sensing import Sensing
@@ -68,7 +67,7 @@ class Overrun(Frozen):
 
 
 @result
-class Session(Judged, Animated, Result):
+class Session(Run, Animated, Result):
     """A session of a user at the handle of a machine, as returned by `session`; t instants.
 
     Attributes
@@ -143,7 +142,7 @@ class Session(Judged, Animated, Result):
     @property
     def electrical_energy(self) -> float:
         """From all supplies, of power and steering motors. [J]"""
-        return sum(float(energy[-1]) for name, energy in self.supplied.items() if "supply" in name)
+        return self._from_supply()
 
     @property
     def path_offset(self) -> np.ndarray:
@@ -302,52 +301,31 @@ class Session(Judged, Animated, Result):
         """
         return float(np.trapezoid(np.sum(self.force * self.velocity, axis=-1), self.time))
 
-    @property
-    def verdict(self) -> str:
-        """One-line verdict: exceeded limits, offset or penetration, energy by source, closure."""
-        if not self.complete:
-            return self.outcome
-        said = [run_limits.verdict(self.events, self.root_mean_squares, float(self.time[-1]), None)]
+    def _achieved(self) -> Iterator[str]:
         if self.path is not None:
-            said.append(f"offset from the path {plain(1e3 * float(np.max(np.abs(self.path_offset))), 2)} mm at most")
+            yield f"offset from the path {plain(1e3 * float(np.max(np.abs(self.path_offset))), 2)} mm at most"
             farthest = max((one.distance for one in self.overruns), default=0.0)
             if farthest:
-                said.append(f"{plain(1e3 * farthest, 2)} mm past the end of the path")
+                yield f"{plain(1e3 * farthest, 2)} mm past the end of the path"
         if self.wall is not None:
             deepest = max((touch.depth for touch in self.touches), default=0.0)
             first = float(np.ravel(self.penetration)[0])
             if first > _ROUNDED:
-                said.append(f"the handle begins {plain(1e3 * first, 2)} mm beyond the wall")
-            said.append(
-                f"wall penetrated by {plain(1e3 * deepest, 2)} mm at most" if self.touches else "wall not penetrated"
-            )
-        said += [f"{plain(float(energy[-1]))} J from the {name}" for name, energy in self.supplied.items()]
-        said.append(f"energy balance closed to {plain(CLOSURE, 1)}")
-        return "; ".join(said)
+                yield f"the handle begins {plain(1e3 * first, 2)} mm beyond the wall"
+            yield f"wall penetrated by {plain(1e3 * deepest, 2)} mm at most" if self.touches else "wall not penetrated"
+
+    def _spent(self) -> Iterator[str]:
+        yield from (f"{plain(float(energy[-1]))} J from the {name}" for name, energy in self.supplied.items())
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON: final energies, events, verdict."""
         return {
             "machine": self.title or type(self.machine).__name__,
-            "verdict": self.verdict,
-            "complete": self.complete,
-            "feasible": self.feasible,
+            **self._judgement(),
             "duration_s": float(self.time[-1]),
-            "supplied_J": {name: float(energy[-1]) for name, energy in self.supplied.items()},
-            "lost_J": {name: float(energy[-1]) for name, energy in self.lost.items()},
-            "stored_J": {name: float(energy[-1] - energy[0]) for name, energy in self.stored.items()},
+            **self._balance(),
             "electrical_energy_J": self.electrical_energy,
-            "closure": self.closure,
-            "events": [
-                {
-                    "limit": event.limit.name,
-                    "what": event.what,
-                    "start_s": event.start,
-                    "end_s": event.end,
-                    "worst": event.worst,
-                }
-                for event in self.events
-            ],
+            "events": self._log(settles=False),
             "touches": [{"start_s": one.start, "end_s": one.end, "depth_m": one.depth} for one in self.touches],
             "overruns": [{"start_s": one.start, "end_s": one.end, "distance_m": one.distance} for one in self.overruns],
         }

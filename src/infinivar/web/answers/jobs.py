@@ -8,7 +8,7 @@ from typing import Any
 import infinivar as iv
 from infinivar.analysis.sessions.measures import measures
 from infinivar.errors import InputError
-from infinivar.report.session import to_dict
+from infinivar.report.run import session_to_dict
 from infinivar.web.answers.answer import Answer, FaultyError, plain
 from infinivar.web.answers.document import study_of
 from infinivar.web.answers.payload import text, whole, word
@@ -95,6 +95,6 @@ def _session(study: Any, payload: Mapping[str, Any], report: Report) -> Answer:
             "verdict": found.verdict,
             "measures": [str(one) for one in measures(found)],
             "events": list(found.event_lines),
-            "result": plain(to_dict(found)),
+            "result": plain(session_to_dict(found)),
         }
     )
