@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
+
+from infinivar._core.described import reported
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,3 +43,16 @@ class Axis:
 
 LINEAR = Axis(False, "position", "m", "speed", "m/s", "force", "N", "mass", "kg")
 ROTARY = Axis(True, "angle", "rad", "angular speed", "rad/s", "moment", "N m", "moment of inertia", "kg m^2")
+
+PLANE = ("speed", "force")
+"""Dimensions of a map over the force-speed plane."""
+
+
+def speed_axis() -> Any:
+    """Field of a result with an `axis`: the speeds of its map. (n,)"""
+    return reported("m s-1 or rad s-1", "speed of the load or angular speed of the load", PLANE[:1])
+
+
+def force_axis() -> Any:
+    """Field of a result with an `axis`: the forces of its map. (m,)"""
+    return reported("N or N m", "force on the load or moment on the load", PLANE[1:])

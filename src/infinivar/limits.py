@@ -140,6 +140,16 @@ _WORDS = {
 }
 
 
+def codes(_: Any = None) -> dict[str, Any]:
+    """CF attributes that explain the integer codes of limits in a data set."""
+    import numpy as np
+
+    return {
+        "flag_values": np.array([limit.value for limit in Limit.every()], dtype=np.int8),
+        "flag_meanings": " ".join(limit.name for limit in Limit.every()),
+    }
+
+
 LEADING = (Limit.SLIP, Limit.LINKAGE)
 """Limits that take precedence where they are exceeded, the last one first: without motion other demands are undefined."""
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.described import at
 from infinivar.errors import AuditError
-from infinivar.limits import Limit, binding
+from infinivar.limits import Limit, binding, codes
 
 AUDIT_TOLERANCE = 1e-9
 """Largest accepted residual of a power balance, relative to the largest power in it. Rounding in float64 leaves about
@@ -98,6 +99,18 @@ def audit(power_in: Array, power_out: Array, losses: Mapping[str, Array], where:
             f"{where}: the power balance has a relative residual of {worst:.3g}, above the tolerance of {AUDIT_TOLERANCE:g}"
         )
     return worst
+
+
+AT_POINT = (
+    at("power_in", "W", "power from the supply", (...,)),
+    at("power_out", "W", "power to the load", (...,)),
+    at("efficiency", "1", "useful power over power spent", (...,)),
+    at("limit", "1", "limit exceeded", (...,), notes=codes),
+    at("margin", "1", "allowance over demand of the tightest limit", (...,)),
+    at("losses", "W", "power lost in {}", (...,), variable="loss_{}"),
+    at("utilisation", "1", "{}: demand over allowance", (...,), variable="demand_{}"),
+)
+"""What operating points that are results state for their data set."""
 
 
 class PowerPoint:

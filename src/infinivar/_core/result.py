@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, dataclass_transform
 
 import numpy as np
 
-from infinivar._core import extras, netcdf, presentation
+from infinivar._core import described, extras, netcdf, presentation
 from infinivar._core.frozen import frozen
 from infinivar.errors import InfinivarError, ParameterError
 
@@ -34,7 +34,12 @@ _DPI = 55
 C = TypeVar("C", bound=type)
 
 
-@dataclass_transform(kw_only_default=True, frozen_default=True, eq_default=False)
+@dataclass_transform(
+    kw_only_default=True,
+    frozen_default=True,
+    eq_default=False,
+    field_specifiers=(dataclasses.field, described.reported),
+)
 def result(cls: C) -> C:
     """Make a class a frozen dataclass with slots whose equality and `repr` are those of `Frozen`."""
     return dataclasses.dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)(cls)
@@ -84,6 +89,19 @@ class Frozen:
         """Whether `equals` without tolerance."""
         return _same(self, other, 0.0, 0.0)
 
+    def to_dict(self) -> dict[str, Any]:
+        """What the result states, as plain numbers and texts: for scripts and JSON.
+
+        Raises
+        ------
+        TypeError
+            If results of this type state nothing for a dictionary.
+        """
+        made = described.dictionary(self)
+        if not made:
+            raise TypeError(f"there is no dictionary of {type(self).__name__}")
+        return made
+
     def __repr__(self) -> str:
         """Type and main contents in at most ten lines."""
         rows = list(self._rows())
@@ -108,7 +126,7 @@ class Frozen:
             if isinstance(value, Mapping) and value and all(hasattr(item, "verdict") for item in value.values()):
                 yield from ((str(key), item.verdict) for key, item in value.items())
             elif value is not None and not (isinstance(value, str | tuple | Mapping) and not value):
-                yield name.replace("_", " "), described(value)
+                yield name.replace("_", " "), short(value)
 
 
 class Result(Frozen):
@@ -134,11 +152,9 @@ class Result(Frozen):
         TypeError
             If results of this type are not labelled.
         """
-        found = presentation.presenter(type(self), "dataset")
         xarray = extras.load("xarray", "xarray", "a labelled data set")
-        if found is not None:
-            return xarray.Dataset(*found(self))
-        return xarray.Dataset.from_dataframe(self._presenter("table")(self))
+        made = self._arrays()
+        return xarray.Dataset.from_dataframe(self._presenter("table")(self)) if made is None else xarray.Dataset(*made)
 
     def to_netcdf(self, path: str | Path) -> None:
         """Write the labelled arrays as NetCDF (version 3); xarray is not needed.
@@ -148,7 +164,10 @@ class Result(Frozen):
         TypeError
             If results of this type are not labelled arrays.
         """
-        netcdf.write(path, self._presenter("dataset")(self))
+        made = self._arrays()
+        if made is None:
+            raise TypeError(f"there is no data set of {type(self).__name__}: its fields state no dimensions")
+        netcdf.write(path, made)
 
     def to_dataframe(self) -> pd.DataFrame:
         """The numbers as a table; needs the extra ``xarray``, which brings pandas.
@@ -173,10 +192,17 @@ class Result(Frozen):
             return table
         return table + _inline(made)
 
+    def _arrays(self) -> netcdf.Arrays | None:
+        """Labelled arrays: those of a registered function, else what fields and properties state; None if they state none."""
+        found = presentation.presenter(type(self), "dataset")
+        if found is not None:
+            return found(self)
+        return described.arrays(self) if described.is_labelled(type(self)) else None
+
     def _presenter(self, kind: presentation.Kind) -> Callable[..., Any]:
         found = presentation.presenter(type(self), kind)
         if found is None:
-            named = {"plot": "figure", "save": "report", "dataset": "data set"}
+            named = {"plot": "figure", "save": "report"}
             words = named.get(kind, kind)
             raise TypeError(
                 f"there is no {words} of {type(self).__name__}, only of {', '.join(presentation.presented(kind))}"
@@ -184,7 +210,7 @@ class Result(Frozen):
         return found
 
 
-def described(value: Any) -> str:
+def short(value: Any) -> str:
     """A value in a few words."""
     if isinstance(value, np.ndarray):
         return _array(value)
@@ -200,9 +226,7 @@ def described(value: Any) -> str:
         kinds = {type(item).__name__ for item in value}
         few = len(value) <= 3 or kinds <= {"str", "Limit"}
         return (
-            ", ".join(map(described, value))
-            if few and "Spread" not in kinds
-            else f"{len(value)} {'/'.join(sorted(kinds))}"
+            ", ".join(map(short, value)) if few and "Spread" not in kinds else f"{len(value)} {'/'.join(sorted(kinds))}"
         )
     name = getattr(value, "title", "") or getattr(value, "name", "")
     return f"{type(value).__name__} {name}" if isinstance(name, str) and name else type(value).__name__

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from infinivar._core.described import at, derived, named, reported
 from infinivar._core.engine import Engine
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
@@ -61,23 +62,25 @@ class DriveResult(Result):
     """
 
     name: str
-    title: str
+    title: str = reported(attribute="title")
     drive: Drive
-    coverage: float
-    peak_efficiency: float
-    peak_efficiency_in_region: float
-    mean_loss: float
-    tightest: Margin | None
+    coverage: float = reported("1")
+    peak_efficiency: float = reported("1")
+    peak_efficiency_in_region: float = reported("1")
+    mean_loss: float = reported("W", key="mean_loss_in_region")
+    tightest: Margin | None = reported(key="tightest_margin")
     corners: Mapping[str, Corner]
     map: SteadyMap
-    audit_residual: float
+    audit_residual: float = reported("1")
+
+    _also = (at("map.engine"), at("map", dims=(), variable="*"))
 
     @property
     def covers(self) -> bool:
         """Whether every required point is within every limit; true if no region is required."""
         return self.tightest is None or self.tightest.value >= 1.0
 
-    @property
+    @derived(attribute="verdict")
     def verdict(self) -> str:
         """One-sentence verdict: coverage and tightest limit."""
         tight = self.tightest
@@ -95,21 +98,6 @@ class DriveResult(Result):
         demand = f"{100 * tight.value:.0f}" if tight.value < 0.995 else "just under 100"
         return f"{covered}; tightest limit: {tight.limit.words}, {demand} % of the demand at {where}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Verdict as plain numbers, for scripts."""
-        tight = self.tightest
-        return {
-            "title": self.title,
-            "verdict": self.verdict,
-            "coverage": self.coverage,
-            "peak_efficiency": self.peak_efficiency,
-            "peak_efficiency_in_region": self.peak_efficiency_in_region,
-            "mean_loss_in_region": self.mean_loss,
-            "tightest_margin": None if tight is None else {**asdict(tight), "limit": tight.limit.name},
-            "audit_residual": self.audit_residual,
-            "engine": self.map.engine,
-        }
-
 
 @result
 class Comparison(Result):
@@ -119,32 +107,34 @@ class Comparison(Result):
     stated: a drive is able if it is feasible in every duty cycle and covers the whole required region.
     """
 
-    study: Study
-    results: Mapping[str, DriveResult]
-    duty: Mapping[str, DutyComparison] = field(default_factory=dict)
-    builds: Mapping[str, Builds] = field(default_factory=dict)
+    study: Study = reported(convert=named)
+    results: Mapping[str, DriveResult] = reported(key="drives")
+    duty: Mapping[str, DutyComparison] = reported(optional=True, default_factory=dict)
+    builds: Mapping[str, Builds] = reported(optional=True, default_factory=dict)
     """Sampled builds of the drives for which the study states spreads."""
-    hangs_on: Hanging | None = None
+    hangs_on: Hanging | None = reported(optional=True, default=None)
     """Choices that no source settles, each with the winner it gives."""
-    least_loss: LeastLoss | None = None
+    least_loss: LeastLoss | None = reported(optional=True, default=None)
     """Drive with the least loss over the force-speed plane; None with a single drive."""
+
+    _also = (at("study.warnings"),)
 
     def able(self, name: str) -> bool:
         """Whether a drive covers the whole requirement, if one is stated, and every duty cycle is feasible."""
         return self.results[name].covers and all(found.results[name].feasible for found in self.duty.values())
 
-    @property
+    @derived()
     def feasible(self) -> bool:
         """Whether at least one drive meets the requirement and all duty cycles."""
         return any(self.able(name) for name in self.results)
 
-    @property
+    @derived(key="mixed_use", optional=True)
     def mixed(self) -> MixedUse | None:
         """All duty cycles weighed by the shares of time that the study states; None if it states none."""
         shares = self.study.shares
         return mixed_use({task: found.results for task, found in self.duty.items()}, shares) if shares else None
 
-    @property
+    @derived(convert=named)
     def best(self) -> DriveResult | None:
         """The best of the able drives; None if no drive is able.
 
@@ -169,7 +159,7 @@ class Comparison(Result):
             found[name] = Judged(self.able(name), values)
         return found
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """The answer in one or two sentences, about the duty cycles first; undecidable if an open choice changes the winner."""
         prefix = "" if self.hangs_on is None else self.hangs_on.prefix
@@ -180,23 +170,6 @@ class Comparison(Result):
         """Sentence on the bearings whose friction drives do not state; "" if all do."""
         drives = {name: one.drive for name, one in self.results.items()}
         return not_counted(drives, {name: one.title for name, one in self.results.items()})
-
-    def to_dict(self) -> dict[str, Any]:
-        """Verdicts as plain numbers, for scripts."""
-        best = self.best
-        return {
-            "study": self.study.name,
-            "drives": {name: result.to_dict() for name, result in self.results.items()},
-            **({"duty": {name: found.to_dict() for name, found in self.duty.items()}} if self.duty else {}),
-            **({"builds": {name: found.to_dict() for name, found in self.builds.items()}} if self.builds else {}),
-            "verdict": self.verdict,
-            "warnings": list(self.study.warnings),
-            "feasible": self.feasible,
-            "best": None if best is None else best.name,
-            **({} if self.mixed is None else {"mixed_use": self.mixed.to_dict()}),
-            **({} if self.hangs_on is None else {"hangs_on": self.hangs_on.to_dict()}),
-            **({} if self.least_loss is None else {"least_loss": self.least_loss.to_dict()}),
-        }
 
 
 def verdicts(comparison: Comparison) -> Iterator[str]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
+from infinivar._core.described import derived, reported
 from infinivar._core.result import Result, result
 from infinivar.contact import creep, flash, hysteresis, shakedown, spin, wear
 from infinivar.contact.bodies import plane_strain_modulus
@@ -69,20 +70,20 @@ class ContactSheet(Result):
     reconstruction      Reconstruction statements of the parameter sets used.
     """
 
-    name: str
-    title: str
+    name: str = reported(key="drive")
+    title: str = reported()
     drive: CoboticDrive
-    lines: tuple[Line, ...]
-    utilisation: Mapping[Limit, float]
-    given: tuple[Provenance, ...]
-    reconstruction: tuple[str, ...]
+    lines: tuple[Line, ...] = reported()
+    utilisation: Mapping[Limit, float] = reported("1")
+    given: tuple[Provenance, ...] = reported()
+    reconstruction: tuple[str, ...] = reported()
 
     @property
     def exceeded(self) -> tuple[Limit, ...]:
         """Exceeded stress limits."""
         return tuple(limit for limit, demand in self.utilisation.items() if demand > 1.0)
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One-sentence verdict: the tightest stress limit, and whether it is exceeded."""
         if not self.utilisation:
@@ -105,18 +106,6 @@ class ContactSheet(Result):
             if line.name == name:
                 return line.value
         raise KeyError(name)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain values, for JSON."""
-        return {
-            "drive": self.name,
-            "title": self.title,
-            "verdict": self.verdict,
-            "utilisation": {limit.name: demand for limit, demand in self.utilisation.items()},
-            "lines": [asdict(line) for line in self.lines],
-            "given": [asdict(row) for row in self.given],
-            "reconstruction": list(self.reconstruction),
-        }
 
 
 def contact_sheets(study: Study, drive: str | None = None) -> tuple[ContactSheet, ...]:

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.array_namespace import Array
+from infinivar._core.described import reported
 from infinivar._core.result import Result, result
 from infinivar.analysis.robustness.derivatives import gradient, values_of
 from infinivar.errors import ParameterError
-from infinivar.limits import Limit
+from infinivar.limits import Limit, codes
 from infinivar.parts.bearing import SIZE_POWERS
 from infinivar.study.catalogue import materials
 from infinivar.transmission.geometry import ContactGeometry
@@ -92,18 +93,21 @@ SWEPT: dict[str, tuple[Callable[..., RotaryLinearIVT], Callable[[RotaryLinearIVT
 """Design parameters: function that makes a variant, and function that returns the present value."""
 
 
+_AT = ("value",)
+
+
 @result
 class Trend(Result):
     """Efficiency and losses of variants of a design."""
 
-    parameter: str
+    parameter: str = reported(attribute="parameter")
     """One of `SWEPT`, or "material"."""
-    values: np.ndarray
-    efficiency: np.ndarray
+    values: np.ndarray = reported(dims=_AT, variable="value")
+    efficiency: np.ndarray = reported("1", dims=_AT)
     """nan where the wheel slips. [-]"""
-    losses: Mapping[str, np.ndarray]
+    losses: Mapping[str, np.ndarray] = reported("W", "power lost in {}", _AT, variable="loss_{}")
     """[W]"""
-    limit: tuple[Limit, ...]
+    limit: tuple[Limit, ...] = reported("1", dims=_AT, convert=np.int8, notes=codes)
     """Binding limit of each variant, stress included."""
 
 

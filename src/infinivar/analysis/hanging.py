@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
+from infinivar._core.described import derived, finite, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, Result, result
 from infinivar.errors import InputError
@@ -71,13 +72,13 @@ class HangingRow(Frozen):
     flips                   Whether that is another one than with what is used.
     """
 
-    choice: str
-    used: str
-    instead: str
-    figures: Mapping[str, float]
-    able: Mapping[str, bool]
-    winner: str | None
-    flips: bool
+    choice: str = reported()
+    used: str = reported()
+    instead: str = reported()
+    figures: Mapping[str, float] = reported(convert=finite)
+    able: Mapping[str, bool] = reported(key="feasible")
+    winner: str | None = reported()
+    flips: bool = reported()
 
     @property
     def lead(self) -> float:
@@ -100,25 +101,25 @@ class Hanging(Result):
     more : int           Answers with an effect that are not among the rows.
     """
 
-    figure: str
-    unit: str
+    figure: str = reported()
+    unit: str = reported()
     titles: Mapping[str, str]
-    used: HangingRow
-    rows: tuple[HangingRow, ...]
-    tried: int
-    more: int = 0
+    used: HangingRow = reported()
+    rows: tuple[HangingRow, ...] = reported()
+    tried: int = reported()
+    more: int = reported(default=0)
 
     @property
     def flips(self) -> tuple[HangingRow, ...]:
         """Rows with another winner."""
         return tuple(row for row in self.rows if row.flips)
 
-    @property
+    @derived()
     def decided(self) -> bool:
         """Whether every answer gives the same winner."""
         return not self.flips
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One sentence: whether the winner is the same with every answer, or the choices on which it hangs, nearest first."""
         if not self.tried:
@@ -172,31 +173,6 @@ class Hanging(Result):
         Where it would be wider than 98 columns, the widest cells are wrapped between words and behind hyphens.
         """
         return _aligned((self.heading, *self.cells)) if self.rows else ()
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values, for scripts."""
-        return {
-            "verdict": self.verdict,
-            "decided": self.decided,
-            "figure": self.figure,
-            "unit": self.unit,
-            "tried": self.tried,
-            "more": self.more,
-            "used": _row(self.used),
-            "rows": [_row(row) for row in self.rows],
-        }
-
-
-def _row(row: HangingRow) -> dict[str, Any]:
-    return {
-        "choice": row.choice,
-        "used": row.used,
-        "instead": row.instead,
-        "figures": {name: value if math.isfinite(value) else None for name, value in row.figures.items()},
-        "feasible": dict(row.able),
-        "winner": row.winner,
-        "flips": row.flips,
-    }
 
 
 def _or(said: list[str]) -> str:

@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.arrays import real_array
+from infinivar._core.described import derived, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.plane import of_study, path
 from infinivar.analysis.steady_map import SteadyMap, steady_map
-from infinivar.axis import LINEAR, Axis
+from infinivar.axis import LINEAR, PLANE, Axis, force_axis, speed_axis
 from infinivar.drivetrain.drive import Drive, DrivePoint, operated
 from infinivar.errors import InputError
-from infinivar.limits import Limit, binding
+from infinivar.limits import Limit, binding, codes
 from infinivar.study.check import check_study
 from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
@@ -49,6 +50,11 @@ class Crossing(Frozen):
     share: Mapping[str, float]
 
 
+def _drives(found: LeastLoss) -> dict[str, Any]:
+    """CF attributes that explain the indices of drives."""
+    return {"flag_values": np.arange(len(found.titles), dtype=np.int8), "flag_meanings": " ".join(found.titles)}
+
+
 @result
 class LeastLoss(Result):
     """The drive with the least loss at each point of a grid, in steady operation within every limit.
@@ -68,35 +74,45 @@ class LeastLoss(Result):
     """
 
     titles: Mapping[str, str]
-    speed: np.ndarray
-    force: np.ndarray
-    best: np.ndarray
-    runner_up: np.ndarray
-    loss: np.ndarray
-    saved: np.ndarray
-    limit: np.ndarray
+    speed: np.ndarray = speed_axis()
+    force: np.ndarray = force_axis()
+    best: np.ndarray = reported("1", "drive with the least loss; -1 if none is feasible", PLANE, notes=_drives)
+    runner_up: np.ndarray = reported("1", "drive with the next least loss; -1 if none", PLANE, notes=_drives)
+    loss: np.ndarray = reported("W", "loss of the best drive", PLANE)
+    saved: np.ndarray = reported("W", "loss of the runner-up minus that of the best drive", PLANE)
+    limit: np.ndarray = reported("1", "limit where no drive is feasible", PLANE, notes=codes)
     motions: Mapping[str, Crossing]
     requirement: Requirement | None = None
     axis: Axis = LINEAR
 
-    @property
+    @derived("1", "1 in the required region", PLANE, convert=np.int8)
     def required(self) -> np.ndarray:
         """Whether a point is in the required region, (n, m) bool; false everywhere without a requirement."""
         if self.requirement is None:
             return np.zeros(self.best.shape, dtype=bool)
         return self.requirement.contains(self.speed[:, None], self.force[None, :])
 
-    @property
+    @derived()
     def shares(self) -> dict[str, float]:
         """Share of the required region, or without one of the grid, in which each drive alone loses least, by drive. [-]"""
         return _shares(self._counted, self.titles)
+
+    @derived("W")
+    def _largest_saving(self) -> float | None:
+        known = np.isfinite(self.saved)
+        return float(self.saved[known].max()) if known.any() else None
+
+    @derived()
+    def _duty(self) -> dict[str, Mapping[str, float]]:
+        """The share of each motion, by task."""
+        return {task: motion.share for task, motion in self.motions.items()}
 
     @property
     def _counted(self) -> np.ndarray:
         """`best` in the required region, or without one on the grid."""
         return self.best[self.required] if self.required.any() else self.best
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One sentence: where each drive loses least, by share."""
         clauses = []
@@ -108,16 +124,6 @@ class LeastLoss(Result):
             for motion in self.motions.values()
         ]
         return f"least loss {'; '.join(clauses)}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Shares as plain numbers, for scripts; the maps are in `to_xarray` and the report's report-least-loss.nc."""
-        known = np.isfinite(self.saved)
-        return {
-            "verdict": self.verdict,
-            "shares": self.shares,
-            "largest_saving_W": float(self.saved[known].max()) if known.any() else None,
-            "duty": {task: dict(motion.share) for task, motion in self.motions.items()},
-        }
 
 
 def least_loss(

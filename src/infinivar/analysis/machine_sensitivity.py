@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.bounds import fits
+from infinivar._core.described import reported
 from infinivar._core.fields import quantities_of, value_at, with_values
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.machine_tasks import PathResult, TaskResult, follow_path, perform_task
@@ -65,13 +66,13 @@ class MachineSensitivity(Result):
     left_out : tuple         Paths of values at which the result is undefined next to theirs.
     """
 
-    drive: str
-    asked: str
-    of: str
-    value: float
-    feasible: bool
-    influences: tuple[MachineInfluence, ...]
-    left_out: tuple[str, ...]
+    drive: str = reported()
+    asked: str = reported()
+    of: str = reported()
+    value: float = reported()
+    feasible: bool = reported()
+    influences: tuple[MachineInfluence, ...] = reported()
+    left_out: tuple[str, ...] = reported()
 
     @property
     def lines(self) -> Iterator[str]:
@@ -79,21 +80,6 @@ class MachineSensitivity(Result):
         beyond = "" if self.feasible else ", limit exceeded"
         yield f"{self.of} of {self.drive} in {self.asked}: {show(self.value, OUTCOMES[self.of])}{beyond}"
         yield from (f"  {one.words}" for one in self.influences[:10])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
-        return {
-            "drive": self.drive,
-            "asked": self.asked,
-            "of": self.of,
-            "value": self.value,
-            "feasible": self.feasible,
-            "influences": [
-                {"path": one.path, "value": one.value, "unit": one.unit, "elasticity": one.elasticity}
-                for one in self.influences
-            ],
-            "left_out": list(self.left_out),
-        }
 
 
 def machine_sensitivity(

@@ -7,11 +7,13 @@ without these, of steady points, is beside them.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from infinivar import power
+from infinivar._core.described import at, derived, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.analysis.tightest import ALIKE, corner_words, tight_words, tightest_of
@@ -27,6 +29,9 @@ _UNSPENT = 1e-6
 
 _BETWEEN = 15
 """Points between the ends of a range of wrenches of one coordinate at which limits are judged."""
+
+
+_TIGHTEST = (at("demand", key="tightest_limit", convert=itemgetter(0)), at("demand", key="part", convert=itemgetter(1)))
 
 
 @result
@@ -50,7 +55,7 @@ class TaskResult(Result):
     audit_residual : float             Largest relative residual of the power balance. [-]
     """
 
-    title: str
+    title: str = reported()
     coordinates: tuple[str, ...]
     pose: np.ndarray
     twist: np.ndarray
@@ -59,23 +64,25 @@ class TaskResult(Result):
     point: TaskPoint
     steady: TaskPoint
     demand: Demand
-    margin: float
+    margin: float = reported("1")
     corner: int
-    audit_residual: float
-    load_turns: float = float("nan")
-    load_work: float = float("nan")
+    audit_residual: float = reported("1")
+    load_turns: float = reported("rad", default=float("nan"))
+    load_work: float = reported("J", default=float("nan"))
 
-    @property
+    _also = (*_TIGHTEST, at("point.power_out", "W"), at("point.efficiency", "1"), at("point.stored", "W"))
+
+    @derived()
     def feasible(self) -> bool:
         """Whether every wrench of the polytope is within all limits."""
         return self.margin >= 1.0
 
-    @property
+    @derived("W", key="power_in_W")
     def mean_power(self) -> float:
         """Power from all sources under the task's own wrench. [W]"""
         return float(self.point.power_in)
 
-    @property
+    @derived("W")
     def steady_power(self) -> float:
         """The same of the steady point. [W]"""
         return float(self.steady.power_in)
@@ -85,7 +92,7 @@ class TaskResult(Result):
         """The same as the mean power: a machine that passes at its twist, or holds, has no slow part of its motion. [W]"""
         return self.mean_power
 
-    @property
+    @derived("W")
     def steering_power(self) -> float:
         """What steering loses; 0 where it does not count. [W]"""
         return _steering(self.losses)
@@ -102,7 +109,7 @@ class TaskResult(Result):
         turned = plain(float(np.degrees(self.load_turns)), 2)
         return f"{said}; taking up the load turns them by {turned}°, {plain(1e3 * self.load_work, 2)} mJ"
 
-    @property
+    @derived("W")
     def losses(self) -> dict[str, float]:
         """By name. [W]"""
         return {name: float(loss) for name, loss in self.point.losses.items()}
@@ -113,33 +120,14 @@ class TaskResult(Result):
         where = "" if self.corner == 0 else f" at {corner_words(self.coordinates, self.corners[self.corner], 'wrench')}"
         return tight_words(self.demand, self.margin) + where
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
+    @derived()
+    def _parts(self) -> dict[str, dict[str, float]]:
+        """Force, speed, steering angle and loss of each part."""
+        found = self.point
+        values = zip(found.part_forces, found.part_speeds, found.steering, found.part_losses, strict=True)
+        names = ("force", "speed", "steering_rad", "loss_W")
         return {
-            "title": self.title,
-            "feasible": self.feasible,
-            "power_in_W": self.mean_power,
-            "steady_power_W": self.steady_power,
-            "steering_power_W": self.steering_power,
-            "power_out_W": float(self.point.power_out),
-            "losses_W": self.losses,
-            "stored_W": {name: float(power) for name, power in self.point.stored.items()},
-            "load_turns_rad": self.load_turns,
-            "load_work_J": self.load_work,
-            "efficiency": float(self.point.efficiency),
-            "tightest_limit": self.demand[0].name,
-            "part": self.demand[1],
-            "margin": self.margin,
-            "parts": {
-                part: {
-                    "force": float(self.point.part_forces[place]),
-                    "speed": float(self.point.part_speeds[place]),
-                    "steering_rad": float(self.point.steering[place]),
-                    "loss_W": float(self.point.part_losses[place]),
-                }
-                for place, part in enumerate(self.point.parts)
-            },
-            "audit_residual": self.audit_residual,
+            part: dict(zip(names, map(float, row), strict=True)) for part, row in zip(found.parts, values, strict=True)
         }
 
 
@@ -160,10 +148,10 @@ class PathResult(Result):
     audit_residual : float             [-]
     """
 
-    title: str
+    title: str = reported()
     per: str
     coordinates: tuple[str, ...]
-    period: float
+    period: float = reported("s")
     time: np.ndarray
     pose: np.ndarray
     twist: np.ndarray
@@ -172,25 +160,27 @@ class PathResult(Result):
     steady: TaskPoint
     demands: Mapping[Demand, float]
     demand: Demand
-    margin: float
-    audit_residual: float
+    margin: float = reported("1")
+    audit_residual: float = reported("1")
 
-    @property
+    _also = _TIGHTEST
+
+    @derived()
     def feasible(self) -> bool:
         """Whether all limits hold over the path."""
         return self.margin >= 1.0
 
-    @property
+    @derived("W")
     def mean_power(self) -> float:
         """Mean power from all sources; nan where a wheel slips or the machine does not reach. [W]"""
         return float(np.mean(self.point.power_in))
 
-    @property
+    @derived("W")
     def steady_power(self) -> float:
         """The same of steady points. [W]"""
         return float(np.mean(self.steady.power_in))
 
-    @property
+    @derived("W")
     def controlled_power(self) -> float:
         """Mean power with the friction of simulations, which falls below their stick speed. [W]
 
@@ -198,7 +188,7 @@ class PathResult(Result):
         """
         return self.mean_power + float(np.mean(self.point.states.get(SLOW_FRICTION, 0.0)))
 
-    @property
+    @derived("W")
     def steering_power(self) -> float:
         """Mean of what steering loses; 0 where it does not count. [W]"""
         return _steering(self.losses)
@@ -208,12 +198,16 @@ class PathResult(Result):
         """Empty: a path is no held task."""
         return ""
 
-    @property
+    @derived("J")
     def energy(self) -> float:
         """Energy from the source over the period. [J]"""
         return self.mean_power * self.period
 
-    @property
+    @derived("W")
+    def _peak_power(self) -> float:
+        return float(np.max(self.point.power_in))
+
+    @derived("W", key="mean_losses_W")
     def losses(self) -> dict[str, float]:
         """Means, by name. [W]"""
         return {name: float(np.mean(loss)) for name, loss in self.point.losses.items()}
@@ -237,25 +231,6 @@ class PathResult(Result):
             "power_out_W": np.asarray(self.point.power_out),
             "steady_power_in_W": np.asarray(self.steady.power_in),
             **{f"loss_{name.replace(' ', '_')}_W": np.asarray(loss) for name, loss in self.point.losses.items()},
-        }
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
-        return {
-            "title": self.title,
-            "feasible": self.feasible,
-            "period_s": self.period,
-            "energy_J": self.energy,
-            "mean_power_W": self.mean_power,
-            "controlled_power_W": self.controlled_power,
-            "steady_power_W": self.steady_power,
-            "steering_power_W": self.steering_power,
-            "peak_power_W": float(np.max(self.point.power_in)),
-            "mean_losses_W": self.losses,
-            "tightest_limit": self.demand[0].name,
-            "part": self.demand[1],
-            "margin": self.margin,
-            "audit_residual": self.audit_residual,
         }
 
 

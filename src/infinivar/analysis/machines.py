@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import field
 from typing import Any
 
+from infinivar._core.described import at, derived, named, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.analysis.hanging import Hanging, Judged, winner
@@ -24,34 +25,34 @@ class MachineResult(Result):
     """One machine in all tasks and on all paths, by "tasks.NAME" and "paths.NAME"."""
 
     name: str
-    title: str
+    title: str = reported()
     machine: Machine
     found: Mapping[str, TaskResult | PathResult]
     shares: Mapping[str, float] = field(default_factory=dict)
-    motor_mass: float = float("nan")
+    motor_mass: float = reported("kg", default=float("nan"))
     """Of all motors that are stated, also of those that steer the wheels of legs. [kg]"""
 
-    @property
+    @derived()
     def tasks(self) -> dict[str, TaskResult]:
         """Results of tasks, by name."""
         return {_name(key): one for key, one in self.found.items() if isinstance(one, TaskResult)}
 
-    @property
+    @derived()
     def paths(self) -> dict[str, PathResult]:
         """Results of paths, by name."""
         return {_name(key): one for key, one in self.found.items() if isinstance(one, PathResult)}
 
-    @property
+    @derived()
     def feasible(self) -> bool:
         """Whether all tasks and paths are within all limits."""
         return all(one.feasible for one in self.found.values())
 
-    @property
+    @derived("W")
     def mean_power(self) -> float:
         """Weighed by the shares of time; nan without shares. [W]"""
         return self._weighed("mean_power")
 
-    @property
+    @derived("W")
     def steady_power(self) -> float:
         """The same of steady points. [W]"""
         return self._weighed("steady_power")
@@ -66,7 +67,7 @@ class MachineResult(Result):
             return float("nan")
         return sum(share * getattr(self.found[key], name) for key, share in self.shares.items())
 
-    @property
+    @derived(key="not_counted")
     def lacking(self) -> Mapping[str, str]:
         """What does not count, "steering", "rotors", "moving masses" or bearings that carry forces, with the reason."""
         return {**lacking_of(self.machine), **dict.fromkeys(uncounted(self.machine), "none are stated")}
@@ -76,7 +77,7 @@ class MachineResult(Result):
         """Largest relative residual of the power balance. [-]"""
         return max(one.audit_residual for one in self.found.values())
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One clause: whether it is feasible, the tightest limit and where."""
         tight = min(self.found.values(), key=lambda one: one.margin)
@@ -92,42 +93,30 @@ class MachineResult(Result):
         used = f"; {power_words(self)} in mixed use" if self.shares and self.feasible else ""
         return f"{able}; {tight.tightest_words}{where}{used}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
-        return {
-            "title": self.title,
-            "feasible": self.feasible,
-            "verdict": self.verdict,
-            "mean_power_W": self.mean_power,
-            "steady_power_W": self.steady_power,
-            "not_counted": dict(self.lacking),
-            "motor_mass_kg": self.motor_mass,
-            "tasks": {name: one.to_dict() for name, one in self.tasks.items()},
-            "paths": {name: one.to_dict() for name, one in self.paths.items()},
-        }
-
 
 @result
 class MachineComparison(Result):
     """Machines of a study in its tasks and on its paths, as returned by `compare`."""
 
-    study: Study
-    results: Mapping[str, MachineResult]
-    hangs_on: Hanging | None = None
+    study: Study = reported(convert=named)
+    results: Mapping[str, MachineResult] = reported(key="drives")
+    hangs_on: Hanging | None = reported(optional=True, default=None)
     """Choices that no source settles, each with the winner it gives."""
 
-    @property
+    _also = (at("study.warnings"),)
+
+    @derived()
     def feasible(self) -> bool:
         """Whether at least one machine is within all limits in every task and path."""
         return any(one.feasible for one in self.results.values())
 
-    @property
+    @derived(convert=named)
     def best(self) -> MachineResult | None:
         """The feasible machine with the lowest mean power: in mixed use if shares are stated, else in every task and path."""
         best = winner({name: judged_machine(one) for name, one in self.results.items()})
         return None if best is None else self.results[best]
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """The answer in one or two sentences, and what does not count; undecidable if an open choice changes the winner."""
         prefix = "" if self.hangs_on is None else self.hangs_on.prefix
@@ -171,19 +160,6 @@ class MachineComparison(Result):
             return f"{head}; lowest power in each: {best.title}."
         (key,) = best.found
         return f"{head}; lowest power: {best.title} with {power_words(best.found[key])}, against {_listed(rest, key)}."
-
-    def to_dict(self) -> dict[str, Any]:
-        """Verdicts as plain numbers, for scripts."""
-        best = self.best
-        return {
-            "study": self.study.name,
-            "drives": {name: one.to_dict() for name, one in self.results.items()},
-            "verdict": self.verdict,
-            "warnings": list(self.study.warnings),
-            "feasible": self.feasible,
-            "best": None if best is None else best.name,
-            **({} if self.hangs_on is None else {"hangs_on": self.hangs_on.to_dict()}),
-        }
 
 
 def judged_machine(found: MachineResult, power: str = "mean_power") -> Judged:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.described import at, derived, reported
 from infinivar._core.result import Frozen, Result, result
 from infinivar.axis import Axis
 from infinivar.errors import InputError, require
@@ -44,11 +45,11 @@ class Sampling(Frozen):
     gaps : tuple                Start and length of each gap: a step more than 5 times the median. [s], [s]
     """
 
-    rows: int
-    duration: float
-    rate: float
-    jitter: float
-    gaps: tuple[tuple[float, float], ...]
+    rows: int = reported()
+    duration: float = reported("s")
+    rate: float = reported("Hz")
+    jitter: float = reported("1")
+    gaps: tuple[tuple[float, float], ...] = reported("s")
 
     @classmethod
     def of(cls, time: np.ndarray) -> Sampling:
@@ -82,10 +83,10 @@ class Spectrum(Frozen):
     frequency: np.ndarray
     power: np.ndarray
     floor: float
-    above: float
-    above_speed: float
-    removed_speed: float
-    passed: float
+    above: float = reported("1", key="power_above_cutoff")
+    above_speed: float = reported("1", key="speed_power_above_cutoff")
+    removed_speed: float = reported("1", key="speed_power_removed")
+    passed: float = reported("Hz", key="motion_below_Hz")
 
 
 @result
@@ -110,11 +111,11 @@ class MotionSummary(Result):
 
     table: RecordedTable
     motion: Recording
-    closed: bool
-    drift: float
-    sampling: Sampling
-    cutoff_from: str
-    spectrum: Spectrum
+    closed: bool = reported()
+    drift: float = reported()
+    sampling: Sampling = reported(key="*")
+    cutoff_from: str = reported()
+    spectrum: Spectrum = reported(key="*")
     strides: Strides | None
     no_strides: str
     time: np.ndarray
@@ -122,7 +123,16 @@ class MotionSummary(Result):
     speed: np.ndarray
     acceleration: np.ndarray
     force: np.ndarray | None
-    load_mass: float
+    load_mass: float = reported()
+
+    _also = (
+        at("table.file", attribute="title"),
+        at("table.format"),
+        at("table.ignored"),
+        at("table.remarks"),
+        at("axis.rotary", key="about_a_joint"),
+        at("motion.cutoff", "Hz"),
+    )
 
     @property
     def axis(self) -> Axis:
@@ -177,17 +187,17 @@ class MotionSummary(Result):
         given, taken = self.work
         return share * given, share * taken
 
-    @property
+    @derived("1")
     def resting(self) -> float:
         """Share of the time at rest. [-]"""
         return float(np.mean(self.speed == 0.0))
 
-    @property
+    @derived()
     def warnings(self) -> tuple[str, ...]:
         """Gaps, drift and slow intervals."""
         return self.motion.warnings
 
-    @property
+    @derived(attribute="verdict")
     def verdict(self) -> str:
         """What the recording is, in one sentence."""
         names = ", ".join(role.replace("_", " ") for role in self.table.columns)
@@ -198,56 +208,34 @@ class MotionSummary(Result):
             kind = "one cycle that closes" if self.closed else "a run that does not close"
         return f"{names} in {self.sampling.rows} rows, {plain(self.sampling.duration, 4)} s: {kind}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts; values are in SI."""
-        given, taken = self.work
-        power, per_stride = self.power, self.work_per_stride
-        sampling, spectrum = self.sampling, self.spectrum
-        return {
-            "file": self.table.file,
-            "format": self.table.format,
-            "verdict": self.verdict,
-            "about_a_joint": self.axis.rotary,
-            "columns": [
-                {
-                    "role": role,
-                    "heading": column.heading,
-                    "unit": column.unit,
-                    "first_values_SI": [float(value) for value in column.values[:_FIRST]],
-                }
-                for role, column in self.table.columns.items()
-            ],
-            "ignored": list(self.table.ignored),
-            "remarks": list(self.table.remarks),
-            "warnings": list(self.warnings),
-            "rows": sampling.rows,
-            "duration_s": sampling.duration,
-            "rate_Hz": sampling.rate,
-            "jitter": sampling.jitter,
-            "gaps_s": [list(gap) for gap in sampling.gaps],
-            "closed": self.closed,
-            "drift": self.drift,
-            "cutoff_Hz": self.motion.cutoff,
-            "cutoff_from": self.cutoff_from,
-            "power_above_cutoff": spectrum.above,
-            "speed_power_above_cutoff": spectrum.above_speed,
-            "speed_power_removed": spectrum.removed_speed,
-            "motion_below_Hz": spectrum.passed,
-            "resting": self.resting,
-            **{name: {"lowest": low, "highest": high, "rms": rms} for name, (low, high, rms) in self.extremes.items()},
-            "load_mass": self.load_mass,
-            "power": None
-            if power is None
-            else {
-                "highest_W": float(np.max(power)),
-                "lowest_W": float(np.min(power)),
-                "mean_W": float(np.mean(power)),
-                "work_on_load_J": given,
-                "work_of_load_J": taken,
-                **({} if per_stride is None else dict(zip(_PER_STRIDE, per_stride, strict=True))),
-            },
-            "strides": self.no_strides if self.strides is None else self.strides.to_dict(),
-        }
+    @derived()
+    def _columns(self) -> list[dict[str, Any]]:
+        return [
+            {
+                "role": role,
+                "heading": column.heading,
+                "unit": column.unit,
+                "first_values_SI": column.values[:_FIRST],
+            }
+            for role, column in self.table.columns.items()
+        ]
+
+    @derived(key="*")
+    def _ranges(self) -> dict[str, dict[str, float]]:
+        return {name: dict(zip(("lowest", "highest", "rms"), row, strict=True)) for name, row in self.extremes.items()}
+
+    @derived(key="power")
+    def _powers(self) -> dict[str, float] | None:
+        if (power := self.power) is None:
+            return None
+        work = dict(zip(("work_on_load_J", "work_of_load_J"), self.work, strict=True))
+        each = {} if self.work_per_stride is None else dict(zip(_PER_STRIDE, self.work_per_stride, strict=True))
+        extremes = {"highest_W": float(np.max(power)), "lowest_W": float(np.min(power))}
+        return {**extremes, "mean_W": float(np.mean(power)), **work, **each}
+
+    @derived(key="strides")
+    def _found(self) -> Strides | str:
+        return self.no_strides if self.strides is None else self.strides
 
 
 def inspect_motion(

@@ -12,11 +12,14 @@ from annotated_types import Gt
 from infinivar._core.array_namespace import finite_floats
 from infinivar._core.arrays import real_array, shown
 from infinivar._core.bounds import FINITE
+from infinivar._core.described import reported
 from infinivar._core.fields import check_instance, check_number, check_value
 from infinivar._core.result import Result, result
 from infinivar.errors import InfinivarError, ParameterError, require
-from infinivar.limits import Limit
+from infinivar.limits import Limit, codes
 from infinivar.transmission.spherical import SphericalIVT, SphericalPoint
+
+_GRID = ("steering_angle", "load")
 
 
 @result
@@ -42,18 +45,18 @@ class SphereMap(Result):
     title: str
     sphere_speed: float
     slip_force: float
-    steering_angle: np.ndarray
-    load: np.ndarray
-    ratio: np.ndarray
-    input_speed: np.ndarray
-    output_speed: np.ndarray
-    input_torque: np.ndarray
-    output_torque: np.ndarray
-    power_in: np.ndarray
-    power_out: np.ndarray
-    efficiency: np.ndarray
-    losses: Mapping[str, np.ndarray]
-    limit: np.ndarray
+    steering_angle: np.ndarray = reported("rad", "steering angle", _GRID[:1])
+    load: np.ndarray = reported("N", "scale of the forces of the drive rollers", _GRID[1:])
+    ratio: np.ndarray = reported("1", "speed ratio without creep", _GRID[:1])
+    input_speed: np.ndarray = reported("rad s-1", "speed of shaft 1", _GRID)
+    output_speed: np.ndarray = reported("rad s-1", "speed of shaft 2", _GRID)
+    input_torque: np.ndarray = reported("N m", "torque applied to shaft 1", _GRID)
+    output_torque: np.ndarray = reported("N m", "torque that shaft 2 applies to its load", _GRID)
+    power_in: np.ndarray = reported("W", "power into shaft 1", _GRID)
+    power_out: np.ndarray = reported("W", "power out of shaft 2", _GRID)
+    efficiency: np.ndarray = reported("1", "useful power over power spent", _GRID)
+    losses: Mapping[str, np.ndarray] = reported("W", "power lost in {}", _GRID, variable="loss_{}")
+    limit: np.ndarray = reported("1", "limit exceeded", _GRID, notes=codes)
 
     @property
     def loss(self) -> np.ndarray:

@@ -13,15 +13,16 @@ from infinivar import power
 from infinivar._core import engine as engines
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.arrays import real_array
+from infinivar._core.described import reported
 from infinivar._core.engine import Engine
 from infinivar._core.frozen import FrozenDict, Room
 from infinivar._core.labels import Labels, is_labelled, labels_of
 from infinivar._core.result import Result, result
 from infinivar._core.threads import in_order
-from infinivar.axis import LINEAR, Axis
+from infinivar.axis import LINEAR, PLANE, Axis, force_axis, speed_axis
 from infinivar.drivetrain.drive import Drive, DrivePoint, operated
 from infinivar.errors import AuditError, InputError
-from infinivar.limits import LEADING, Limit, binding
+from infinivar.limits import LEADING, Limit, binding, codes
 
 _TILE = 65_536
 """Points computed at once, so that intermediate arrays fit the processor's caches and Python's overhead is small."""
@@ -61,18 +62,18 @@ class SteadyMap(Result):
     engine_reason : str                 Why not jax; "" if jax did.
     """
 
-    speed: np.ndarray
-    force: np.ndarray
-    power_in: np.ndarray
-    power_out: np.ndarray
-    losses: Mapping[str, np.ndarray]
-    efficiency: np.ndarray
-    limit: np.ndarray
-    margin: np.ndarray
-    audit_residual: float
+    speed: np.ndarray = speed_axis()
+    force: np.ndarray = force_axis()
+    power_in: np.ndarray = reported("W", "power from the supply", PLANE)
+    power_out: np.ndarray = reported("W", "power to the load", PLANE)
+    losses: Mapping[str, np.ndarray] = reported("W", "power lost in {}", PLANE, variable="loss_{}")
+    efficiency: np.ndarray = reported("1", "useful power over power spent", PLANE)
+    limit: np.ndarray = reported("1", "limit exceeded", PLANE, notes=codes)
+    margin: np.ndarray = reported("1", "allowance over demand of the tightest limit", PLANE)
+    audit_residual: float = reported("1", attribute="audit_residual")
     labels: Labels | None = None
     axis: Axis = LINEAR
-    engine: str = field(default="numpy", compare=False)
+    engine: str = reported(attribute="engine", default="numpy", compare=False)
     engine_reason: str = field(default="", compare=False)
 
 

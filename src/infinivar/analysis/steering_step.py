@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from annotated_types import Gt, Interval
 
+from infinivar._core.described import derived, reported
 from infinivar._core.fields import check_value
 from infinivar._core.result import Result, result
 from infinivar.analysis.contact_sheet import HALF, cobotic_drives
@@ -45,15 +45,8 @@ _MOST = 1000
 _SMALL = 1e-3
 """Scaled creepage of a small step, whose patch sticks almost everywhere."""
 
-_SERIES = {
-    "distance": "m",
-    "slip_angle": "rad",
-    "force": "N",
-    "moment": "Nm",
-    "creep_distance": "m",
-    "creep_force": "N",
-}
-"""Series of a step, and their units in files."""
+_ALONG = ("distance_m",)
+"""Axis of the series of a step."""
 
 
 @result
@@ -83,32 +76,32 @@ class SteeringStep(Result):
     creep_relaxation_length, linear_creep_relaxation_length : float   Its distances at 63 %; for small steps. [m]
     """
 
-    name: str
-    title: str
-    angle: float
-    rate: float | None
-    surface_speed: float
-    half_length: float
-    slip_force: float
-    steady_force: float
-    steady_moment: float
-    distance: np.ndarray
-    slip_angle: np.ndarray
-    force: np.ndarray
-    moment: np.ndarray
-    relaxation_length: float
-    linear_relaxation_length: float
-    creep_distance: np.ndarray
-    creep_force: np.ndarray
-    creep_relaxation_length: float
-    linear_creep_relaxation_length: float
+    name: str = reported(key="drive")
+    title: str = reported()
+    angle: float = reported("rad")
+    rate: float | None = reported("rad/s")
+    surface_speed: float = reported("m/s")
+    half_length: float = reported("m")
+    slip_force: float = reported("N")
+    steady_force: float = reported("N")
+    steady_moment: float = reported("N m")
+    distance: np.ndarray = reported("m", dims=_ALONG, variable="+", key="+")
+    slip_angle: np.ndarray = reported("rad", dims=_ALONG, variable="+", key="+")
+    force: np.ndarray = reported("N", dims=_ALONG, variable="+", key="+")
+    moment: np.ndarray = reported("N m", dims=_ALONG, variable="+", key="+")
+    relaxation_length: float = reported("m")
+    linear_relaxation_length: float = reported("m")
+    creep_distance: np.ndarray = reported("m")
+    creep_force: np.ndarray = reported("N")
+    creep_relaxation_length: float = reported("m")
+    linear_creep_relaxation_length: float = reported("m")
 
-    @property
+    @derived("s")
     def relaxation_time(self) -> float:
         """Time to roll the relaxation length. [s]"""
         return self.relaxation_length / self.surface_speed
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One-sentence answer: the relaxation length and time of the step."""
         length, time = self.relaxation_length, self.relaxation_time
@@ -120,27 +113,6 @@ class SteeringStep(Result):
             f"Relaxation length {1e3 * length:.3g} mm ({length / self.half_length:.2f} a), {1e3 * time:.3g} ms at "
             f"{self.surface_speed:.3g} m/s, after a step of {1e3 * self.angle:.3g} mrad."
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain values, for JSON."""
-        return {
-            "drive": self.name,
-            "title": self.title,
-            "verdict": self.verdict,
-            "angle_rad": self.angle,
-            "rate_rad_s": self.rate,
-            "surface_speed_m_s": self.surface_speed,
-            "half_length_m": self.half_length,
-            "slip_force_N": self.slip_force,
-            "steady_force_N": self.steady_force,
-            "steady_moment_Nm": self.steady_moment,
-            "relaxation_length_m": self.relaxation_length,
-            "relaxation_time_s": self.relaxation_time,
-            "linear_relaxation_length_m": self.linear_relaxation_length,
-            "creep_relaxation_length_m": self.creep_relaxation_length,
-            "linear_creep_relaxation_length_m": self.linear_creep_relaxation_length,
-            **{f"{name}_{unit}": getattr(self, name).tolist() for name, unit in _SERIES.items()},
-        }
 
 
 def steering_steps(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import replace
 from typing import Any, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.described import reported
 from infinivar._core.fields import given, missing_members
 from infinivar._core.labels import Labels
 from infinivar._core.plugins import is_own
@@ -21,7 +22,7 @@ from infinivar.motion.course import Course
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.parts.gearhead import Gearhead, GearPoint
 from infinivar.parts.motor import Motor, MotorPoint
-from infinivar.power import PowerPoint
+from infinivar.power import AT_POINT, PowerPoint
 
 
 @result
@@ -36,9 +37,13 @@ class DrivePoint(PowerPoint, Result):
     power_out: Array
     losses: Mapping[str, Array]
     utilisation: Mapping[Limit, Array]
-    states: Mapping[str, Array] = field(default_factory=dict)
+    states: Mapping[str, Array] = reported(dims=(...,), default_factory=dict)
     labels: Labels | None = None
 
+    _also = AT_POINT
+
+
+_INSTANTS = (..., "instant")
 
 T = TypeVar("T")
 
@@ -60,12 +65,12 @@ class MovingPoint(Result):
     states : name to (...,) float         Currents, voltages, angles and similar values; each name ends in its unit.
     """
 
-    power_in: Array
-    power_out: Array
-    losses: Mapping[str, Array]
-    stored: Mapping[str, Array]
-    utilisation: Mapping[Demand, Array]
-    states: Mapping[str, Array]
+    power_in: Array = reported("W", "power from the supply", _INSTANTS)
+    power_out: Array = reported("W", "power to the load", _INSTANTS)
+    losses: Mapping[str, Array] = reported("W", "power lost in {}", _INSTANTS, variable="loss_{}")
+    stored: Mapping[str, Array] = reported("W", "power into the inertia of {}", _INSTANTS, variable="stored_{}")
+    utilisation: Mapping[Demand, Array] = reported("1", "{}: demand over allowance", _INSTANTS, variable="demand_{}")
+    states: Mapping[str, Array] = reported(dims=_INSTANTS)
 
 
 def chosen(where: Array, one: MovingPoint, other: MovingPoint) -> MovingPoint:

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar._core.described import derived, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.errors import InputError, ParameterError
@@ -71,11 +72,11 @@ class Strides(Result):
     separate : bool                 Whether strides end with values of their own rather than with the start of the next.
     """
 
-    method: str
+    method: str = reported()
     edges: np.ndarray
     share: np.ndarray
     curves: Mapping[str, np.ndarray]
-    outliers: Mapping[int, str]
+    outliers: Mapping[int, str] = reported()
     record: Mapping[str, np.ndarray]
     separate: bool = False
 
@@ -88,12 +89,12 @@ class Strides(Result):
         """Time of each stride. [s]"""
         return np.diff(self.edges)
 
-    @property
+    @derived("s", key="stride_time_s")
     def period(self) -> float:
         """Mean stride time. [s]"""
         return float(np.mean(self.times))
 
-    @property
+    @derived("s", key="stride_time_deviation_s")
     def scatter(self) -> float:
         """Standard deviation of the stride time. [s]"""
         return float(np.std(self.times, ddof=1)) if len(self) > 1 else 0.0
@@ -109,6 +110,18 @@ class Strides(Result):
         freedom = min(1, len(self) - 1)
         return {name: np.std(curves, axis=0, ddof=freedom) for name, curves in self.curves.items()}
 
+    @derived()
+    def _strides(self) -> int:
+        return len(self)
+
+    @derived("s")
+    def _starts(self) -> np.ndarray:
+        return self.edges[:-1]
+
+    @derived()
+    def _largest_deviation(self) -> dict[str, float]:
+        return {name: float(np.max(spread)) for name, spread in self.spread.items()}
+
     @property
     def mean_cycle(self) -> dict[str, np.ndarray]:
         """The mean as columns of a cycle over the mean stride time: time [s] and each quantity, by field."""
@@ -120,18 +133,6 @@ class Strides(Result):
         unusual = f"; {len(self.outliers)} unusual" if self.outliers else ""
         times = f"{plain(self.period, 4)} s ± {plain(self.scatter, 2)} s"
         return f"{len(self)} strides by {self.method}: stride time {times}{unusual}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
-        return {
-            "method": self.method,
-            "strides": len(self),
-            "stride_time_s": self.period,
-            "stride_time_deviation_s": self.scatter,
-            "starts_s": self.edges[:-1].tolist(),
-            "outliers": {str(number): reason for number, reason in self.outliers.items()},
-            "largest_deviation": {name: float(np.max(spread)) for name, spread in self.spread.items()},
-        }
 
 
 def strides_of(table: RecordedTable, stride_time: float | None = None) -> Strides:

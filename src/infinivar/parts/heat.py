@@ -19,13 +19,14 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.array_namespace import Array, along_last, namespace
+from infinivar._core.described import derived, reported
 from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError
 from infinivar.parts.heat_steps import BOUND, COPPER, MARGIN, REFERENCE, Steps, over
 from infinivar.parts.heat_steps import rates as rates
 from infinivar.parts.heat_steps import steps as steps_of
 from infinivar.parts.motor import Motor
-from infinivar.units import celsius, plain
+from infinivar.units import ZERO_CELSIUS, celsius, plain
 
 NEEDED = (
     "winding_to_housing",
@@ -45,6 +46,10 @@ _NEVER = 60
 _HALVINGS = 40
 
 
+def _in_celsius(temperature: float) -> float:
+    return temperature - ZERO_CELSIUS
+
+
 @result
 class Heat(Result):
     """What a motor's temperatures come to when a cycle is repeated, or over a run.
@@ -62,15 +67,15 @@ class Heat(Result):
     repeated : bool               Whether a cycle is repeated; if not, all values are of one run.
     """
 
-    winding: float
-    housing: float
+    winding: float = reported("K", key="winding_C", convert=_in_celsius)
+    housing: float = reported("K", key="housing_C", convert=_in_celsius)
     mean_winding: float
-    permissible: float
-    time_to_limit: float
+    permissible: float = reported("K", attribute="permissible", key="permissible_C", convert=_in_celsius)
+    time_to_limit: float = reported("s")
     ambient: float
-    time: np.ndarray
-    winding_history: np.ndarray
-    housing_history: np.ndarray
+    time: np.ndarray = reported("s", dims=("time",))
+    winding_history: np.ndarray = reported("K", dims=("time",), variable="winding")
+    housing_history: np.ndarray = reported("K", dims=("time",), variable="housing")
     repeated: bool = True
 
     @property
@@ -84,7 +89,7 @@ class Heat(Result):
         allowed = self.permissible - self.ambient
         return (self.winding - self.ambient) / allowed if allowed > 0 else math.inf
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """Verdict in one clause."""
         limit = celsius(self.permissible)

@@ -19,7 +19,9 @@ _TYPES: dict[str, dict[str, str]] = {
         "save": "report.comparison:save",
         "table": "report.tables:comparison",
     },
-    "analysis.compare.DriveResult": {"plot": "figures.single:drive_result", "dataset": "report.datasets:drive_result"},
+    "analysis.compare.DriveResult": {
+        "plot": "figures.single:drive_result",
+    },
     "analysis.cycles.duty_comparison.DutyComparison": {
         "plot": "figures.duty_cycle:draw_all",
         "table": "report.tables:duty_comparison",
@@ -30,17 +32,24 @@ _TYPES: dict[str, dict[str, str]] = {
         "save": "report.contact:save",
         "table": "report.tables:contact_sheet",
     },
-    "analysis.cycles.cylinder_policy.Policy": {"plot": "figures.single:policy", "dataset": "report.datasets:policy"},
-    "analysis.cycles.duty_result.DutyResult": {"plot": "figures.single:duty", "dataset": "report.datasets:duty"},
+    "analysis.cycles.cylinder_policy.Policy": {
+        "plot": "figures.single:policy",
+    },
+    "analysis.cycles.duty_result.DutyResult": {
+        "plot": "figures.single:duty",
+    },
     "analysis.cycles.mixed_use.MixedUse": {"table": "report.tables:mixed_use"},
     "analysis.cycles.shaking.DynamicMap": {
         "plot": "figures.single:dynamic_map",
-        "dataset": "report.datasets:dynamic_map",
     },
     "analysis.cycles.tracking.TwoWays": {"plot": "figures.single:two_ways", "table": "report.tables:two_ways"},
-    "analysis.design_trends.Trend": {"plot": "figures.single:trend", "dataset": "report.datasets:trend"},
+    "analysis.design_trends.Trend": {
+        "plot": "figures.single:trend",
+    },
     "analysis.hanging.Hanging": {"table": "report.tables:hanging"},
-    "analysis.least_loss.LeastLoss": {"plot": "figures.least_loss:draw_all", "dataset": "report.datasets:least_loss"},
+    "analysis.least_loss.LeastLoss": {
+        "plot": "figures.least_loss:draw_all",
+    },
     "analysis.machine_run.MachineRun": {
         "plot": "figures.machine_run:draw_all",
         "save": "report.run:save",
@@ -77,7 +86,6 @@ _TYPES: dict[str, dict[str, str]] = {
     "analysis.robustness.verdicts.Builds": {"plot": "figures.single:builds", "table": "report.tables:builds"},
     "analysis.robustness.verdicts.BuildsMap": {
         "plot": "figures.single:builds_map",
-        "dataset": "report.datasets:builds_map",
     },
     "analysis.robustness.verdicts.DutyBuilds": {
         "plot": "figures.single:duty_builds",
@@ -95,13 +103,17 @@ _TYPES: dict[str, dict[str, str]] = {
     },
     "analysis.sessions.z_width.ZWidth": {"plot": "figures.z_width:draw_all", "dataset": "report.datasets:z_width"},
     "analysis.shared_motor.SharedMotor": {"plot": "figures.shared_motor:draw_all"},
-    "analysis.sphere_map.SphereMap": {"plot": "figures.sphere_map:draw_all", "dataset": "report.datasets:sphere_map"},
+    "analysis.sphere_map.SphereMap": {
+        "plot": "figures.sphere_map:draw_all",
+    },
     "analysis.steering_step.SteeringStep": {
         "plot": "figures.steering_step:draw_all",
         "save": "report.steering_step:save",
         "table": "report.tables:steering_step",
     },
-    "analysis.steady_map.SteadyMap": {"plot": "figures.single:steady_map", "dataset": "report.datasets:steady_map"},
+    "analysis.steady_map.SteadyMap": {
+        "plot": "figures.single:steady_map",
+    },
     "analysis.workspace.WorkspaceMap": {"plot": "figures.workspace:draw_all"},
     "bondgraph.audit.Trajectory": {
         "plot": "figures.single:trajectory",
@@ -120,17 +132,21 @@ _TYPES: dict[str, dict[str, str]] = {
     },
     "contact.exact.patch.SteadyRolling": {
         "plot": "figures.rolling_patch:draw_all",
-        "dataset": "report.datasets:steady_rolling",
     },
     "contact.exact.transient.TransientRolling": {
         "plot": "figures.transient_rolling:draw_all",
-        "dataset": "report.datasets:transient_rolling",
         "table": "report.tables:transient_rolling",
     },
-    "drivetrain.drive.DrivePoint": {"plot": "figures.single:point", "dataset": "report.datasets:point"},
+    "drivetrain.drive.DrivePoint": {
+        "plot": "figures.single:point",
+    },
     "machines.many_legs.MachinePoint": {"plot": "figures.wheels:legs"},
-    "drivetrain.drive.MovingPoint": {"plot": "figures.single:moving_point", "dataset": "report.datasets:moving_point"},
-    "parts.heat.Heat": {"plot": "figures.single:heat", "dataset": "report.datasets:heat"},
+    "drivetrain.drive.MovingPoint": {
+        "plot": "figures.single:moving_point",
+    },
+    "parts.heat.Heat": {
+        "plot": "figures.single:heat",
+    },
     "sizing.builds.result.Doubt": {"table": "report.tables:doubt"},
     "sizing.result.Sizing": {
         "plot": "figures.sizing:draw_all",
@@ -142,7 +158,6 @@ _TYPES: dict[str, dict[str, str]] = {
     "transmission.spherical_solve.SphericalPoint": {"plot": "figures.wheels:rollers"},
     "transmission.operating_point.OperatingPoint": {
         "plot": "figures.single:point",
-        "dataset": "report.datasets:point",
     },
     "transmission.wrench_set.WrenchSet": {"plot": "figures.wrench_set:draw_all"},
 }

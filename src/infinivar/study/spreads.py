@@ -10,6 +10,7 @@ import numpy as np
 
 from infinivar import units
 from infinivar._core.bounds import fits, permitted, words
+from infinivar._core.described import derived, reported
 from infinivar._core.fields import quantities_of, value_at
 from infinivar._core.frozen import FrozenDict
 from infinivar.drivetrain.drive import Drive
@@ -38,14 +39,14 @@ class Spread:
     """
 
     owner: str
-    path: str
-    unit: str
-    value: float
+    path: str = reported()
+    unit: str = reported()
+    value: float = reported()
     low: float
     high: float
     deviation: float | None
-    kind: str
-    where: str
+    kind: str = reported()
+    where: str = reported()
 
     def at(self, share: Any) -> np.ndarray:
         """Return the quantile: the value that a share of the samples, 0 to 1, does not exceed."""
@@ -56,7 +57,7 @@ class Spread:
         below, above = (ndtr((end - self.value) / self.deviation) for end in (self.low, self.high))
         return self.value + self.deviation * ndtri(below + np.asarray(share) * (above - below))
 
-    @property
+    @derived(key="range")
     def words(self) -> str:
         """Text for reports: "617.5 to 682.5 N", or "32000 ± 560 N (95 %)"."""
         if self.deviation is None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.described import derived, reported
 from infinivar._core.labels import Labels
 from infinivar._core.result import Result, result
 from infinivar.limits import Limit
-from infinivar.power import PowerPoint
+from infinivar.power import AT_POINT, PowerPoint
 
 
 @result
@@ -20,19 +21,21 @@ class OperatingPoint(PowerPoint, Result):
     nan where infeasible and where both sides feed the losses.
     """
 
-    cylinder_speed: Array
+    cylinder_speed: Array = reported("rad s-1", "cylinder speed", (...,))
     steering_tangent: Array
-    torque: Array
-    link_speed: Array
-    link_force: Array
-    rolling_speed: Array
-    creep_speed: Array
-    lateral_force: Array
+    torque: Array = reported("N m", "torque on the cylinder", (...,))
+    link_speed: Array = reported("m s-1", "link speed", (...,))
+    link_force: Array = reported("N", "force on the link", (...,))
+    rolling_speed: Array = reported("m s-1", "rolling speed", (...,))
+    creep_speed: Array = reported("m s-1", "creep speed", (...,))
+    lateral_force: Array = reported("N", "lateral force of the contact", (...,))
     losses: Mapping[str, Array]
     utilisation: Mapping[Limit, Array]
     labels: Labels | None = None
 
-    @property
+    _also = AT_POINT
+
+    @derived("rad", "steering angle", (...,))
     def steering_angle(self) -> Array:
         """Steering angle phi. [rad]"""
         return namespace(self.steering_tangent).atan(self.steering_tangent)

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.described import derived, reported
 from infinivar._core.result import Result, result
 from infinivar._core.threads import products_on_one_thread
 from infinivar.analysis.cycles import performance
@@ -64,13 +65,24 @@ class Policy(Result):
     steering : float        Share of the steering motor in the power. [-]
     """
 
-    name: str
-    power_in: float
-    slowest: float
-    fastest: float
+    name: str = reported(attribute="name", key="policy")
+    power_in: float = reported("W", attribute="power_in", key="power_W")
+    slowest: float = reported("rad/s")
+    fastest: float = reported("rad/s")
     cylinder_speed: Varying | None
-    feasible: bool
+    feasible: bool = reported()
     steering: float
+
+    @derived("rad s-1", dims=("share",), variable="cylinder_speed")
+    def _speeds(self) -> np.ndarray:
+        """The speed over the cycle; two equal ones if it is constant."""
+        speed = np.asarray(self.slowest if self.cylinder_speed is None else self.cylinder_speed.value)
+        return np.broadcast_to(speed, (2,)) if speed.ndim == 0 else speed
+
+    @derived("1", "share of the cycle", ("share",))
+    def _share(self) -> np.ndarray:
+        count = self._speeds.size
+        return (np.arange(count) + 0.5) / count
 
 
 @products_on_one_thread()

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
+from infinivar._core.described import at, derived
 from infinivar._core.result import Result, result
 from infinivar.analysis.cycles.cylinder_policy import Policy
 from infinivar.analysis.cycles.duty_result import DutyResult
@@ -38,6 +39,8 @@ class DutyComparison(Result):
     two_ways: Mapping[str, TwoWays | str]
     cautions: Mapping[str, str] = field(default_factory=dict)
 
+    _also = (at("duty.title"),)
+
     @property
     def axis(self) -> Axis:
         """Whether the load moves along a line or about a joint."""
@@ -67,35 +70,18 @@ class DutyComparison(Result):
         shown = f"{able} of {count} drives {'is' if able == 1 else 'are'} feasible"
         return f"{shown}; lowest energy: {best.title} with {energy}; {tight}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
+    @derived()
+    def _drives(self) -> dict[str, dict[str, Any]]:
+        """Result of each drive, with the policies of its cylinder, its simulation or why there is none, and its caution."""
         return {
-            "title": self.duty.title,
-            "drives": {
-                name: {
-                    **result.to_dict(),
-                    "cylinder": [
-                        {
-                            "policy": policy.name,
-                            "power_W": policy.power_in,
-                            "slowest_rad_s": policy.slowest,
-                            "fastest_rad_s": policy.fastest,
-                            "feasible": policy.feasible,
-                        }
-                        for policy in self.policies.get(name, ())
-                    ],
-                    "simulated": _simulated(self.two_ways[name]),
-                    **({"caution": self.cautions[name]} if name in self.cautions else {}),
-                }
-                for name, result in self.results.items()
-            },
+            name: {
+                **result.to_dict(),
+                "cylinder": [policy.to_dict() for policy in self.policies.get(name, ())],
+                "simulated": {"left_out": both} if isinstance(both := self.two_ways[name], str) else both.to_dict(),
+                **({"caution": self.cautions[name]} if name in self.cautions else {}),
+            }
+            for name, result in self.results.items()
         }
-
-
-def _simulated(found: TwoWays | str) -> dict[str, Any]:
-    if isinstance(found, str):
-        return {"left_out": found}
-    return {"prescribed_J": found.prescribed, "followed_J": found.followed, "explanation": found.explanation}
 
 
 def over_all(duty: Mapping[str, DutyComparison], titles: Mapping[str, str]) -> str:

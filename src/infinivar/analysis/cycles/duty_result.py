@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar._core.described import at, derived, reported
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.cycles.performance import motors_of
 from infinivar.analysis.cycles.single_strides import StrideEnergies
@@ -29,6 +30,7 @@ _TORQUES = {"motor": "motor_torque_Nm", "steering motor": "steering_torque_Nm"}
 _ROUNDING = 1e-10
 """Mean over peak power below which a mean is rounding."""
 
+_TIME = ("time",)
 _SAME = 1e-3
 """Relative difference below which energies count as equal in the verdict."""
 
@@ -48,11 +50,11 @@ class Holding(Frozen):
     """
 
     force: float
-    power: float
-    without_help: float
-    limit: Limit
-    parked: float | None
-    run_up: float | None
+    power: float = reported("W")
+    without_help: float = reported("W", key="power_without_friction_W")
+    limit: Limit = reported()
+    parked: float | None = reported("W")
+    run_up: float | None = reported("J")
 
     @property
     def pays_after(self) -> float | None:
@@ -70,6 +72,10 @@ class WithoutHelp(NamedTuple):
     """Energy from the supply per cycle or over the run. [J]"""
     feasible: bool
     """Whether every limit is kept and no winding overheats."""
+
+
+def _some(lacking: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+    return {what: names for what, names in lacking.items() if names}
 
 
 @result
@@ -93,19 +99,26 @@ class DutyResult(Result):
     """
 
     name: str
-    title: str
+    title: str = reported(attribute="title")
     drive: Drive
     duty: DutyCycle
     instants: Instants
     point: MovingPoint
     cold_power: float
-    demands: Mapping[Demand, float]
-    heat: Mapping[str, Heat | None]
-    lacking: Mapping[str, tuple[str, ...]]
-    closure: float
+    demands: Mapping[Demand, float] = reported("1")
+    heat: Mapping[str, Heat | None] = reported()
+    lacking: Mapping[str, tuple[str, ...]] = reported(key="heat_lacks", convert=_some)
+    closure: float = reported("1")
     holding: Holding
-    without_help: WithoutHelp | None
-    strides: StrideEnergies | None = None
+    without_help: WithoutHelp | None = reported(key="without_friction_at_rest")
+    strides: StrideEnergies | None = reported(key="single_strides", optional=True, default=None)
+
+    _also = (
+        at("duty.title", key="duty"),
+        at("duty.closed"),
+        at("duty.period", "s"),
+        at("instants.time.size", key="samples"),
+    )
 
     @property
     def power_in(self) -> float:
@@ -122,19 +135,19 @@ class DutyResult(Result):
         """Energy from the supply per hour. [W h]"""
         return self.power_in
 
-    @property
+    @derived("J/kg", key="energy_per_mass_J_kg")
     def energy_per_kilogram(self) -> float | None:
         """Energy from the supply per cycle and kilogram of `duty.reference_mass`; None without one. [J/kg]"""
         mass = self.duty.reference_mass
         return None if mass is None else self.energy / mass[0]
 
-    @property
+    @derived("J/m", key="energy_per_distance_J_m")
     def energy_per_metre(self) -> float | None:
         """Energy from the supply per metre of `duty.distance_per_cycle`; None without one. [J/m]"""
         covered = self.duty.distance_per_cycle
         return None if covered is None else self.energy / covered
 
-    @property
+    @derived(key="*")
     def powers(self) -> dict[str, float]:
         """Peak and net powers of the cycle, by their keys in `to_dict`; nan in slip or where a linkage cannot reach. [W]"""
         supply, load = np.asarray(self.point.power_in), np.asarray(self.point.power_out)
@@ -152,22 +165,22 @@ class DutyResult(Result):
             found["motor_shaft_power_peak_W"] = float(np.max(shaft))
         return found
 
-    @property
+    @derived("J", key="work_on_load_J")
     def delivered(self) -> float:
         """Work of the drive on the load per cycle or over the run, while driving. [J]"""
         return float(np.mean(np.clip(self.point.power_out, 0.0, None))) * self.duty.period
 
-    @property
+    @derived("J", key="work_of_load_J")
     def absorbed(self) -> float:
         """Work of the load on the drive per cycle or over the run, while braking. [J]"""
         return float(np.mean(np.clip(-np.asarray(self.point.power_out), 0.0, None))) * self.duty.period
 
-    @property
+    @derived("J")
     def losses(self) -> dict[str, float]:
         """Losses per cycle or over the run, by name. [J]"""
         return {name: float(np.mean(loss)) * self.duty.period for name, loss in self.point.losses.items()}
 
-    @property
+    @derived("1", key="peak_torque_over_continuous")
     def peaks(self) -> dict[str, float]:
         """Peak torque at each motor's shaft over its continuous torque, which limits only the RMS; nan on slip. [-]"""
         states, motors = self.point.states, motors_of(self.drive)
@@ -177,7 +190,7 @@ class DutyResult(Result):
             if what in motors and column in states
         }
 
-    @property
+    @derived("1", key="peak_current_over_continuous")
     def current_peaks(self) -> dict[str, float]:
         """Peak current of each motor over its current at continuous torque, which includes no-load current. [-]"""
         found = self.point.utilisation.items()
@@ -191,7 +204,7 @@ class DutyResult(Result):
             sorted(found, key=lambda key: (-LEADING.index(key[0]) if key[0] in LEADING else 1, -self.demands[key]))
         )
 
-    @property
+    @derived()
     def feasible(self) -> bool:
         """Whether every limit is kept and no winding overheats."""
         return not self.exceeded and within_limits(self.heat)
@@ -222,7 +235,7 @@ class DutyResult(Result):
     def _known_heat(self) -> dict[str, Heat]:
         return {what: found for what, found in self.heat.items() if found is not None}
 
-    @property
+    @derived(attribute="verdict")
     def verdict(self) -> str:
         """One-line verdict: feasibility, tightest limit, energy, heating."""
         known = self._known_heat()
@@ -274,7 +287,7 @@ class DutyResult(Result):
             return [f"feasible only because friction helps to hold the load; without it {energy}"]
         return [f"without friction holding the load, {energy}"]
 
-    @property
+    @derived(dims=_TIME)
     def columns(self) -> dict[str, np.ndarray]:
         """Time histories under names that end in their unit: time, position, speed, force, `POWERS`, states of the drive.
 
@@ -290,6 +303,7 @@ class DutyResult(Result):
             found["steering_angle_rad"] = np.arctan(point.states["steering_tangent"])
         return {name: np.broadcast_to(np.asarray(value, dtype=float), shape) for name, value in found.items()}
 
+    @derived(key="*")
     def _energies(self) -> dict[str, float]:
         """Energies from the supply under names that end in their unit."""
         cold = self.cold_power * self.duty.period
@@ -301,51 +315,19 @@ class DutyResult(Result):
             "energy_per_cycle_cold_J": cold,
         }
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
-        return {
-            "title": self.title,
-            "duty": self.duty.title,
-            "verdict": self.verdict,
-            "feasible": self.feasible,
-            "closed": self.duty.closed,
-            "period_s": self.duty.period,
-            "samples": len(self.instants.time),
-            **self._energies(),
-            "energy_per_mass_J_kg": self.energy_per_kilogram,
-            "energy_per_distance_J_m": self.energy_per_metre,
-            **self.powers,
-            "without_friction_at_rest": None if self.without_help is None else self.without_help._asdict(),
-            "work_on_load_J": self.delivered,
-            "work_of_load_J": self.absorbed,
-            "losses_J": self.losses,
-            "demands": {f"{limit.name} ({what})": demand for (limit, what), demand in self.demands.items()},
-            "peak_torque_over_continuous": self.peaks,
-            "peak_current_over_continuous": self.current_peaks,
-            "heat": {
-                what: None
-                if found is None
-                else {
-                    "winding_C": found.winding - 273.15,
-                    "housing_C": found.housing - 273.15,
-                    "permissible_C": found.permissible - 273.15,
-                    "time_to_limit_s": found.time_to_limit,
-                    "verdict": found.verdict,
-                }
-                for what, found in self.heat.items()
-            },
-            "heat_lacks": {what: list(names) for what, names in self.lacking.items() if names},
-            "holding": {
-                self.duty.axis.columns[2]: self.holding.force,
-                "power_W": self.holding.power,
-                "power_without_friction_W": self.holding.without_help,
-                "limit": self.holding.limit.name,
-                "parked_W": self.holding.parked,
-                "run_up_J": self.holding.run_up,
-            },
-            **({} if self.strides is None else {"single_strides": self.strides.to_dict()}),
-            "closure": self.closure,
-        }
+    @derived("W", "power lost in {}", _TIME, variable="loss_{}")
+    def _lost(self) -> dict[str, np.ndarray]:
+        shape = self.instants.time.shape
+        return {name: np.broadcast_to(loss, shape) for name, loss in self.point.losses.items()}
+
+    @derived(key="", attribute="energy")
+    def _energy(self) -> dict[str, float]:
+        return {"energy_per_cycle_J" if self.duty.closed else "energy_over_run_J": self.energy}
+
+    @derived(key="holding")
+    def _held(self) -> dict[str, Any]:
+        """What it takes to hold still, with the force or moment held."""
+        return {self.duty.axis.columns[2]: self.holding.force, **self.holding.to_dict()}
 
 
 def _net(power: np.ndarray) -> float:

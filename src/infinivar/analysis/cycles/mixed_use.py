@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from infinivar._core.described import derived, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.analysis.cycles.duty_comparison import FEW
@@ -30,7 +31,7 @@ class MixedUse(Result):
     tightest     Cycle with the least margin, the limit and the margin, by drive.
     """
 
-    shares: Mapping[str, float]
+    shares: Mapping[str, float] = reported("1")
     titles: Mapping[str, str]
     cycles: Mapping[str, str]
     power: Mapping[str, float]
@@ -44,7 +45,7 @@ class MixedUse(Result):
         """Energy from the supply per hour, by drive. [W h]"""
         return self.power
 
-    @property
+    @derived()
     def best(self) -> str | None:
         """Name of the feasible drive with the lowest mean power; None if no drive is feasible."""
         able = [name for name, good in self.feasible.items() if good]
@@ -55,7 +56,7 @@ class MixedUse(Result):
         """The cycles and their shares, such as "60 % walking, 40 % standing"."""
         return ", ".join(f"{plain(100 * share, 3)} % {self.cycles[task]}" for task, share in self.shares.items())
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One clause: how many drives are feasible in every cycle, and the one with the lowest mean power or the closest."""
         count, able = len(self.titles), sum(self.feasible.values())
@@ -98,25 +99,20 @@ class MixedUse(Result):
         task, limit, margin = self.tightest[name]
         return f"tightest limit: {limit} in {self.cycles[task]} (margin {margin_words(margin)})"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
+    @derived()
+    def _drives(self) -> dict[str, dict[str, Any]]:
         return {
-            "shares": dict(self.shares),
-            "verdict": self.verdict,
-            "best": self.best,
-            "drives": {
-                name: {
-                    "title": title,
-                    "verdict": self.verdict_on(name),
-                    "feasible": self.feasible[name],
-                    "power_W": self.power[name],
-                    "energy_per_hour_Wh": self.watt_hours[name],
-                    "power_per_mass_W_kg": self.per_kilogram.get(name),
-                    "energy_per_distance_J_m": self.per_metre.get(name),
-                    "tightest": dict(zip(("duty", "limit", "margin"), self.tightest[name], strict=True)),
-                }
-                for name, title in self.titles.items()
-            },
+            name: {
+                "title": title,
+                "verdict": self.verdict_on(name),
+                "feasible": self.feasible[name],
+                "power_W": self.power[name],
+                "energy_per_hour_Wh": self.watt_hours[name],
+                "power_per_mass_W_kg": self.per_kilogram.get(name),
+                "energy_per_distance_J_m": self.per_metre.get(name),
+                "tightest": dict(zip(("duty", "limit", "margin"), self.tightest[name], strict=True)),
+            }
+            for name, title in self.titles.items()
         }
 
 

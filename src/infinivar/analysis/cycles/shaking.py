@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from annotated_types import Gt
 
+from infinivar._core.described import reported
 from infinivar._core.fields import check_value
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
@@ -22,6 +23,13 @@ SAMPLES = 200
 
 _TILE = 32_768
 """Instants computed at once, so that intermediate arrays fit the processor's caches."""
+
+_GRID = ("frequency", "fraction")
+
+
+def _codes(found: DynamicMap) -> dict[str, str]:
+    names = ", ".join(f"{place} {limit.name} ({what})" for place, (limit, what) in enumerate(found.demands, 1))
+    return {"long_name": f"limit exceeded: 0 none, {names}"}
 
 
 @result
@@ -42,20 +50,20 @@ class DynamicMap(Result):
     closure : float                           Largest relative residual of a cycle's energy balance. [-]
     """
 
-    frequency: np.ndarray
-    fraction: np.ndarray
-    amplitude: np.ndarray
-    performance: np.ndarray
+    frequency: np.ndarray = reported("Hz", dims=("frequency",))
+    fraction: np.ndarray = reported("1", "RMS power over the maximum power", ("fraction",))
+    amplitude: np.ndarray = reported("m", dims=_GRID)
+    performance: np.ndarray = reported("1", dims=_GRID, notes=lambda found: {"long_name": found.definition.words})
     unlimited: np.ndarray
-    binding: np.ndarray
-    margin: np.ndarray
+    binding: np.ndarray = reported("1", dims=_GRID, notes=_codes)
+    margin: np.ndarray = reported("1", dims=_GRID)
     demands: Mapping[Demand, np.ndarray]
-    power_in: np.ndarray
-    exchanged: np.ndarray
-    losses: Mapping[str, np.ndarray]
+    power_in: np.ndarray = reported("W", dims=_GRID)
+    exchanged: np.ndarray = reported("W", dims=_GRID)
+    losses: Mapping[str, np.ndarray] = reported("W", dims=_GRID, variable="loss_{}")
     definition: Definition
-    power: float
-    load_mass: float
+    power: float = reported("W", attribute="power")
+    load_mass: float = reported("kg", attribute="load_mass")
     closure: float
 
     @property

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from infinivar._core.described import at, derived, reported
 from infinivar._core.result import Result, result
 from infinivar.drivetrain.drive import Drive, followed, orders_of
 from infinivar.motion.duty_cycles import DutyCycle, check_duty_cycle
@@ -25,15 +25,17 @@ class StrideEnergies(Result):
                             recording states the end of each stride. [J]
     """
 
-    mean_cycle: float
-    singles: np.ndarray
+    mean_cycle: float = reported("J")
+    singles: np.ndarray = reported("J", key="strides_J")
 
-    @property
+    _also = (at("singles.size", key="strides"),)
+
+    @derived("J", key="mean_of_strides_J")
     def mean(self) -> float:
         """Mean of the energies of single strides. [J]"""
         return float(np.mean(self.singles))
 
-    @property
+    @derived("J", key="deviation_of_strides_J")
     def deviation(self) -> float:
         """Standard deviation of the energies of single strides. [J]"""
         return float(np.std(self.singles, ddof=1)) if self.singles.size > 1 else 0.0
@@ -47,16 +49,6 @@ class StrideEnergies(Result):
             f"{self.singles.size} single strides {plain(self.mean, 3)} J ± {plain(self.deviation, 2)} J on average, their mean "
             f"cycle {plain(self.mean_cycle, 3)} J with cold windings{share}"
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
-        return {
-            "strides": int(self.singles.size),
-            "mean_cycle_J": self.mean_cycle,
-            "mean_of_strides_J": self.mean,
-            "deviation_of_strides_J": self.deviation,
-            "strides_J": self.singles.tolist(),
-        }
 
 
 def stride_energies(drive: Drive, duty: DutyCycle) -> StrideEnergies | None:

@@ -25,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.described import derived, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.analysis.cycles.performance import AnyDrive
@@ -85,13 +86,13 @@ class TwoWays(Result):
     stored : float                           Increase over the simulated cycle of the energy in inertias of drive and load. [J]
     """
 
-    prescribed: float
+    prescribed: float = reported("J")
     as_turning: float
     as_resting: float
     stopping: float
     left_at_rest: float
     slowest: float
-    followed: float
+    followed: float = reported("J")
     lost_prescribed: Mapping[str, float]
     lost_followed: Mapping[str, float]
     rms_error: float
@@ -105,7 +106,7 @@ class TwoWays(Result):
         """Prescribed energy with what the controllers do: cylinder speed, rest, and what coming to rest and holding take. [J]"""
         return self.as_resting + self.stopping
 
-    @property
+    @derived()
     def explanation(self) -> str:
         """Explanation of the difference between both energies."""
         total = self.followed - self.prescribed

@@ -5,12 +5,13 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import Field, field, replace
+from dataclasses import Field, replace
 from typing import Any
 
 import numpy as np
 
 from infinivar._core.bounds import permitted
+from infinivar._core.described import at, derived, reported
 from infinivar._core.engine import Engine
 from infinivar._core.engine import check as check_engine
 from infinivar._core.fields import quantities_of, value_at
@@ -67,17 +68,17 @@ class Influence(Frozen):
         None if not computed. [-]
     """
 
-    path: str
-    unit: str
-    value: float
-    elasticity: float
-    low: float
-    high: float
-    at_low: float
-    at_high: float
-    stated: bool
-    first: float | None = None
-    total: float | None = None
+    path: str = reported()
+    unit: str = reported()
+    value: float = reported()
+    elasticity: float = reported("1")
+    low: float = reported()
+    high: float = reported()
+    at_low: float = reported()
+    at_high: float = reported()
+    stated: bool = reported(key="range_stated")
+    first: float | None = reported("1", key="sobol_first", default=None)
+    total: float | None = reported("1", key="sobol_total", default=None)
 
     @property
     def words(self) -> str:
@@ -116,21 +117,23 @@ class Sensitivity(Result):
     """
 
     study: Study
-    name: str
+    name: str = reported(key="drive")
     outcome: Outcome
-    value: float
-    influences: tuple[Influence, ...]
-    conclusions: tuple[Conclusion, ...]
-    impossible: float
-    beyond: str
-    engine: str = field(default="numpy", compare=False)
+    value: float = reported()
+    influences: tuple[Influence, ...] = reported(key="parameters")
+    conclusions: tuple[Conclusion, ...] = reported()
+    impossible: float = reported("1")
+    beyond: str = reported(key="beyond_limits")
+    engine: str = reported(default="numpy", compare=False)
 
-    @property
+    _also = (at("outcome.name", key="of"), at("outcome.words"), at("outcome.unit"))
+
+    @derived()
     def ranking(self) -> tuple[str, ...]:
         """The largest influences, one sentence each."""
         return tuple(_sentence(self, place, row) for place, row in enumerate(self.influences[:LARGEST]))
 
-    @property
+    @derived()
     def remarks(self) -> tuple[str, ...]:
         """Remarks on limits, ranges and indices."""
         return (*self._on_limits(), *self._on_ranges(), *self._on_indices())
@@ -167,38 +170,6 @@ class Sensitivity(Result):
             )
         if any(owner == self.name for owner, _, _ in self.study.uncertainty.correlations):
             yield "Sobol's indices treat the parameters as independent and ignore the study's correlations."
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
-        return {
-            "drive": self.name,
-            "of": self.outcome.name,
-            "words": self.outcome.words,
-            "unit": self.outcome.unit,
-            "value": self.value,
-            "parameters": [
-                {
-                    "path": row.path,
-                    "value": row.value,
-                    "unit": row.unit,
-                    "elasticity": row.elasticity,
-                    "low": row.low,
-                    "high": row.high,
-                    "at_low": row.at_low,
-                    "at_high": row.at_high,
-                    "range_stated": row.stated,
-                    "sobol_first": row.first,
-                    "sobol_total": row.total,
-                }
-                for row in self.influences
-            ],
-            "conclusions": [row._asdict() for row in self.conclusions],
-            "impossible": self.impossible,
-            "engine": self.engine,
-            "beyond_limits": self.beyond,
-            "ranking": list(self.ranking),
-            "remarks": list(self.remarks),
-        }
 
 
 def sensitivity(

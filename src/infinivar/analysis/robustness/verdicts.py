@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from infinivar import power
 from infinivar._core import engine as engines
 from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.described import derived, reported
 from infinivar._core.engine import Engine
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
@@ -19,7 +19,7 @@ from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.robustness import outcomes
 from infinivar.analysis.robustness.derivatives import designs
 from infinivar.analysis.robustness.sampling import WORTH_COMPILING, Batch, draw, evaluated, in_pieces, padded
-from infinivar.axis import LINEAR, Axis
+from infinivar.axis import LINEAR, PLANE, Axis, force_axis, speed_axis
 from infinivar.limits import Limit, binding
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.study.requirement import Requirement
@@ -50,12 +50,12 @@ class BuildsMap(Result):
     efficiency, spread   Mean and standard deviation of the efficiency of the samples within limits; nan without any. [-]
     """
 
-    speed: np.ndarray
-    force: np.ndarray
-    within: np.ndarray
-    limits: Mapping[Limit, np.ndarray]
-    efficiency: np.ndarray
-    spread: np.ndarray
+    speed: np.ndarray = speed_axis()
+    force: np.ndarray = force_axis()
+    within: np.ndarray = reported("1", "share of samples within all limits", PLANE)
+    limits: Mapping[Limit, np.ndarray] = reported("1", "share limited by {}", PLANE, variable="limit_{}")
+    efficiency: np.ndarray = reported("1", "mean efficiency of samples within limits", PLANE)
+    spread: np.ndarray = reported("1", "standard deviation of that efficiency", PLANE)
     axis: Axis = LINEAR
 
 
@@ -159,6 +159,16 @@ def _mapped(
     return mapped
 
 
+def band(values: np.ndarray) -> dict[str, float | None]:
+    """Median and 90 % range over the feasible samples; inf where a value is unbounded."""
+    known = values[~np.isnan(values)]
+    if not known.size:
+        return {"low": None, "median": None, "high": None}
+    between = "linear" if np.isfinite(known).all() else "inverted_cdf"  # inf cannot be interpolated
+    low, median, high = np.quantile(known, [BAND[0], 0.5, BAND[1]], method=between)
+    return {"low": float(low), "median": float(median), "high": float(high)}
+
+
 @result
 class DutyBuilds(Result):
     """Samples of a drive in a duty cycle: arrays with one value per sample, nan where the wheel slips.
@@ -171,12 +181,12 @@ class DutyBuilds(Result):
     per           What the energy refers to: "per cycle" or "over the run".
     """
 
-    energy: np.ndarray
-    temperature: np.ndarray
+    energy: np.ndarray = reported("J", convert=band)
+    temperature: np.ndarray = reported("K", convert=band)
     able: np.ndarray
     per: str = "per cycle"
 
-    @property
+    @derived(key="able")
     def share(self) -> float:
         """Share of feasible samples. [-]"""
         return float(np.mean(self.able))
@@ -209,26 +219,26 @@ class Builds(Result):
     engine     numpy or jax, which computed the samples; "jax and numpy" if JAX could not compile all of it.
     """
 
-    spreads: tuple[Spread, ...]
+    spreads: tuple[Spread, ...] = reported(key="varied")
     values: np.ndarray
-    coverage: np.ndarray
-    margin: np.ndarray
-    loss: np.ndarray
+    coverage: np.ndarray = reported("1", convert=band)
+    margin: np.ndarray = reported("1", key="weakest_margin", convert=band)
+    loss: np.ndarray = reported("W", key="loss_at_maximum_force_W", convert=band)
     map: BuildsMap
-    duty: Mapping[str, DutyBuilds]
-    engine: str = field(default="numpy", compare=False)
+    duty: Mapping[str, DutyBuilds] = reported()
+    engine: str = reported(default="numpy", compare=False)
 
-    @property
+    @derived(key="builds")
     def count(self) -> int:
         """Number of samples."""
         return len(self.values)
 
-    @property
+    @derived("1")
     def covering(self) -> float:
         """Share of samples that cover the requirement; nan without one. [-]"""
         return float(np.mean(self.margin >= 1.0)) if self.margin.size else float("nan")
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One clause for people."""
         if not self.margin.size:
@@ -237,26 +247,6 @@ class Builds(Result):
         spread = f"tightest margin {plain(found['low'], 3)} to {plain(found['high'], 3)} in 90 % of samples"
         return f"covers the requirement in {percent(self.covering, self.count)} of samples; {spread}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
-        return {
-            "builds": self.count,
-            "engine": self.engine,
-            "verdict": self.verdict,
-            "covering": self.covering,
-            "coverage": band(self.coverage),
-            "weakest_margin": band(self.margin),
-            "loss_at_maximum_force_W": band(self.loss),
-            "varied": [
-                {"path": s.path, "unit": s.unit, "value": s.value, "range": s.words, "kind": s.kind, "where": s.where}
-                for s in self.spreads
-            ],
-            "duty": {
-                name: {"able": found.share, "energy_J": band(found.energy), "temperature_K": band(found.temperature)}
-                for name, found in self.duty.items()
-            },
-        }
-
 
 def percent(share: float, count: int) -> str:
     """Format a share of samples; 100 % and 0 % only if no sample is an exception."""
@@ -264,16 +254,6 @@ def percent(share: float, count: int) -> str:
         return f"{100.0 * share:.0f} %"
     shown = min(max(100.0 * share, 0.1), 99.9) if count >= 1000 else min(max(round(100.0 * share), 1), 99)
     return f"{plain(shown, 3)} %"
-
-
-def band(values: np.ndarray) -> dict[str, float | None]:
-    """Median and 90 % range over the feasible samples; inf where a value is unbounded."""
-    known = values[~np.isnan(values)]
-    if not known.size:
-        return {"low": None, "median": None, "high": None}
-    between = "linear" if np.isfinite(known).all() else "inverted_cdf"  # inf cannot be interpolated
-    low, median, high = np.quantile(known, [BAND[0], 0.5, BAND[1]], method=between)
-    return {"low": float(low), "median": float(median), "high": float(high)}
 
 
 def builds(

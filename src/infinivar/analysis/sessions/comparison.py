@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.arrays import shown
+from infinivar._core.described import derived, finite, reported
 from infinivar._core.fields import check_instance
 from infinivar._core.result import Result, result
 from infinivar.analysis.hanging import Hanging, Judged, decided_again
@@ -63,24 +64,24 @@ class DisplayComparison(Result):
     """
 
     session: HandleSession
-    arm: str
-    assuming: tuple[str, ...]
-    displays: tuple[str, ...]
-    axes: np.ndarray
-    parts: tuple[str, ...]
-    energy: np.ndarray
-    steering: np.ndarray
-    user: np.ndarray
-    winding: np.ndarray
-    heating: np.ndarray
-    feasible: np.ndarray
-    stop: np.ndarray
-    largest_force: np.ndarray
-    least_force: np.ndarray
-    least_mass: np.ndarray
-    largest_mass: np.ndarray
-    stiffness: np.ndarray
-    margin: np.ndarray
+    arm: str = reported()
+    assuming: tuple[str, ...] = reported()
+    displays: tuple[str, ...] = reported()
+    axes: np.ndarray = reported()
+    parts: tuple[str, ...] = reported()
+    energy: np.ndarray = reported("J", convert=finite)
+    steering: np.ndarray = reported("J", convert=finite)
+    user: np.ndarray = reported("J", convert=finite)
+    winding: np.ndarray = reported("W", convert=finite)
+    heating: np.ndarray = reported("1", convert=finite, key="heating_1")
+    feasible: np.ndarray = reported()
+    stop: np.ndarray = reported("s", convert=finite)
+    largest_force: np.ndarray = reported("N", convert=finite)
+    least_force: np.ndarray = reported("N", convert=finite)
+    least_mass: np.ndarray = reported("kg", convert=finite)
+    largest_mass: np.ndarray = reported("kg", convert=finite)
+    stiffness: np.ndarray = reported("N/m", convert=finite)
+    margin: np.ndarray = reported("1", convert=finite, key="margin_1")
 
     @property
     def total(self) -> np.ndarray:
@@ -151,13 +152,13 @@ class DisplayComparison(Result):
         titles = {"cobotic": f"cobotic, {display}", "conventional": CONVENTIONAL}
         return decided_again(judged(0), answered, titles, f"energy of a round, {_axes_words(axes)}", "J")
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One-sentence answer: which display draws less energy, by number of axes and by what the cylinder does."""
         said = [f"{name}: {_grouped(self.axes, self.cheaper(name))}" for name in self.displays[:-1]]
         return f"Less energy in a round of {plain(self.session.round_time)} s: {'; '.join(said)}."
 
-    @property
+    @derived()
     def lines(self) -> tuple[str, ...]:
         """Statements with ranges: energy by number of axes, force, mass, stiffness, and work of the user."""
         said = []
@@ -187,32 +188,17 @@ class DisplayComparison(Result):
         said.append(f"work of the user, {_axes_words(int(self.axes[-1]))}: {', '.join(given)}")
         return tuple(said)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain values, for JSON."""
-        numbers = ("energy", "steering", "user", "winding", "heating", "stop")
-        measures = ("largest_force", "least_force", "least_mass", "largest_mass", "stiffness", "margin")
-        units = {
-            **dict.fromkeys(("energy", "steering", "user"), "J"),
-            **dict.fromkeys(("largest_force", "least_force"), "N"),
-            **dict.fromkeys(("least_mass", "largest_mass"), "kg"),
-            **{"winding": "W", "heating": "1", "stop": "s", "stiffness": "N_m", "margin": "1"},
-        }
+    @derived()
+    def _hangs_on(self) -> dict[str, dict[int, Hanging]]:
+        """Of each way to run the cobotic display, by number of axes."""
         return {
-            "verdict": self.verdict,
-            "lines": list(self.lines),
-            "arm": self.arm,
-            "axes": np.asarray(self.axes).tolist(),
-            "displays": list(self.displays),
-            "parts": list(self.parts),
-            "assuming": list(self.assuming),
-            "hangs_on": {
-                name: {str(count): self.hangs_on(name, count).to_dict() for count in np.asarray(self.axes).tolist()}
-                for name in self.displays[:-1]
-            },
-            "cheaper": {name: list(self.cheaper(name)) for name in self.displays[:-1]},
-            "feasible": np.asarray(self.feasible).tolist(),
-            **{f"{name}_{units[name]}": _plain_rows(getattr(self, name)) for name in (*numbers, *measures)},
+            name: {count: self.hangs_on(name, count) for count in np.asarray(self.axes).tolist()}
+            for name in self.displays[:-1]
         }
+
+    @derived()
+    def _cheaper(self) -> dict[str, tuple[str, ...]]:
+        return {name: self.cheaper(name) for name in self.displays[:-1]}
 
     def _place(self, display: str) -> int:
         require(display in self.displays[:-1], "display", repr(display), f"one of {', '.join(self.displays[:-1])}")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from annotated_types import Ge, Gt, Interval
 
+from infinivar._core.described import derived, finite, reported
 from infinivar._core.fields import check_number
 from infinivar._core.result import Result, result
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -40,25 +40,25 @@ class GuidanceLimits(Result):
         distance it stops. [m]
     """
 
-    machine: str
-    push: float
-    speed: float
-    mass: float
-    angle: float
-    slip_force: float
-    rolling_speed: float
-    leak: float
-    leak_speed: float
-    leak_per_angle: float
-    turn_rate: float
-    overrun: float
+    machine: str = reported()
+    push: float = reported("N", convert=finite)
+    speed: float = reported("m/s", convert=finite)
+    mass: float = reported("kg", convert=finite)
+    angle: float = reported("rad", convert=finite)
+    slip_force: float = reported("N", convert=finite)
+    rolling_speed: float = reported("m/s", convert=finite)
+    leak: float = reported("m/s/N", convert=finite)
+    leak_speed: float = reported("m/s", convert=finite)
+    leak_per_angle: float = reported("m/rad", convert=finite)
+    turn_rate: float = reported("rad/s", convert=finite)
+    overrun: float = reported("m", convert=finite)
 
-    @property
+    @derived()
     def slips(self) -> bool:
         """Whether the push makes the wheels slip, however they are steered."""
         return self.push >= self.slip_force
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One-sentence answer: slip, or overrun and leak."""
         if self.slips:
@@ -72,29 +72,6 @@ class GuidanceLimits(Result):
             f"At least {passed}{turning} under a push of {plain(self.push, 3)} N, {self.push / self.slip_force:.2f} of the slip "
             f"limit; leak {plain(1e3 * self.leak, 3)} mm/s per N."
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain values, for JSON."""
-        units = {
-            "push": "N",
-            "speed": "m_s",
-            "mass": "kg",
-            "angle": "rad",
-            "slip_force": "N",
-            "rolling_speed": "m_s",
-            "leak": "m_s_N",
-            "leak_speed": "m_s",
-            "leak_per_angle": "m_rad",
-            "turn_rate": "rad_s",
-            "overrun": "m",
-        }
-        found = {f"{name}_{unit}": getattr(self, name) for name, unit in units.items()}
-        return {
-            "machine": self.machine,
-            "verdict": self.verdict,
-            "slips": self.slips,
-            **{name: value if math.isfinite(value) else None for name, value in found.items()},
-        }
 
 
 def guidance_limits(

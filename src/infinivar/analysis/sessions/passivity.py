@@ -21,12 +21,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from annotated_types import Ge, Gt
 
 from infinivar._core.array_namespace import Array
+from infinivar._core.described import derived, reported
 from infinivar._core.fields import check_number
 from infinivar._core.result import Result, result
 from infinivar.analysis.sessions.displays import AdmittanceDisplay, Display, ImpedanceDisplay
@@ -145,29 +145,18 @@ class Passivity(Result):
     frequency : float         That needs most damping. [Hz]
     """
 
-    display: str
-    passive: bool | None
+    display: str = reported()
+    passive: bool | None = reported()
     reason: str
-    required: float
-    available: float
-    frequency: float
+    required: float = reported("N s/m", key="required_damping_Ns_m")
+    available: float = reported("N s/m", key="available_damping_Ns_m")
+    frequency: float = reported("Hz")
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One-sentence answer with its reason."""
         said = {True: "Passive", False: "Not passive", None: "Not shown to be passive"}[self.passive]
         return f"{said}: {self.reason}."
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain values, for JSON."""
-        return {
-            "display": self.display,
-            "passive": self.passive,
-            "verdict": self.verdict,
-            "required_damping_Ns_m": self.required,
-            "available_damping_Ns_m": self.available,
-            "frequency_Hz": self.frequency,
-        }
 
 
 def passivity(display: Display) -> Passivity:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.arrays import real_array
+from infinivar._core.described import derived, finite, reported
 from infinivar._core.fields import with_values
 from infinivar._core.result import Result, result
 from infinivar.analysis.sessions.displays import AdmittanceDisplay, Display, Held, ImpedanceDisplay
@@ -81,28 +82,28 @@ class StabilityMap(Result):
         are.
     """
 
-    display: str
-    held: str
-    first: str
-    second: str
-    x: np.ndarray
-    y: np.ndarray
-    growth: np.ndarray
-    boundary: np.ndarray
-    least: np.ndarray
-    most: np.ndarray
+    display: str = reported(attribute="display")
+    held: str = reported(attribute="held")
+    first: str = reported()
+    second: str = reported()
+    x: np.ndarray = reported(convert=finite)
+    y: np.ndarray = reported(convert=finite)
+    growth: np.ndarray = reported()
+    boundary: np.ndarray = reported()
+    least: np.ndarray = reported(convert=finite)
+    most: np.ndarray = reported(convert=finite)
 
     @property
     def stable(self) -> np.ndarray:
         """Where the loop is stable. (Y, X) bool"""
         return np.asarray(self.growth) <= 1.0 + NEUTRAL
 
-    @property
+    @derived()
     def units(self) -> tuple[str, str]:
         """Of both parameters."""
         return _UNITS[self.first], _UNITS[self.second]
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One-sentence answer: how much is stable, and the boundary at both ends of the second parameter."""
         share = 100.0 * float(np.mean(self.stable))
@@ -118,23 +119,6 @@ class StabilityMap(Result):
         if value == end:
             said = f"beyond {plain(end, 3)} {unit}"
         return f"{said} at a {self.second.replace('_', ' ')} of {plain(float(self.y[place]), 3)} {other}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain values, for JSON."""
-        return {
-            "display": self.display,
-            "held": self.held,
-            "verdict": self.verdict,
-            "first": self.first,
-            "second": self.second,
-            "units": list(self.units),
-            **{
-                name: [None if np.isnan(value) else value for value in getattr(self, name).tolist()]
-                for name in ("x", "y", "least", "most")
-            },
-            "growth": self.growth.tolist(),
-            "boundary": self.boundary.tolist(),
-        }
 
 
 def stability_map(

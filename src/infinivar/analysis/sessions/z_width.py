@@ -13,11 +13,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from annotated_types import Ge, Gt
 
+from infinivar._core.described import at, derived, finite, reported
 from infinivar._core.fields import check_number
 from infinivar._core.result import Result, result
 from infinivar.analysis.sessions.displays import AdmittanceDisplay, Display, Held
@@ -53,6 +53,9 @@ _MOST = 200_000
 """Samples of a sweep, at most."""
 
 
+_ALONG = ("frequency",)
+
+
 @result
 class ZWidth(Result):
     """Range of impedances that a display can show to an arm, as returned by `z_width`.
@@ -69,15 +72,28 @@ class ZWidth(Result):
     margin : float                [-]
     """
 
-    display: str
-    held: str
-    frequency: np.ndarray
+    display: str = reported(attribute="display")
+    held: str = reported(attribute="held")
+    frequency: np.ndarray = reported("Hz", dims=_ALONG, key="+")
     softest: np.ndarray
     stiffest: np.ndarray
-    least_mass: float
-    wall: float
-    limited: bool
-    margin: float
+    least_mass: float = reported("kg", convert=finite)
+    wall: float = reported("N/m", attribute="wall_N_m")
+    limited: bool = reported()
+    margin: float = reported("1", attribute="margin")
+
+    _also = tuple(
+        at(
+            f"{name}.{part}",
+            "N s m-1",
+            f"{part} part of the {name} impedance",
+            _ALONG,
+            variable=f"{name}_{part}",
+            key=f"{name}_{part}_Ns_m",
+        )
+        for name in ("softest", "stiffest")
+        for part in ("real", "imag")
+    )
 
     @property
     def mass_felt(self) -> np.ndarray:
@@ -94,13 +110,13 @@ class ZWidth(Result):
         """Width: decades between both magnitudes, negative where they have changed places. (n,) [-]"""
         return np.log10(np.abs(self.stiffest) / np.abs(self.softest))
 
-    @property
+    @derived("Hz", convert=finite)
     def crossing(self) -> float:
         """Lowest frequency at which the stiffest impedance is not above the softest one; inf if there is none. [Hz]"""
         below = np.flatnonzero(self.decades <= 0.0)
         return float(self.frequency[below[0]]) if below.size else math.inf
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One-sentence answer: mass and stiffness felt at the lowest frequency, and up to where there is a width."""
         lowest = plain(float(self.frequency[0]), 2)
@@ -112,25 +128,6 @@ class ZWidth(Result):
             f"With {self.held}: {plain(float(self.mass_felt[0]), 3)} kg to {wall} at {lowest} Hz "
             f"({self.decades[0]:.1f} decades{limit}); {up_to}."
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain values, for JSON."""
-        return {
-            "display": self.display,
-            "held": self.held,
-            "verdict": self.verdict,
-            "least_mass_kg": None if math.isnan(self.least_mass) else self.least_mass,
-            "wall_N_m": self.wall,
-            "limited": self.limited,
-            "margin": self.margin,
-            "crossing_Hz": self.crossing if math.isfinite(self.crossing) else None,
-            "frequency_Hz": self.frequency.tolist(),
-            **{
-                f"{name}_{part}_Ns_m": getattr(getattr(self, name), part).tolist()
-                for name in ("softest", "stiffest")
-                for part in ("real", "imag")
-            },
-        }
 
 
 def z_width(

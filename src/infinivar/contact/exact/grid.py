@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.described import at
 from infinivar._core.frozen import frozen
 from infinivar.errors import ParameterError
 
@@ -34,6 +35,18 @@ AHEAD = 0.25
 
 Half of that for the slip and half for the traction make lateral force by spin equal to moment by lateral creepage.
 """
+
+
+CELLS = ("row", "cell")
+"""Dimensions of what each cell of a patch has."""
+
+OF_GRID = (
+    at("grid.a_over_b", "1", attribute="a_over_b"),
+    at("grid.x", "1", "along the rolling direction, over c", CELLS),
+    at("grid.y", "1", "lateral, over c", CELLS[:1]),
+    at("grid._component", dims=("component",), convert=list),
+)
+"""What results on a `grid` state of it for their data sets."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,6 +80,10 @@ class Grid:
     def __reduce__(self) -> tuple[Callable[..., Grid], tuple[float, float, int]]:
         """Copies and pickles are the stored grid of the same shape."""
         return grid, (self.a_over_b, self.turned, self.cells)
+
+    @property
+    def _component(self) -> tuple[str, str]:
+        return ("x", "y")
 
     @property
     def rows(self) -> int:

@@ -10,10 +10,11 @@ import numpy as np
 from annotated_types import Interval
 
 from infinivar._core.arrays import shown
+from infinivar._core.described import at, derived, reported
 from infinivar._core.fields import check_number
 from infinivar._core.result import Result, result
 from infinivar.contact.exact.equations import Equations, equations, totals
-from infinivar.contact.exact.grid import FEWEST, Floats, Grid, grid
+from infinivar.contact.exact.grid import CELLS, FEWEST, OF_GRID, Floats, Grid, grid
 from infinivar.contact.exact.newton import Change, Outcome, Solution
 from infinivar.contact.exact.transient import (
     LONGEST_STEP,
@@ -52,17 +53,26 @@ class SteadyRolling(Result):
         grid, if asked for. [-]
     """
 
-    outcome: Outcome
-    fx: float
-    fy: float
-    mz: float
-    power: float
-    traction: Floats
-    slip: Floats
-    slides: np.ndarray
+    outcome: Outcome = reported(attribute="outcome")
+    fx: float = reported("1", dims=(), key="+")
+    fy: float = reported("1", dims=(), key="+")
+    mz: float = reported("1", dims=(), key="+")
+    power: float = reported("1", dims=(), key="+")
+    traction: Floats = reported("1", "traction on the track times c^2/(mu N)", ("component", *CELLS))
+    slip: Floats = reported("1", "slip of the wheel times G c^2/(mu N V)", ("component", *CELLS))
+    slides: np.ndarray = reported("1", "1 on the friction bound", CELLS, convert=np.int8)
     grid: Grid
     steps: int
     gradient: Floats | None = None
+
+    _also = (
+        *OF_GRID,
+        at("grid.bound", "1", "largest traction times c^2/(mu N)", CELLS),
+    )
+
+    @derived("1", "over c^2", CELLS)
+    def _area(self) -> Floats:
+        return np.broadcast_to(self.grid.area, self.slides.shape)
 
     @property
     def forces(self) -> Floats:

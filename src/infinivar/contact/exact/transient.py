@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from infinivar._core.arrays import real_array
+from infinivar._core.described import derived, reported
 from infinivar._core.result import Result, result
 from infinivar.contact.exact.equations import Equations, equations, half_cell_displacements, times, totals
-from infinivar.contact.exact.grid import Floats, Grid
+from infinivar.contact.exact.grid import CELLS, OF_GRID, Floats, Grid
 from infinivar.contact.exact.newton import Friction, Outcome
 from infinivar.errors import require
 
@@ -27,6 +28,10 @@ Source: alexander1977, the method of two stages.
 _STAGES = ((_STAGE, 1.0 - _STAGE), (_STAGE, _STAGE))
 _HALVINGS = 4
 """Times that a step is halved if the iteration does not converge."""
+
+
+def _converged(outcome: tuple[Outcome, ...]) -> np.ndarray:
+    return np.array([one == "converged" for one in outcome], np.int8)
 
 
 @result
@@ -52,21 +57,27 @@ class TransientRolling(Result):
     steps : int                   Newton steps.
     """
 
-    distance: Floats
-    fx: Floats
-    fy: Floats
-    mz: Floats
-    energy: Floats
-    work: Floats
-    dissipated: Floats
-    outcome: tuple[Outcome, ...]
-    start_energy: float
+    distance: Floats = reported("1", "distance rolled over c", ("distance",))
+    fx: Floats = reported("1", dims=("distance",))
+    fy: Floats = reported("1", dims=("distance",))
+    mz: Floats = reported("1", dims=("distance",))
+    energy: Floats = reported("1", dims=("distance",))
+    work: Floats = reported("1", dims=("distance",))
+    dissipated: Floats = reported("1", dims=("distance",))
+    outcome: tuple[Outcome, ...] = reported("1", dims=("distance",), variable="converged", convert=_converged)
+    start_energy: float = reported("1", attribute="start_energy")
     kept: np.ndarray
-    traction: Floats
-    slip: Floats
-    slides: np.ndarray
+    traction: Floats = reported("1", "traction on the track times c^2/(mu N)", ("kept", "component", *CELLS))
+    slip: Floats = reported("1", "slip of the wheel per distance times G c^2/(mu N)", ("kept", "component", *CELLS))
+    slides: np.ndarray = reported("1", "1 on the friction bound", ("kept", *CELLS), convert=np.int8)
     grid: Grid
     steps: int
+
+    _also = OF_GRID
+
+    @derived("1", "distance rolled over c", ("kept",), variable="kept")
+    def _kept_distance(self) -> Floats:
+        return self.distance[self.kept]
 
     @property
     def balance(self) -> Floats:
