@@ -168,6 +168,7 @@ from infinivar.figures import workspace as workspace_figure
 from infinivar.figures import wrench_set as wrench_set_figure
 from infinivar.figures import z_width as z_width_figure
 from infinivar.figures.duty_cycle import data as duty_cycle_data
+from infinivar.figures.single import steady_map as steady_map_dataset
 from infinivar.limits import binding, binding_demand, words_of
 from infinivar.machines.control.controller import Plant as GuidedPlant
 from infinivar.machines.control.controller import begun as controllers_begun
@@ -266,7 +267,6 @@ from infinivar.report import datasets, video
 from infinivar.report import numbers as report_numbers
 from infinivar.report import saving as report_saving
 from infinivar.report.calibration import save_data as save_calibration_data
-from infinivar.report.datasets import steady_map as steady_map_dataset
 from infinivar.report.motion_summary import rows as motion_summary_rows
 from infinivar.report.output import all_or_nothing
 from infinivar.report.output import claimed as claimed_output
