@@ -12,6 +12,7 @@ from infinivar._core.bounds import fits as fits_bounds
 from infinivar._core.bounds import permitted as permitted_bounds
 from infinivar._core.bounds import within as within_bounds
 from infinivar._core.bounds import words as bounds_in_words
+from infinivar._core.described import arrays as labelled_arrays
 from infinivar._core.engine import local as local_engine
 from infinivar._core.fields import check_value, hints, quantities_of, value_at, with_values
 from infinivar._core.frozen import FrozenDict, frozen
@@ -168,7 +169,6 @@ from infinivar.figures import workspace as workspace_figure
 from infinivar.figures import wrench_set as wrench_set_figure
 from infinivar.figures import z_width as z_width_figure
 from infinivar.figures.duty_cycle import data as duty_cycle_data
-from infinivar.figures.single import steady_map as steady_map_dataset
 from infinivar.limits import binding, binding_demand, words_of
 from infinivar.machines.control.controller import Plant as GuidedPlant
 from infinivar.machines.control.controller import begun as controllers_begun
@@ -263,9 +263,9 @@ from infinivar.parts.tables.stores import shipped
 from infinivar.parts.tables.table import part_set
 from infinivar.parts.tables.table import table as part_table
 from infinivar.power import audit as power_audit
-from infinivar.report import datasets, video
 from infinivar.report import numbers as report_numbers
 from infinivar.report import saving as report_saving
+from infinivar.report import video
 from infinivar.report.calibration import save_data as save_calibration_data
 from infinivar.report.motion_summary import rows as motion_summary_rows
 from infinivar.report.output import all_or_nothing

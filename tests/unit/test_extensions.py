@@ -29,7 +29,7 @@ from internals import (
     style,
     words_of,
 )
-from internals import steady_map_dataset as labelled_map
+from internals import labelled_arrays as labelled_map
 from rendering import rendered
 
 MINE = """

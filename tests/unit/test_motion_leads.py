@@ -280,7 +280,7 @@ class TestAboutAJoint:
         assert iv.Requirement(force=1.0, speed=1.0).axis is LINEAR
 
     def test_words_and_units_are_those_of_a_joint(self):
-        from internals import datasets, operating_map
+        from internals import labelled_arrays, operating_map
         from internals import losses_figure as losses
 
         found = iv.compare(joint(self.well))
@@ -292,7 +292,7 @@ class TestAboutAJoint:
         axes = operating_map.draw_all(found).axes[0]
         assert axes.get_xlabel() == "moment on the load [N m]"
         assert axes.get_ylabel() == "angular speed of the load [rad/s]"
-        coordinates = datasets.drive_result(drive).coordinates
+        coordinates = labelled_arrays(drive).coordinates
         assert coordinates["force"][2] == {"units": "N m", "long_name": "moment on the load"}
         assert coordinates["speed"][2]["units"] == "rad s-1"
 
