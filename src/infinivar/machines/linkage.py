@@ -24,6 +24,17 @@ _NEARLY = 0.99
 """Reach of a rod over its length, beyond which a run that stops has reached the end of it."""
 
 
+class Rubbing(NamedTuple):
+    """Coulomb friction of a load at m rows, at k speeds that are linear in the twist."""
+
+    name: str
+    """Of the loss."""
+    jacobian: np.ndarray
+    """(m, k, d)"""
+    force: np.ndarray
+    """(k,) [N]"""
+
+
 class Linkage(NamedTuple):
     """Kinematics of links and inertia of what they move, at m rows; n links, d components of the twist."""
 
@@ -40,6 +51,18 @@ class Linkage(NamedTuple):
     """Of the linkage's limits. (m, k) [-]"""
     position: np.ndarray | float = 0.0
     """Of the links on the cylinder; of an arm, where pulleys may set them anywhere, in the middle. (m, n) [m]"""
+    rubbing: tuple[Rubbing, ...] = ()
+    """Friction of the load itself."""
+
+    def rub(self, twist: np.ndarray, stick_speed: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Wrench of the load's own friction at twists (m, d), and its losses by name (m,)."""
+        wrench, losses = np.zeros_like(twist), {}
+        for name, jacobian, force in self.rubbing:
+            speed = np.matmul(jacobian, twist[..., None])[..., 0]
+            against = coulomb(speed, force, stick_speed)
+            wrench -= np.matmul(against[:, None, :], jacobian)[:, 0]
+            losses[name] = (against * speed).sum(axis=-1)
+        return wrench, losses
 
 
 class Load:
@@ -54,6 +77,8 @@ class Load:
     demands: Any
     turns: ClassVar[bool] = False
     """Whether the twist is that of a body in space, its pose a position and a rotation vector."""
+    losses: ClassVar[tuple[str, ...]] = ()
+    """Of its own friction: the names of `Linkage.rubbing`."""
 
     @property
     def links(self) -> int:
@@ -157,6 +182,7 @@ class LeggedMechanics(_OnLinks):
     def __post_init__(self) -> None:
         """Compute what does not change."""
         creep.law_in_motion(self.transmission.creep_law)
+        object.__setattr__(self, "losses", (*self.losses, *self.load.losses))
         object.__setattr__(self, "_surface", float(self.transmission.cylinder_radius * abs(self.set_speed)))
         bearings, element = self.cylinder_bearings, self.transmission
         if bearings is None:
@@ -212,12 +238,14 @@ class LeggedMechanics(_OnLinks):
         generalised[:, -1] = -radius * found.y.sum(axis=-1)
         rubbing_cylinder = self._turned(rates[:, -1], found, link)
         generalised[:, -1] -= sum(rubbing_cylinder.values())
+        own, of_load = link.rub(rates[:, :-1], self.stick_speed)
+        generalised[:, :-1] += own
         resisting = -found.moment + 0.0 * angles
 
         def losses() -> dict[str, np.ndarray]:
             lost = contact_losses(found.losses, found.slip_demand)
             lost["guideway"] = (rubbing * link.speed).sum(axis=-1)
-            return lost | {name: torque * rates[:, -1] for name, torque in rubbing_cylinder.items()}
+            return lost | {name: torque * rates[:, -1] for name, torque in rubbing_cylinder.items()} | of_load
 
         def demand() -> np.ndarray:
             parts = [found.slip_demand]
@@ -261,13 +289,19 @@ class SeparateMechanics(_OnLinks):
     """Of links."""
     link_mass: float
     """With what moves it. [kg] or [kg m^2]"""
-    losses: tuple[str, ...] = ()
+    stick_speed: float
+    """[m s^-1]"""
     steered: tuple[str, ...] = ()
 
     @property
     def coordinates(self) -> tuple[str, ...]:
         """Twist."""
         return self.load.coordinates
+
+    @property
+    def losses(self) -> tuple[str, ...]:
+        """Of the load's own friction."""
+        return self.load.losses
 
     @property
     def demands(self) -> tuple[tuple[Limit, str], ...]:
@@ -280,5 +314,7 @@ class SeparateMechanics(_OnLinks):
         return Place(link.changes, inertia, bias, link)
 
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
-        """None: the motors act on the links, see `LinkMotors`."""
-        return Forces(0.0 * rates, 0.0 * angles, dict, lambda: place.kinematics.demand)
+        """Friction of the load; the motors act on the links, see `LinkMotors`."""
+        link: Linkage = place.kinematics
+        own, losses = link.rub(rates, self.stick_speed)
+        return Forces(own, 0.0 * angles, lambda: losses, lambda: link.demand)

@@ -128,7 +128,7 @@ class SeparateMachine(OwnMotors):
     def mechanics(self, stick_speed: float) -> SeparateMechanics:
         """Inertia."""
         moved = self.link_motors(stick_speed).moved_mass
-        return SeparateMechanics(load=self.load, count=self.links, link_mass=moved)
+        return SeparateMechanics(load=self.load, count=self.links, link_mass=moved, stick_speed=stick_speed)
 
 
 def check_leg(leg: Any) -> None:

@@ -153,8 +153,8 @@ class GearedSlideMachine(OwnMotors):
 
     def mechanics(self, stick_speed: float) -> SeparateMechanics:
         """Inertia."""
-        load = SlideLoad(masses=np.array(self.masses))
-        return SeparateMechanics(load=load, count=self.links, link_mass=self.link_motors(stick_speed).moved_mass)
+        load, moved = SlideLoad(masses=np.array(self.masses)), self.link_motors(stick_speed).moved_mass
+        return SeparateMechanics(load=load, count=self.links, link_mass=moved, stick_speed=stick_speed)
 
     @property
     def twisted(self) -> tuple[str, ...]:
