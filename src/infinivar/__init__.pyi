@@ -76,6 +76,7 @@ from .machines.control.sensing import Sensing
 from .machines.control.tasks import CoastGuide
 from .machines.graph import machine_graph
 from .machines.kinds.arm import ArmDrive, ArmMachine, SerialArmMachine
+from .machines.kinds.omniwheels import OmniwheelDrive, OmniwheelMachine
 from .machines.kinds.planar import PlanarDrive, PlanarMachine
 from .machines.kinds.platform import PlatformDrive, PlatformGeometry, PlatformMachine
 from .machines.kinds.slide import GearedSlideMachine, SlideMachine
@@ -257,6 +258,8 @@ __all__ = [
     "MotionSummary",
     "Motor",
     "MovingPoint",
+    "OmniwheelDrive",
+    "OmniwheelMachine",
     "OnCurve",
     "OnSurface",
     "OperatingPoint",

@@ -27,7 +27,7 @@ class Drum(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wheeled:
-    """A body in the plane on steered wheels."""
+    """A body in the plane on wheels, which steer or have free rollers."""
 
     shape: ClassVar[Literal["planar"]] = "planar"
 
@@ -39,6 +39,8 @@ class Wheeled:
     """[kg]"""
     inertia: float
     """About the origin. [kg m^2]"""
+    headings: np.ndarray | None = None
+    """Of wheels that do not steer. (k,) [rad]"""
 
     def link_positions(self, configuration: np.ndarray) -> np.ndarray:
         """None. (t, 0)"""
