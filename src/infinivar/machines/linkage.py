@@ -54,6 +54,8 @@ class Load:
     demands: Any
     turns: ClassVar[bool] = False
     """Whether the twist is that of a body in space, its pose a position and a rotation vector."""
+    slides: ClassVar[bool] = True
+    """Whether the links have places along the cylinder; pulleys may set them anywhere."""
 
     @property
     def links(self) -> int:
