@@ -46,7 +46,8 @@ class Machine:
     """Configuration at the start. (c,)"""
     pushed: ClassVar[bool] = False
     """Whether a user is its only source."""
-
+    own_motors: ClassVar[bool] = False
+    """Whether each link has a motor of its own."""
     ungraphed: ClassVar[str] = ""
     """Why it has no bond graph of its own."""
     driven: ClassVar[str] = "cylinder"

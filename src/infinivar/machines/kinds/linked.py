@@ -95,6 +95,7 @@ class OwnMotors(Machine):
     """What machines with a motor for each link share."""
 
     __slots__ = ()
+    own_motors: ClassVar[bool] = True
     ungraphed: ClassVar[str] = (
         "machine must have wheels, got one with a motor for each link: plant_graph has one such drive"
     )
