@@ -48,7 +48,7 @@ def simulate_machine(
 
     Source: faulring2006, section V, for plants and controllers; `infinivar.transmission.mechanism` for the contacts.
     """
-    if not isinstance(machine, MACHINES):
+    if not isinstance(machine, Machine):
         names = ", ".join(kind.__name__ for kind in MACHINES)
         raise ParameterError(f"machine must be one of {names}, got {machine!r}")
     if not isinstance(scenario, MachineScenario):
@@ -85,7 +85,7 @@ class _Run:
             motor=motor,
             links=links,
             servo=machine.servo(scenario.stick_speed) if scenario.servos else None,
-            angles=None if scenario.servos else self.angles,
+            angles=None if scenario.servos or not steers else self.angles,
             wrench=wrench,
         )
         self.state = self._start()

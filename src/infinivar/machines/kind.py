@@ -15,6 +15,7 @@ and `infinivar.web.answers.drawing_machines`, by the drive's ``WORD``; a drive t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -23,12 +24,14 @@ from infinivar._core.array_namespace import Array
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError
+from infinivar.machines.bonds import Bonds
 from infinivar.machines.motors import LinkMotors, PowerMotor, SteeringServo
 from infinivar.machines.system import Mechanics, Wanted
 from infinivar.motion.histories import VectorHistory
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
+from infinivar.transmission.rolling_contact import RollingContact
 
 
 class Machine:
@@ -43,6 +46,21 @@ class Machine:
     """Configuration at the start. (c,)"""
     pushed: ClassVar[bool] = False
     """Whether a user is its only source."""
+    own_motors: ClassVar[bool] = False
+    """Whether each link has a motor of its own."""
+    ungraphed: ClassVar[str] = ""
+    """Why it has no bond graph of its own."""
+    driven: ClassVar[str] = "cylinder"
+    """The 1-junction of its bond graph that the power motor turns."""
+
+    @property
+    def contacts(self) -> Sequence[RollingContact]:
+        """All kinds of its contacts."""
+        raise NotImplementedError
+
+    def bonds(self, stick_speed: float) -> Bonds:
+        """Its bond graph without motors: coordinates with inertias, contacts, user."""
+        raise NotImplementedError
 
     @property
     def twisted(self) -> tuple[str, ...]:

@@ -79,6 +79,8 @@ class Load:
     """Whether the twist is that of a body in space, its pose a position and a rotation vector."""
     losses: ClassVar[tuple[str, ...]] = ()
     """Of its own friction: the names of `Linkage.rubbing`."""
+    slides: ClassVar[bool] = True
+    """Whether the links have places along the cylinder; pulleys may set them anywhere."""
 
     @property
     def links(self) -> int:

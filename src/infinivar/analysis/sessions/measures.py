@@ -83,7 +83,7 @@ def _wall(found: Session) -> Iterator[Measure]:
     stiffness = found.rendered_stiffness
     if np.isfinite(stiffness):
         yield Measure("wall_stiffness_N_mm", "stiffness rendered, without inertia", 1e-3 * stiffness, "N/mm")
-    elif hasattr(found.machine, "link_motors"):
+    elif found.machine.own_motors:
         words = "stiffness rendered: not determined, as the motion does not separate it from damping"
         yield Measure("wall_stiffness_N_mm", words, stiffness, "N/mm")
 

@@ -94,7 +94,7 @@ def session(
 
     Source: `infinivar.machines.system` for the equations of motion.
     """
-    if not isinstance(machine, MACHINES):
+    if not isinstance(machine, Machine):
         names = ", ".join(kind.__name__ for kind in MACHINES)
         raise ParameterError(f"machine must be one of {names}, got {machine!r}")
     check_number("duration", duration, "s", Gt(0))

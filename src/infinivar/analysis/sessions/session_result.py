@@ -205,10 +205,10 @@ class Session(Run, Animated, Result):
         the controller knew, as late as leaves the least residual; inertia and friction of the machine are not in the force of its
         motors. nan where the motion does not separate the spring from the damper: where residuals of the size found could hide
         5 % of the stiffness; and for a machine that stops the handle by steering, which creeps and has no stiffness. [N m^-1]"""
-        motors = getattr(self.machine, "link_motors", None)
+        motors = self.machine.link_motors(_STICK)
         if motors is None or len(self.time) < 3:
             return float("nan")
-        force, shared, inward = self._rendered(motors(_STICK).gain)
+        force, shared, inward = self._rendered(motors.gain)
         best = (float("inf"), float("nan"))
         for late in 0.5 * self.sensing.period * np.arange(_LATEST):
             terms = [np.interp(self.time - late, self.time, one) for one in (self.penetration, inward, shared)]

@@ -20,6 +20,7 @@ from infinivar.drivetrain.drive import axis_of, needed
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
+from infinivar.machines import bonds
 from infinivar.machines.bodies import Moved, planar_arm
 from infinivar.machines.course import MachineCourse
 from infinivar.machines.hand import ArmGrip, Grip, without_point
@@ -57,6 +58,8 @@ class ArmLoad(Load):
     tip_inertia: float = 0.0
     """Moment of inertia at the end point, which turns with the last member. [kg m^2]"""
     demands: tuple[tuple[Limit, str], ...] = ()
+
+    slides: ClassVar[bool] = False
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -133,6 +136,14 @@ class ArmMachine(OnCylinder):
     def home(self) -> np.ndarray:
         """Joint angles at the start."""
         return np.zeros(self.arm.joints)
+
+    def bonds(self, stick_speed: float) -> bonds.Bonds:
+        """Legs, pulleys and members; links first: their masses are the independent storages."""
+        mechanics = self.mechanics(stick_speed)
+        radii = mechanics.load.pulleys  # type: ignore[attr-defined]
+        joints = [f"q_{joint}" for joint in range(1, len(radii) + 1)]
+        legs = bonds.legs(mechanics, stick_speed)
+        return bonds.Bonds.of(legs, bonds.pulleys(radii), bonds.members(mechanics.load), bonds.user(joints))
 
     def mechanics(self, stick_speed: float) -> LeggedMechanics:
         """Contacts and inertia."""
@@ -212,6 +223,8 @@ class SerialArmMachine(Machine):
     steering: SteeringPlant | None = component("Servo of each wheel", default=None)
     control: CoboticControl = component("Controllers", default_factory=CoboticControl)
 
+    driven: ClassVar[str] = "q_1"
+
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
@@ -227,6 +240,18 @@ class SerialArmMachine(Machine):
     def set_speed(self) -> float:
         """Speed of the motor's coordinate. [rad s^-1]"""
         return self.joint_speed
+
+    @property
+    def contacts(self) -> Sequence[RollingContact]:
+        """The wheel of a joint."""
+        return [self.wheel]
+
+    def bonds(self, stick_speed: float) -> bonds.Bonds:
+        """Members, and wheels between the joints."""
+        mechanics = self.mechanics(stick_speed)
+        joints = [f"q_{joint}" for joint in range(1, self.arm.joints + 1)]
+        wheels = bonds.wheels(mechanics.mechanism, joints, stick_speed, quarter=True)
+        return bonds.Bonds.of(bonds.members(mechanics.load), wheels, bonds.user(joints))
 
     def mechanics(self, stick_speed: float) -> SerialArmMechanics:
         """Contacts and inertia."""

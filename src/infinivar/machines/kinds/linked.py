@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -27,6 +27,7 @@ from infinivar.machines.system import Wanted
 from infinivar.motion.histories import VectorHistory
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.transmission.configuration import Configuration
+from infinivar.transmission.rolling_contact import RollingContact
 
 
 class OnCylinder(Machine):
@@ -65,6 +66,11 @@ class OnCylinder(Machine):
             largest=mechanics.transmission.steering_range,
         )
 
+    @property
+    def contacts(self) -> Sequence[RollingContact]:
+        """The wheel of a leg."""
+        return [self.leg.transmission.wheel]
+
     def guide(self, task: Any) -> Any:
         """Guides of legs."""
         return guide_of_legs(task)
@@ -89,6 +95,10 @@ class OwnMotors(Machine):
     """What machines with a motor for each link share."""
 
     __slots__ = ()
+    own_motors: ClassVar[bool] = True
+    ungraphed: ClassVar[str] = (
+        "machine must have wheels, got one with a motor for each link: plant_graph has one such drive"
+    )
 
     def guide(self, task: Any) -> Any:
         """Guides of motors."""

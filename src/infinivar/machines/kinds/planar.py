@@ -23,11 +23,13 @@ from annotated_types import Gt
 from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import real_array
 from infinivar._core.fields import brief, check, component, given, quantity, several
+from infinivar.bondgraph.graph import Parameter, Signal
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
+from infinivar.machines import bonds
 from infinivar.machines.control.loops import following_path
 from infinivar.machines.control.tasks import guide_of_wheels
 from infinivar.machines.course import CREEPING, MachineCourse
@@ -44,6 +46,7 @@ from infinivar.motion.vectors import Point
 from infinivar.parts.amplifier import Amplifier
 from infinivar.transmission.mechanism import Mechanism, MechanismPoint
 from infinivar.transmission.planar import PlanarCarriage, PlanarCobot
+from infinivar.transmission.rolling_contact import RollingContact
 
 _STANDING = 1e-9
 """Speed of a wheel over that of the fastest one, below which it stands."""
@@ -64,6 +67,11 @@ class PlanarMechanics(Defaults):
         """Compute what does not change."""
         mass, moment = float(self.cobot.mass), float(self.cobot.inertia)  # type: ignore[arg-type]
         object.__setattr__(self, "_inertia", np.diag([mass, mass, moment])[None])
+
+    @property
+    def inertia(self) -> np.ndarray:
+        """Mass matrix in axes of the body. (3, 3)"""
+        return self._inertia[0]
 
     @property
     def steered(self) -> tuple[str, ...]:
@@ -162,6 +170,29 @@ class PlanarMachine(Machine):
     def twisted(self) -> tuple[str, ...]:
         """All."""
         return "x", "y", "angle"
+
+    @property
+    def contacts(self) -> Sequence[RollingContact]:
+        """The wheels."""
+        return self.cobot.contacts  # type: ignore[return-value]
+
+    def bonds(self, stick_speed: float) -> bonds.Bonds:
+        """Body in its own axes, and wheels."""
+        ports = ("v_x", "v_y", "w")
+        inertia = self.mechanics(stick_speed).inertia
+        body = bonds.inertias(
+            [
+                bonds.Coordinate("v_x", "v_x", "m_x", "m", "kg", "body"),
+                bonds.Coordinate("v_y", "v_y", "m_y", "m", "kg", "body"),
+                bonds.Coordinate("w", r"\omega", "I", "I", "kg m^2", "body"),
+            ],
+            inertia,
+        )
+        body.signals.append(Signal(name="turn", symbol=r"\omega", of="w"))
+        mass = Parameter("m", float(inertia[0, 0]), "kg")
+        turning = bonds.axes_that_turn("turning", r"-m\omega", ("v_x", "v_y"), "turn", mass, -1.0)
+        wheels = bonds.wheels(self.cobot.mechanism, ports, stick_speed)
+        return bonds.Bonds.of(body, turning, wheels, bonds.user(ports))
 
     def coast(self, rates: np.ndarray, angles: np.ndarray) -> np.ndarray:
         """Headings of a body that moves."""

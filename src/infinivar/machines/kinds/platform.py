@@ -17,11 +17,13 @@ from infinivar._core.array_namespace import Array
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import brief, check, component, quantities, quantity, several
 from infinivar.axis import LINEAR
+from infinivar.bondgraph.graph import Parameter, Signal
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import axis_of, needed
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
+from infinivar.machines import bonds
 from infinivar.machines.bodies import angular_velocity, rigid_body, rotation_between, rotation_rate
 from infinivar.machines.course import MachineCourse
 from infinivar.machines.hand import Grip, PointGrip
@@ -180,6 +182,30 @@ class PlatformMachine(OnCylinder):
     def home(self) -> np.ndarray:
         """Pose at the start: unrotated, with all links at 0 on average. (6,)"""
         return np.array([0.0, 0.0, self.platform.home, 0.0, 0.0, 0.0])
+
+    def bonds(self, stick_speed: float) -> bonds.Bonds:
+        """Platform in its own axes, rods and legs."""
+        mechanics = self.mechanics(stick_speed)
+        unrotated = np.zeros((1, 6))
+        moves = [bonds.Coordinate(f"v_{one}", f"v_{one}", f"I_v_{one}", "m_p", "kg", "platform") for one in "xyz"]
+        turns = [
+            bonds.Coordinate(f"w_{one}", rf"\omega_{one}", f"I_w_{one}", f"I_{one}", "kg m^2", "platform")
+            for one in "xyz"
+        ]
+        inertia = rigid_body(self.mass, np.asarray(self.inertia), np.eye(3)[None], unrotated).inertia[0]
+        body = bonds.inertias([*moves, *turns], inertia)
+        body.signals.extend(Signal(name=f"turn_{one}", symbol=rf"\omega_{one}", of=f"w_{one}") for one in "xyz")
+        # Euler's equations: I_x dw_x = (I_y - I_z) w_y w_z; three gyrators, each modulated by a momentum about its own axis.
+        euler = []
+        for first, second, third in ("xyz", "yzx", "zxy"):
+            moment = Parameter(f"I_{third}", float(self.inertia["xyz".index(third)]), "kg m^2")
+            between, turn = (f"w_{first}", f"w_{second}"), f"turn_{third}"
+            euler.append(
+                bonds.axes_that_turn(f"euler_{third}", rf"I_{third}\omega_{third}", between, turn, moment, 1.0)
+            )
+        ports = [one.name for one in (*moves, *turns)]
+        rods, legs = bonds.jacobian(ports, mechanics.count), bonds.legs(mechanics, stick_speed)
+        return bonds.Bonds.of(body, *euler, rods, legs, bonds.user(ports))
 
     def mechanics(self, stick_speed: float) -> LeggedMechanics:
         """Contacts and inertia."""

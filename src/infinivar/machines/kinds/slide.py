@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from annotated_types import Gt
@@ -87,6 +87,8 @@ class SlideMachine(OnCylinder):
 
     leg: CoboticDrive = component("One of the legs, with its motor, cylinder, steering and control")
     masses: Sequence[float] = quantities("kg", Gt(0), "Mass moved along each axis, with the handle, without its link")
+
+    ungraphed: ClassVar[str] = "machine must not be a SlideMachine; plant_graph has one of its axes"
 
     def __post_init__(self) -> None:
         """Validate the fields."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
@@ -18,6 +18,7 @@ from infinivar.drivetrain.drive import DrivePoint, motor_side, needed, placed
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
+from infinivar.machines import bonds
 from infinivar.machines.course import MachineCourse
 from infinivar.machines.kind import Machine, MachineDrive, motor_of, servo_of
 from infinivar.machines.machine import TaskPoint, rows
@@ -31,6 +32,7 @@ from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.transmission.driven_contact import DrivenContact
+from infinivar.transmission.rolling_contact import RollingContact
 from infinivar.transmission.sphere_layout import LayoutName, Roller
 from infinivar.transmission.spherical import SphericalIVT, SphericalPoint
 
@@ -106,14 +108,18 @@ class SphereMechanics(Defaults):
     losses: tuple[str, ...] = ROLLING_LOSSES
 
     @property
+    def inertia(self) -> np.ndarray:
+        """Mass matrix of shafts and sphere. (5, 5)"""
+        return np.diag([*self.shaft_inertias, *[self.sphere_inertia] * 3])
+
+    @property
     def demands(self) -> tuple[tuple[Limit, str], ...]:
         """Slip of each roller."""
         return slip_demands(len(self.ivt.kinds), "roller")
 
     def at(self, configuration: np.ndarray, rates: np.ndarray) -> Place:
         """Constant inertia."""
-        inertia = np.diag([*self.shaft_inertias, *[self.sphere_inertia] * 3])
-        return Place(rates[:, :2], np.broadcast_to(inertia, (len(rates), 5, 5)), 0.0 * rates, None)
+        return Place(rates[:, :2], np.broadcast_to(self.inertia, (len(rates), 5, 5)), 0.0 * rates, None)
 
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
         """Forces of the rollers, and what resists the rolling of those on fixed axles."""
@@ -143,6 +149,8 @@ class SphereMachine(Machine):
     input_speed: float = quantity("rad/s", NonZero(), "Speed of shaft 1, if the motor holds it", default=1.0)
     steering: SteeringPlant | None = component("Servo of the steering", default=None)
     control: CoboticControl = component("Controllers", default_factory=CoboticControl)
+
+    driven: ClassVar[str] = "shaft_1"
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -174,6 +182,26 @@ class SphereMachine(Machine):
     def power_motor(self, stick_speed: float) -> PowerMotor | None:
         """Motor of shaft 1."""
         return motor_of(self.motor, self.gearhead, self.amplifier, 0, stick_speed / self.ivt.drive.wheel_radius)
+
+    @property
+    def contacts(self) -> Sequence[RollingContact]:
+        """The rollers."""
+        return self.ivt.patches()
+
+    def bonds(self, stick_speed: float) -> bonds.Bonds:
+        """Shafts and sphere, and rollers."""
+        named = (
+            ("shaft_1", "w_1", "J_1", "shaft"),
+            ("shaft_2", "w_2", "J_2", "shaft"),
+            *((f"sphere_{axis}", rf"\Omega_{axis}", "J_s", "sphere") for axis in "xyz"),
+        )
+        turning = [
+            bonds.Coordinate(name, symbol, f"J_{name}", letter, "kg m^2", title)
+            for name, symbol, letter, title in named
+        ]
+        ports = [one.name for one in turning]
+        body = bonds.inertias(turning, self.mechanics(stick_speed).inertia)
+        return bonds.Bonds.of(body, bonds.rollers(self.ivt, ports, stick_speed), bonds.user(ports[:2]))
 
     def roll(self, rates: np.ndarray, angles: np.ndarray) -> np.ndarray:
         """Of shafts and sphere."""
