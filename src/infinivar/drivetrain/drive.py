@@ -42,7 +42,7 @@ class DrivePoint(PowerPoint, Result):
 
 T = TypeVar("T")
 
-GEAR_LIMITS = (Limit.GEAR, Limit.GEAR_PEAK, Limit.GEAR_SPEED)
+GEAR_LIMITS = (Limit.GEAR, Limit.GEAR_PEAK, Limit.GEAR_SPEED, Limit.GEAR_MOMENTARY, Limit.RATCHETING)
 """Limits of the gearhead among those of a motor with its gearhead."""
 
 

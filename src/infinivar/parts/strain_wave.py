@@ -31,6 +31,7 @@ from infinivar._core.frozen import FrozenDict
 from infinivar.bondgraph.graph import Parameter
 from infinivar.contact.friction import coulomb
 from infinivar.errors import ParameterError, require
+from infinivar.limits import Limit
 from infinivar.parts.gear_law import GearLaw, GraphLaw
 from infinivar.units import plain
 
@@ -68,6 +69,12 @@ class StrainWave:
     stiffness_2: float | None = quantity("N m/rad", Gt(0), "Torsional stiffness beyond T1, K2", default=None)
     torque_2: float | None = quantity("N m", Gt(0), "Torque up to which the stiffness is K2, T2", default=None)
     stiffness_3: float | None = quantity("N m/rad", Gt(0), "Torsional stiffness beyond T2, K3", default=None)
+    momentary_torque: float | None = quantity(
+        "N m", Gt(0), "Output torque that it withstands a few times in its life; bounds the peak", default=None
+    )
+    ratcheting_torque: float | None = quantity(
+        "N m", Gt(0), "Output torque at which its teeth skip; bounds the peak", default=None
+    )
     temperature: float | None = quantity(
         "K", Gt(0), "Temperature of the lubricant; default: that of the catalogue's values", default=None
     )
@@ -140,6 +147,15 @@ class StrainWaveLaw(GearLaw):
         said = self.strain_wave
         pairs = ((said.torque_1, said.stiffness_2), (said.torque_2, said.stiffness_3))
         return tuple((torque, beyond) for torque, beyond in pairs if torque is not None and beyond is not None)
+
+    def utilisation(self, output_torque: Array, output_speed: Array) -> Mapping[Limit, Array]:
+        """Output torque over momentary and over ratcheting torque, where stated. [-]
+
+        Source: harmonicdrive2014, rating table and technical terms.
+        """
+        load, said = namespace(self, output_torque).abs(output_torque), self.strain_wave
+        stated = {Limit.GEAR_MOMENTARY: said.momentary_torque, Limit.RATCHETING: said.ratcheting_torque}
+        return {limit: load / allowed for limit, allowed in stated.items() if allowed is not None}
 
     def fault(self) -> str | None:
         """An efficiency or back-driving torque that the torques without load exclude."""
