@@ -1,6 +1,7 @@
 """Strain-wave gearheads of tables behind every motor: the search against single drives and against itself without pruning."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -73,3 +74,49 @@ def test_pruning_changes_nothing(over):
     assert cycle.feasible
     assert cycle.power_in == pytest.approx(best.power, rel=1e-9)
     assert best.drive.gearhead.loss_words == "strain wave"
+
+
+SET = """[motors.a]
+kind = "assumed"
+voltage = "48 V"
+resistance = "1 ohm"
+torque_constant = "40 mN m/A"
+no_load_current = "50 mA"
+continuous_torque = "90 mN m"
+rotor_inertia = "50 g cm^2"
+mass = "0.3 kg"
+[gearheads.sw10]
+kind = "assumed"
+ratio = 10
+mass = "0.2 kg"
+[gearheads.sw10.strain_wave]
+efficiency = 0.7
+rated_torque = "2 N m"
+starting_torque = "3 mN m"
+running_torque = "6 mN m"
+[gearheads.plain]
+kind = "assumed"
+ratio = 10
+mass = "0.2 kg"
+efficiency = 0.7
+"""
+
+
+def test_a_set_of_a_file_and_a_template_that_has_such_a_gear(tmp_path):
+    """The search takes the kind of gear from the template; another kind in the set is left out with the reason."""
+    (tmp_path / "set.toml").write_text(SET, "utf-8")
+    gear = replace(
+        TEMPLATE.gearhead,
+        loss_model="strain wave",
+        efficiency=None,
+        strain_wave=iv.StrainWave(efficiency=0.7, rated_torque=2.0, starting_torque=0.003, running_torque=0.006),
+    )
+    duty = {"reach": iv.DutyCycle(motion=iv.Reaches(distance=0.1, time=0.6, pause=0.3), load_mass=1.0)}
+    study = iv.Study(name="s", drives={"geared": replace(TEMPLATE, gearhead=gear)}, duty=duty)
+    found = iv.size(study, sets=tmp_path / "set.toml")
+    best = found.best
+    assert best.parts["gearhead"].key == "sw10"
+    assert best.drive.gearhead.strain_wave == gear.strain_wave
+    (table,) = [iv.load_parts(tmp_path / "set.toml").gearheads]
+    assert table.part("sw10").loss_words == "strain wave"
+    assert table.part("plain").loss_words == "constant torque"
