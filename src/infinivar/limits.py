@@ -64,6 +64,10 @@ class Limit(IntEnum):
     """The output torque of the gearhead exceeds its intermittent rating."""
     GEAR_SPEED = 23
     """The motor turns faster than the gearhead permits at its input."""
+    GEAR_MOMENTARY = 24
+    """The output torque of a strain-wave gear exceeds what it withstands a few times in its life."""
+    RATCHETING = 25
+    """The teeth of a strain-wave gear skip under its output torque."""
 
     @property
     def words(self) -> str:
@@ -137,6 +141,8 @@ _WORDS = {
     Limit.TEMPERATURE: "motor winding temperature",
     Limit.GEAR_PEAK: "gearhead intermittent torque",
     Limit.GEAR_SPEED: "gearhead input speed",
+    Limit.GEAR_MOMENTARY: "gearhead momentary torque",
+    Limit.RATCHETING: "gearhead ratcheting torque",
 }
 
 

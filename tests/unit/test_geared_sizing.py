@@ -523,7 +523,7 @@ def test_a_motion_out_of_reach_leaves_no_design():
         ({"top": 0}, "top must be >= 1"),
         ({"radius": (0.0, 1.0)}, "radius must be"),
         ({"radius": (0.1, 0.2), "stages": [Pulley(radius=0.1)]}, "both given"),
-        ({"loss_model": "stribeck"}, "loss_model must be coulomb or proportional"),
+        ({"loss_model": "stribeck"}, "loss_model must be coulomb, proportional or strain wave"),
         ({"duty": {"requirement": REACH}}, "choose another name"),
     ],
 )

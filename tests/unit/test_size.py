@@ -268,7 +268,7 @@ def test_progress_is_of_both_searches(found, said):
         ({"radius": (0.02, 0.01)}, "radius must be a range above 0"),
         ({"sets": "shiped"}, "'shiped' is not a set of parts"),
         ({"sets": []}, "sets must name at least one set of parts"),
-        ({"loss_model": "stribeck"}, "loss_model must be coulomb or proportional"),
+        ({"loss_model": "stribeck"}, "loss_model must be coulomb, proportional or strain wave"),
     ],
 )
 def test_wrong_arguments_are_named(asked, message):

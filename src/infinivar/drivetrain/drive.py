@@ -47,7 +47,7 @@ _INSTANTS = (..., "instant")
 
 T = TypeVar("T")
 
-GEAR_LIMITS = (Limit.GEAR, Limit.GEAR_PEAK, Limit.GEAR_SPEED)
+GEAR_LIMITS = (Limit.GEAR, Limit.GEAR_PEAK, Limit.GEAR_SPEED, Limit.GEAR_MOMENTARY, Limit.RATCHETING)
 """Limits of the gearhead among those of a motor with its gearhead."""
 
 

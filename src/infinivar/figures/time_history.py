@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from infinivar.analysis.simulate import Simulation
+from infinivar.drivetrain.drive import GEAR_LIMITS
 from infinivar.figures import style
 from infinivar.limits import Limit
 
@@ -40,9 +41,7 @@ _WHERE = {
     Limit.THERMAL: "motor_current_A",
     Limit.VOLTAGE: "motor_current_A",
     Limit.SPEED: "motor_current_A",
-    Limit.GEAR: "motor_current_A",
-    Limit.GEAR_PEAK: "motor_current_A",
-    Limit.GEAR_SPEED: "motor_current_A",
+    **dict.fromkeys(GEAR_LIMITS, "motor_current_A"),
     Limit.STEERING: "steering_angle_rad",
     Limit.REGENERATION: "supply_power_W",
     Limit.LINKAGE: "angle_rad",

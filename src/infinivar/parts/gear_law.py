@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
+
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import given
 from infinivar._core.frozen import FrozenDict
@@ -92,8 +94,10 @@ class GearLaw(ABC):
     """How the loss follows the load: "" if it does not."""
     ORIGIN: ClassVar[str] = "depends on the load and the speed"
     """Why some machines in motion do not have it."""
-    SEARCHED: ClassVar[bool] = False
-    """Whether gearheads of tables may have it behind any motor."""
+    SEARCHED: ClassVar[tuple[str, ...]] = ()
+    """Columns that gearheads of tables must state for a search; empty if they cannot have it behind any motor."""
+    MORE: ClassVar[tuple[str, ...]] = ()
+    """Further columns that a search takes from tables where they are stated."""
 
     @property
     def constant(self) -> Array:
@@ -201,6 +205,11 @@ class GearLaw(ABC):
         """
         return {name: column(name) for name in cls.NEEDS}
 
+    @classmethod
+    def contradictions(cls, column: Column) -> list[tuple[str, np.ndarray]]:
+        """What rows of tables state that excludes each other in words, and which rows; `column` as for `columns`."""
+        return []
+
 
 def _share(speed: Array, torque: Array, factors: tuple[Array, Array]) -> Array:
     xp = namespace(speed, torque, *factors)
@@ -263,7 +272,8 @@ class ConstantLoss(GearLaw):
     WORDS: ClassVar[str] = "constant torque"
     CHOICE: ClassVar[str] = "constant torque"
     OF_LOAD: ClassVar[str] = ""
-    SEARCHED: ClassVar[bool] = True
+    SEARCHED: ClassVar[tuple[str, ...]] = ("efficiency",)
+    MORE: ClassVar[tuple[str, ...]] = ("rated_torque",)
 
     @property
     def constant(self) -> Array:
@@ -314,7 +324,8 @@ class ProportionalLoss(GearLaw):
     WORDS: ClassVar[str] = "proportional to power"
     CHOICE: ClassVar[str] = "share of power"
     OF_LOAD: ClassVar[str] = "is proportional to"
-    SEARCHED: ClassVar[bool] = True
+    SEARCHED: ClassVar[tuple[str, ...]] = ("efficiency",)
+    MORE: ClassVar[tuple[str, ...]] = ("backdriving_efficiency",)
 
     @property
     def load_factors(self) -> tuple[Array, Array]:

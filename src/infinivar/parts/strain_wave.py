@@ -23,6 +23,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+import numpy as np
 from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.array_namespace import Array, namespace
@@ -31,11 +32,18 @@ from infinivar._core.frozen import FrozenDict
 from infinivar.bondgraph.graph import Parameter
 from infinivar.contact.friction import coulomb
 from infinivar.errors import ParameterError, require
-from infinivar.parts.gear_law import GearLaw, GraphLaw
+from infinivar.limits import Limit
+from infinivar.parts.gear_law import Column, GearLaw, GraphLaw
 from infinivar.units import plain
 
 RATED_SPEED = 209.44
 """Input speed at which catalogues rate strain-wave gears, 2000 rpm. [rad s^-1]"""
+
+REFERENCE = 293.15
+"""Temperature of a catalogue's values where none is stated; assumed. [K]"""
+
+THINNING = 0.02
+"""Relative fall of friction without load per kelvin; assumed. [K^-1]"""
 
 _UNBOUNDED = 1e300
 """Upper bound of the larger of two values, so that a bond graph's equations have no branch."""
@@ -68,12 +76,18 @@ class StrainWave:
     stiffness_2: float | None = quantity("N m/rad", Gt(0), "Torsional stiffness beyond T1, K2", default=None)
     torque_2: float | None = quantity("N m", Gt(0), "Torque up to which the stiffness is K2, T2", default=None)
     stiffness_3: float | None = quantity("N m/rad", Gt(0), "Torsional stiffness beyond T2, K3", default=None)
+    momentary_torque: float | None = quantity(
+        "N m", Gt(0), "Output torque that it withstands a few times in its life; bounds the peak", default=None
+    )
+    ratcheting_torque: float | None = quantity(
+        "N m", Gt(0), "Output torque at which its teeth skip; bounds the peak", default=None
+    )
     temperature: float | None = quantity(
         "K", Gt(0), "Temperature of the lubricant; default: that of the catalogue's values", default=None
     )
-    reference_temperature: float = quantity("K", Gt(0), "Temperature of the catalogue's values", default=293.15)
+    reference_temperature: float = quantity("K", Gt(0), "Temperature of the catalogue's values", default=REFERENCE)
     thinning: float = quantity(
-        "1/K", Ge(0), "Relative fall of friction without load per rise of the temperature", default=0.02
+        "1/K", Ge(0), "Relative fall of friction without load per rise of the temperature", default=THINNING
     )
 
     def __post_init__(self) -> None:
@@ -100,6 +114,21 @@ class StrainWaveLaw(GearLaw):
 
     NEEDS: ClassVar[tuple[str, ...]] = ("strain_wave",)
     WORDS: ClassVar[str] = "strain wave"
+    SEARCHED: ClassVar[tuple[str, ...]] = tuple(
+        f"strain_wave.{name}" for name in ("efficiency", "rated_torque", "starting_torque", "running_torque")
+    )
+    MORE: ClassVar[tuple[str, ...]] = tuple(
+        f"strain_wave.{name}"
+        for name in (
+            "rated_speed",
+            "backdriving_torque",
+            "momentary_torque",
+            "ratcheting_torque",
+            "temperature",
+            "reference_temperature",
+            "thinning",
+        )
+    )
 
     @property
     def constant(self) -> Array:
@@ -140,6 +169,15 @@ class StrainWaveLaw(GearLaw):
         said = self.strain_wave
         pairs = ((said.torque_1, said.stiffness_2), (said.torque_2, said.stiffness_3))
         return tuple((torque, beyond) for torque, beyond in pairs if torque is not None and beyond is not None)
+
+    def utilisation(self, output_torque: Array, output_speed: Array) -> Mapping[Limit, Array]:
+        """Output torque over momentary and over ratcheting torque, where stated. [-]
+
+        Source: harmonicdrive2014, rating table and technical terms.
+        """
+        load, said = namespace(self, output_torque).abs(output_torque), self.strain_wave
+        stated = {Limit.GEAR_MOMENTARY: said.momentary_torque, Limit.RATCHETING: said.ratcheting_torque}
+        return {limit: load / allowed for limit, allowed in stated.items() if allowed is not None}
 
     def fault(self) -> str | None:
         """An efficiency or back-driving torque that the torques without load exclude."""
@@ -188,6 +226,42 @@ class StrainWaveLaw(GearLaw):
             "driven": Parameter(f"k_{{-,{tag}}}", 1.0 - float(driven)),
         }
         return GraphLaw(law=strain_wave_friction, parameters=FrozenDict(parameters), solved=strain_wave_friction)
+
+    @classmethod
+    def columns(cls, column: Column, motor_torque: Array) -> dict[str, Any]:
+        """Catalogue values; defaults of `StrainWave` and limits out of reach where they are not stated."""
+        others = {
+            "rated_speed": RATED_SPEED,
+            "momentary_torque": np.inf,
+            "ratcheting_torque": np.inf,
+            "reference_temperature": REFERENCE,
+            "thinning": THINNING,
+        }
+        needed = ("efficiency", "rated_torque", "starting_torque", "running_torque")
+        said: dict[str, Any] = {name: column(f"strain_wave.{name}") for name in needed}
+        said |= {name: column(f"strain_wave.{name}", other) for name, other in others.items()}
+        said["temperature"] = column("strain_wave.temperature", said["reference_temperature"])
+        ratio = column("ratio")
+        driving, _ = cls(ratio=ratio, strain_wave=StrainWave(**said)).load_factors
+        alike = ratio * said["starting_torque"] * driving
+        return {"strain_wave": StrainWave(**said, backdriving_torque=column("strain_wave.backdriving_torque", alike))}
+
+    @classmethod
+    def contradictions(cls, column: Column) -> list[tuple[str, np.ndarray]]:
+        """Torques without load that fall with speed, or that exclude the efficiency or the back-driving torque."""
+        ratio, (efficiency, rated, starting, running) = column("ratio"), map(column, cls.SEARCHED)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return [
+                ("gearhead strain_wave.running_torque below its starting torque", running < starting),
+                (
+                    "gearhead strain_wave.efficiency above what its running torque leaves",
+                    1.0 / efficiency - ratio * running / rated < 1.0 - 1e-12,
+                ),
+                (
+                    "gearhead strain_wave.backdriving_torque below ratio times its starting torque",
+                    column("strain_wave.backdriving_torque") < ratio * starting * (1.0 - 1e-12),
+                ),
+            ]
 
     def measured(self) -> Mapping[str, float]:
         """Terms that are the same while the motor drives."""

@@ -107,7 +107,7 @@ def size(
     slip_margin : float           Of cobotic drives: slip force over lateral force that is wanted, at least 1; demands for slip
         count it; 1.1 by default. [-]
     life : float                  Of cobotic drives: wanted life of the axle bearings, at the loads of their friction. [s]
-    loss_model : str              coulomb or proportional, of all gearheads; by default that of the template's.
+    loss_model : str              coulomb, proportional or strain wave, of all gearheads; by default that of the template's.
     generations, seed : int       Of the search over cobotic drives, 40 and 0 by default; the same seed gives the same result.
     builds : int                  Number of builds of the designs to judge, a power of two; 0 for none. See `doubt`.
     progress : callable           Called with words on the best design so far and the share of work done, 0 to 1.

@@ -60,6 +60,7 @@ class OmniwheelLoad(Load):
     configuration: tuple[str, ...] = ("x_m", "y_m", "angle_rad")
     demands: tuple[tuple[Limit, str], ...] = ()
     losses: ClassVar[tuple[str, ...]] = ("wheels", "rollers")
+    slides: ClassVar[bool] = False
 
     @property
     def links(self) -> int:

@@ -16,6 +16,7 @@ from infinivar import units
 from infinivar._core import toml
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts.catalogue import PARTS
+from infinivar.parts.gearhead import PARTS_OF_LAWS
 from infinivar.parts.tables.checked_rows import Gathering
 from infinivar.parts.tables.columns import ONE, kind_by_columns, number_columns, text_columns
 
@@ -116,10 +117,10 @@ def _row(kind: str, raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
 
 
 def _flat(raw: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Values by name; those of measured friction under ``friction.NAME``."""
+    """Values by name; those of components that only some kinds have under names such as ``friction.viscous``."""
     for name, value in raw.items():
-        if name == "friction" and isinstance(value, Mapping) and "value" not in value:
-            yield from ((f"friction.{inner}", one) for inner, one in value.items())
+        if name in PARTS_OF_LAWS and isinstance(value, Mapping) and "value" not in value:
+            yield from ((f"{name}.{inner}", one) for inner, one in value.items())
         else:
             yield name, value
 

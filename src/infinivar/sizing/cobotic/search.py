@@ -84,7 +84,7 @@ def size_cobotic(
     slip_margin : float            Slip force over lateral force that is wanted, at least 1. [-]
     life : float                   Wanted life of the axle bearings, at the loads of their friction; any by default. [s]
     travel, samples                As for `duty_cycle`.
-    loss_model : str               coulomb or proportional, of all gearheads; by default that of the template's.
+    loss_model : str               coulomb, proportional or strain wave, of all gearheads; by default that of the template's.
     population, generations : int  Of differential evolution.
     seed : int                     The same seed gives the same result.
     top : int                      Number of designs to return, each of other parts.

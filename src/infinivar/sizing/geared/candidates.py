@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,16 +15,16 @@ from infinivar._core.bounds import within, words
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
-from infinivar.parts.gearhead import LAWS, Gearhead, LossModel
+from infinivar.parts.gearhead import LAWS, PARTS_OF_LAWS, Gearhead, LossModel
 from infinivar.parts.heat import COPPER, NEEDED, REFERENCE
 from infinivar.parts.motor import Motor
 from infinivar.parts.stage import OutputStage
 
 LAW = {
     "motor": ("voltage", "resistance", "torque_constant", "no_load_current", "continuous_torque"),
-    "gearhead": ("ratio", "efficiency"),
+    "gearhead": ("ratio",),
 }
-"""Fields without which a law cannot be evaluated."""
+"""Fields without which no law can be evaluated; of gearheads, their own law has more."""
 
 _OPTIONAL = {
     "motor": ("viscous_friction", "peak_torque", "rotor_inertia", "max_speed", *NEEDED),
@@ -117,16 +117,17 @@ class Pairs:
         if self.stated((Limit.TEMPERATURE, "motor"), rows).all():
             motor |= {name: column("motor", name) for name in NEEDED}
         law = LAWS[self.loss_model]
-        gear |= law.columns(functools.partial(column, "gearhead"), motor["continuous_torque"])
+        gear |= law.columns(functools.partial(self.column_of, rows=rows), motor["continuous_torque"])
         return Motor(**motor), Gearhead(**gear, loss_model=self.loss_model)
 
     def part(self, row: int) -> tuple[Motor, Gearhead]:
         """One motor and gearhead as a study would have them: what is not stated is None."""
         parts: dict[str, dict[str, Any]] = {}
         for kind, column in (("motor", 0), ("gearhead", 1)):
-            fields = (*LAW[kind], *_OPTIONAL[kind], "mass", *(("inductance", "diameter") if kind == "motor" else ()))
+            further = ("inductance", "diameter") if kind == "motor" else ()
+            fields = (*_needed(kind, self.loss_model), *_optional(kind, self.loss_model), "mass", *further)
             found = {name: float(self.values(kind, name, np.array([row]))[0]) for name in fields}
-            parts[kind] = {name: value for name, value in found.items() if not math.isnan(value)}
+            parts[kind] = _nested({name: value for name, value in found.items() if not math.isnan(value)})
             if kind in self.names:
                 parts[kind]["name"] = str(self.names[kind][self.pairs[row, column]])
         own = LAWS[self.loss_model].MAY
@@ -148,6 +149,10 @@ class Pairs:
         least = np.fmin(coldest, limit)
         low, high = (np.where(heated, cold * (1.0 + COPPER * (one - REFERENCE)), cold) for one in (least, limit))
         return heated, low, high
+
+    def column_of(self, name: str, otherwise: Any = None, *, rows: np.ndarray) -> np.ndarray:
+        """A field of gearheads as a column; what is not stated is replaced, or out of reach if that is inf. (k, 1)"""
+        return self._column("gearhead", name, _BEYOND_ALL if otherwise is np.inf else otherwise, rows=rows)
 
     def _column(self, kind: str, name: str, otherwise: Any = None, *, rows: np.ndarray) -> np.ndarray:
         """A field as a column; what is not stated is replaced."""
@@ -218,11 +223,15 @@ def pairs_of(
         If a column is no vector of numbers, columns differ in length, or a pair names a row that does not exist.
     """
     if loss_model not in _SEARCHED:
+        *others, last = _SEARCHED
         raise ParameterError(
-            f"loss_model must be {' or '.join(_SEARCHED)}, got {loss_model!r}: friction measured on a gear with its motor cannot "
-            "be transferred to other motors"
+            f"loss_model must be {', '.join(others)} or {last}, got {loss_model!r}: friction measured on a gear with its motor "
+            "cannot be transferred to other motors"
         )
-    tables = {"motor": _table("motors", motors, "motor"), "gearhead": _table("gearheads", gearheads, "gearhead")}
+    tables = {
+        "motor": _table("motors", motors, "motor", loss_model),
+        "gearhead": _table("gearheads", gearheads, "gearhead", loss_model),
+    }
     pairs = np.asarray(pairs)
     if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype.kind not in "iu":
         raise ParameterError(f"pairs must be whole numbers of shape (m, 2), got {pairs.dtype} of shape {pairs.shape}")
@@ -255,9 +264,29 @@ def pairs_of(
     return replace(made, usable=np.flatnonzero(usable), excluded=excluded)
 
 
-def _table(name: str, columns: Mapping[str, Any], kind: str) -> dict[str, np.ndarray]:
+def _needed(kind: str, loss_model: LossModel) -> tuple[str, ...]:
+    """Columns without which a law cannot be evaluated."""
+    return (*LAW[kind], *(LAWS[loss_model].SEARCHED if kind == "gearhead" else ()))
+
+
+def _optional(kind: str, loss_model: LossModel) -> tuple[str, ...]:
+    own = LAWS[loss_model].MORE if kind == "gearhead" else ()
+    return (*_OPTIONAL[kind], *(name for name in own if name not in _OPTIONAL[kind]))
+
+
+def _nested(values: Mapping[str, float]) -> dict[str, Any]:
+    """Fields of a part, those of its components, such as ``strain_wave.efficiency``, as these."""
+    found: dict[str, Any] = {name: value for name, value in values.items() if "." not in name}
+    for outer, part in PARTS_OF_LAWS.items():
+        inner = {name.removeprefix(f"{outer}."): one for name, one in values.items() if name.startswith(f"{outer}.")}
+        if inner:
+            found[outer] = part(**inner)
+    return found
+
+
+def _table(name: str, columns: Mapping[str, Any], kind: str, loss_model: LossModel) -> dict[str, np.ndarray]:
     """Columns of a table that are fields of a part."""
-    wanted = (*LAW[kind], *_OPTIONAL[kind], "mass", "inductance", "diameter")
+    wanted = (*_needed(kind, loss_model), *_optional(kind, loss_model), "mass", "inductance", "diameter")
     found = {}
     for column in wanted:
         if column not in columns:
@@ -268,7 +297,7 @@ def _table(name: str, columns: Mapping[str, Any], kind: str) -> dict[str, np.nda
             raise ParameterError(f"{name}.{column} must be numbers in SI, nan where not stated") from None
         # An infinite limit is no limit, as data sheets of tables have it.
         found[column] = np.where(np.isinf(values), np.nan, values) if column in _MAY_BE_INFINITE else values
-    for column in LAW[kind]:
+    for column in _needed(kind, loss_model):
         if column not in found:
             raise ParameterError(f"{name}.{column} is missing: no law of a {kind} can be evaluated without it")
     lengths = {column: values.shape for column, values in found.items()}
@@ -288,16 +317,16 @@ def _faults(made: Pairs, moving: bool, weighed: bool) -> list[tuple[str, np.ndar
     """Reasons to leave a pair out, and the pairs that have each of them."""
     rows, found = np.arange(len(made.pairs)), []
     needs = [("motor", name) for name in LAW["motor"]] + [("motor", "rotor_inertia")] * moving
-    needs += [("gearhead", name) for name in LAW["gearhead"]]
+    needs += [("gearhead", name) for name in _needed("gearhead", made.loss_model)]
     needs += [("motor", "mass"), ("gearhead", "mass")] * weighed
     found += [(f"{kind} {name} not stated", np.isnan(made.values(kind, name, rows))) for kind, name in needs]
     for kind, part in _KINDS.items():
-        for field in dataclasses.fields(part):
-            if field.name not in (*LAW[kind], *_OPTIONAL[kind], "mass"):
-                continue
-            values, bound = made.values(kind, field.name, rows), field.metadata["bound"]
-            wrong = ~np.isnan(values) & ~(np.isfinite(values) & within(bound, values))
-            found.append((f"{kind} {field.name} not {words(bound)}", wrong))
+        judged = (*_needed(kind, made.loss_model), *_optional(kind, made.loss_model), "mass")
+        for name, bound in _bounds(part):
+            if name in judged:
+                values = made.values(kind, name, rows)
+                wrong = ~np.isnan(values) & ~(np.isfinite(values) & within(bound, values))
+                found.append((f"{kind} {name} not {words(bound)}", wrong))
     volts, ohms, constant, idle, drag = (
         made.values("motor", name, rows)
         for name in ("voltage", "resistance", "torque_constant", "no_load_current", "viscous_friction")
@@ -306,4 +335,16 @@ def _faults(made: Pairs, moving: bool, weighed: bool) -> list[tuple[str, np.ndar
         found.append(("motor no_load_current not below its stall current", idle >= volts / ohms))
         most = constant * idle / ((volts - ohms * idle) / constant)
         found.append(("motor viscous_friction above its no-load torque", drag > most * (1.0 + 1e-12)))
+        column = functools.partial(made.column_of, rows=rows)
+        found += [(why, np.ravel(bad)) for why, bad in LAWS[made.loss_model].contradictions(column)]
     return found
+
+
+def _bounds(part: type) -> Iterator[tuple[str, Any]]:
+    """Names and bounds of the numbers of a part and of components that only some kinds have."""
+    for field in dataclasses.fields(part):
+        inner = PARTS_OF_LAWS.get(field.name) if part is Gearhead else None
+        if inner is not None:
+            yield from ((f"{field.name}.{one.name}", one.metadata["bound"]) for one in dataclasses.fields(inner))
+        elif "bound" in field.metadata:
+            yield field.name, field.metadata["bound"]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.limits import Demand, Limit
+from infinivar.limits import ROOT_MEAN_SQUARE, Demand, Limit
 from infinivar.parts.gearhead import LAWS
 from infinivar.parts.linear import Pulley
 from infinivar.sizing.geared import closed_form
@@ -112,10 +112,12 @@ def limits(found: Candidates, load: Load, rows: np.ndarray) -> Iterator[tuple[De
         (Limit.GEAR_SPEED, "gearhead"),
         full.both(_slow(turning, found.values("gearhead", "max_input_speed", rows), high)),
     )
-    for limit, column in ((Limit.GEAR, "continuous_torque"), (Limit.GEAR_PEAK, "intermittent_torque")):
-        lasting = limit == Limit.GEAR and load.task.root_mean_square
-        gears, place = np.unique(found.values("gearhead", column, rows), return_inverse=True)
-        each = _gear_torque(load, np.where(np.isnan(gears), np.inf, gears), lasting=lasting)
+    for limit, unit in who.drive.gearhead.utilisation(1.0, 0.0).items():
+        if limit == Limit.GEAR_SPEED:
+            continue
+        lasting = limit in ROOT_MEAN_SQUARE and load.task.root_mean_square
+        gears, place = np.unique(1.0 / np.ravel(unit), return_inverse=True)
+        each = _gear_torque(load, gears, lasting=lasting)
         yield (limit, "gearhead"), full.both(Bounds(each.low[np.ravel(place)], each.high[np.ravel(place)]))
     yield (Limit.SPEED, "motor"), full.both(_slow(turning, found.values("motor", "max_speed", rows), high))
     yield (Limit.THERMAL, "motor"), full.both(_thermal(found, load, who, rows))

@@ -56,7 +56,7 @@ def size_geared(
         none states one. mass: least mass of motor and gearhead, of equals the one with the largest margin. front: all designs
         of which no other has less of both.
     travel : float                 End-to-end travel of the load, as for `duty_cycle`. [m]
-    loss_model : str               coulomb or proportional, of all gearheads; by default that of the template's.
+    loss_model : str               coulomb, proportional or strain wave, of all gearheads; by default that of the template's.
     samples : int                  Instants of a motion; as many as `duty_cycle` has by default.
     top : int                      Number of designs to return; of a front, all are.
     prune : bool                   Whether closed forms spare candidates that cannot be feasible, or over a range of radii cannot
