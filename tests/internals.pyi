@@ -13,11 +13,15 @@ from infinivar._core.bounds import permitted as permitted_bounds
 from infinivar._core.bounds import within as within_bounds
 from infinivar._core.bounds import words as bounds_in_words
 from infinivar._core.described import arrays as labelled_arrays
+from infinivar._core.described import at, dictionary, finite, is_labelled, named, plain, reported, rows, suffix, unit_of
+from infinivar._core.described import derived as described_derived
 from infinivar._core.engine import local as local_engine
 from infinivar._core.fields import check_value, hints, quantities_of, value_at, with_values
 from infinivar._core.frozen import FrozenDict, frozen
 from infinivar._core.frozen import Room as FrozenRoom
+from infinivar._core.labels import Labels
 from infinivar._core.presentation import presenter
+from infinivar._core.result import Frozen, result
 from infinivar._core.threads import at_most, in_order, products_on_one_thread
 from infinivar.analysis import least_loss as least_loss_analysis
 from infinivar.analysis import marching, run_limits, sampled_springs
@@ -83,7 +87,7 @@ from infinivar.analysis.simulate import Event as RunEvent
 from infinivar.analysis.sphere_map import efficiency_by_ratio
 from infinivar.analysis.steering_step import RELAXED
 from infinivar.analysis.tightest import tightest_of as tightest_of_drives
-from infinivar.axis import LINEAR, ROTARY
+from infinivar.axis import LINEAR, PLANE, ROTARY, Axis, force_axis, speed_axis
 from infinivar.bondgraph import audit as bond_graph_audit
 from infinivar.bondgraph import graph as bond_graph_elements
 from infinivar.bondgraph import march as bond_graph_march
@@ -136,10 +140,11 @@ from infinivar.contact.friction import STICK_SPEED as FRICTION_STICK_SPEED
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain import chain
 from infinivar.drivetrain.control import CoboticControl, ConventionalControl
-from infinivar.drivetrain.drive import MovingDrive, is_machine, operated, refuse_machine, with_rated_gear
+from infinivar.drivetrain.drive import GEAR_LIMITS, MovingDrive, is_machine, operated, refuse_machine, with_rated_gear
 from infinivar.drivetrain.graphs import bandwidths, compliances
 from infinivar.drivetrain.graphs import plants as plant_graphs
 from infinivar.drivetrain.graphs.closed_loop import _passed as passed_both_ways
+from infinivar.drivetrain.graphs.compliances import hardening, hardening_energy
 from infinivar.figures import arm as arm_figure
 from infinivar.figures import bond_graph as bond_graph_figure
 from infinivar.figures import calibration as calibration_figure
@@ -169,7 +174,7 @@ from infinivar.figures import workspace as workspace_figure
 from infinivar.figures import wrench_set as wrench_set_figure
 from infinivar.figures import z_width as z_width_figure
 from infinivar.figures.duty_cycle import data as duty_cycle_data
-from infinivar.limits import binding, binding_demand, words_of
+from infinivar.limits import binding, binding_demand, codes, words_of
 from infinivar.machines.control.controller import Plant as GuidedPlant
 from infinivar.machines.control.controller import begun as controllers_begun
 from infinivar.machines.control.impedance import wall_force
@@ -179,12 +184,14 @@ from infinivar.machines.control.planar_laws import contact_turning_limit, creep_
 from infinivar.machines.control.tasks import SETTLING_LENGTH, controller_of
 from infinivar.machines.course import on_path as course_on_path
 from infinivar.machines.course import through as course_through
+from infinivar.machines.hand import PointGrip
+from infinivar.machines.kind import Machine
 from infinivar.machines.kinds.arm import ArmLoad
 from infinivar.machines.kinds.linked import SeparateMachine, motor_mass
 from infinivar.machines.kinds.platform import PlatformLoad
 from infinivar.machines.machine import as_machine
+from infinivar.machines.system import Defaults, Forces, Place, System
 from infinivar.machines.system import Inputs as SystemInputs
-from infinivar.machines.system import System
 from infinivar.motion.duty_cycles import CYCLES
 from infinivar.motion.files import reading as reading_tables
 from infinivar.motion.files import sheet as sheets
@@ -250,9 +257,11 @@ from infinivar.parts.bearing import COEFFICIENTS, SIZE_POWERS, BearingPair, Bear
 from infinivar.parts.bearing import Series as BearingSeries
 from infinivar.parts.gear_friction import friction_budget, stribeck_friction
 from infinivar.parts.gear_friction import terms as gear_friction_terms
+from infinivar.parts.gear_law import Torsion
 from infinivar.parts.heat_steps import over as heat_over
 from infinivar.parts.heat_steps import windings as heat_windings
 from infinivar.parts.shaft_bearings import WheelLoad
+from infinivar.parts.strain_wave import strain_wave_friction
 from infinivar.parts.tables import importing, stores
 from infinivar.parts.tables.columns import number_columns, text_columns
 from infinivar.parts.tables.consistency import RELATIONS, contradictions_of

@@ -5,9 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.drivetrain.graphs.compliances import hardening, hardening_energy
-from infinivar.parts.gear_law import Torsion
-from infinivar.parts.strain_wave import StrainWave, strain_wave_friction
+from infinivar import StrainWave
+from internals import Torsion, hardening, hardening_energy, strain_wave_friction
 
 MOTOR = 0.2  # continuous torque [N m], of no effect on these gears
 

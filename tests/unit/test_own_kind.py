@@ -6,11 +6,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.contact.friction import coulomb
-from infinivar.drivetrain.control import CoboticControl
-from infinivar.machines.hand import PointGrip
-from infinivar.machines.kind import Machine
-from infinivar.machines.system import Defaults, Forces, Place
+from internals import CoboticControl, Defaults, Forces, Machine, Place, PointGrip, coulomb
 
 MASS, FRICTION = 2.0, 1.0
 

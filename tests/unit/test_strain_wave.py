@@ -7,13 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import DutyCycle, Reaches, Scenario
-from infinivar.analysis.cycles.duty_cycle import duty_cycle
-from infinivar.analysis.cycles.tracking import two_ways
-from infinivar.drivetrain.drive import GEAR_LIMITS
-from infinivar.limits import Limit
-from infinivar.parts.strain_wave import strain_wave_friction
-from infinivar.study.load import shipped_study
+from infinivar import DutyCycle, Limit, Reaches, Scenario, duty_cycle, two_ways
+from internals import GEAR_LIMITS, shipped_study, strain_wave_friction
 
 GEARED = shipped_study("faulring2006").drives["motor2-gear4"]
 MOTOR = GEARED.motor

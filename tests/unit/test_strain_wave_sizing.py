@@ -7,11 +7,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.sizing.geared import size_geared
-from infinivar.sizing.geared.at_stages import closed_forms
-from infinivar.sizing.geared.candidates import candidates
-from infinivar.sizing.geared.tasks import tasks_of
-from infinivar.study.load import shipped_study
+from internals import candidates, closed_forms, shipped_study, size_geared, tasks_of
 from part_tables import part_tables
 
 TEMPLATE = shipped_study("faulring2006").drives["motor2-gear4"]

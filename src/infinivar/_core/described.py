@@ -42,6 +42,7 @@ class Entry:
     convert: Callable[[Any], Any] | None = None
     optional: bool = False
     notes: Callable[[Any], Mapping[str, Any]] | None = None
+    table: str | None = None
     path: str = ""
 
 
@@ -56,6 +57,7 @@ def reported(
     convert: Callable[[Any], Any] | None = None,
     optional: bool = False,
     notes: Callable[[Any], Mapping[str, Any]] | None = None,
+    table: str | None = None,
     default: Any = dataclasses.MISSING,
     **options: Any,
 ) -> Any:
@@ -75,6 +77,8 @@ def reported(
     convert          Applied to the value first.
     optional : bool  Whether it is left out where it is None or empty.
     notes            Further attributes of the variable, from the result.
+    table : str      Of a row of values that have dictionaries: these are the rows of the table, with this column as its index, ""
+        for numbers.
     default, options Of `dataclasses.field`.
     """
     entry = Entry(
@@ -87,6 +91,7 @@ def reported(
         convert=convert,
         optional=optional,
         notes=notes,
+        table=table,
     )
     described = {"meaning": meaning, "unit": unit} if meaning else {}
     return dataclasses.field(default=default, metadata={"entry": entry, **described}, **options)
@@ -216,6 +221,14 @@ def dictionary(found: Any) -> dict[str, Any]:
     return made
 
 
+def table(found: Any) -> tuple[list[dict[str, Any]], str] | None:
+    """Rows of the table that an entry states, and the name of its index; None if none does."""
+    for _, entry, get in entries(type(found)):
+        if entry.table is not None:
+            return [plain(row) for row in get(found)], entry.table
+    return None
+
+
 def is_labelled(kind: type) -> bool:
     """Whether results of a class state dimensions, and hence are labelled arrays."""
     return any(entry.dims is not None for _, entry, _ in entries(kind))
@@ -290,7 +303,7 @@ def _with_labels(made: Arrays, labels: Any) -> Arrays:
         made = made._replace(data={**made.data, **placed})
     if labels is None:
         return made
-    new = dict(zip(axes, labels.dims, strict=True))
+    new = dict(zip(axes, labels.dims, strict=False))  # further coordinates are of the result alone
     data = {name: _renamed(variable, new) for name, variable in made.data.items()}
     usual = {name: _renamed(variable, new) for name, variable in made.coordinates.items()}
     own = {name: variable for name, variable in labels.coords.items() if name not in data}
@@ -298,7 +311,7 @@ def _with_labels(made: Arrays, labels: Any) -> Arrays:
 
 
 def _renamed(variable: Any, new: Mapping[str, str]) -> Any:
-    return (tuple(new.get(dim, dim) for dim in variable[0]), *variable[1:])
+    return variable if isinstance(variable, list) else (tuple(new.get(dim, dim) for dim in variable[0]), *variable[1:])
 
 
 def _others(usual: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:

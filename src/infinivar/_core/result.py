@@ -154,7 +154,10 @@ class Result(Frozen):
         """
         xarray = extras.load("xarray", "xarray", "a labelled data set")
         made = self._arrays()
-        return xarray.Dataset.from_dataframe(self._presenter("table")(self)) if made is None else xarray.Dataset(*made)
+        if made is not None:
+            return xarray.Dataset(*made)
+        stated = described.table(self) is not None
+        return xarray.Dataset.from_dataframe(self.to_dataframe() if stated else self._presenter("table")(self))
 
     def to_netcdf(self, path: str | Path) -> None:
         """Write the labelled arrays as NetCDF (version 3); xarray is not needed.
@@ -180,6 +183,10 @@ class Result(Frozen):
         found = presentation.presenter(type(self), "table")
         if found is not None:
             return found(self)
+        if (stated := described.table(self)) is not None:
+            rows, index = stated
+            made = extras.load("pandas", "xarray", "a table").DataFrame(rows)
+            return made.set_index(index) if index and rows else made
         labelled = self.to_xarray()
         return (labelled if labelled.sizes else labelled.expand_dims("point")).to_dataframe()
 

@@ -73,7 +73,7 @@ class ContactSheet(Result):
     name: str = reported(key="drive")
     title: str = reported()
     drive: CoboticDrive
-    lines: tuple[Line, ...] = reported()
+    lines: tuple[Line, ...] = reported(table="")
     utilisation: Mapping[Limit, float] = reported("1")
     given: tuple[Provenance, ...] = reported()
     reconstruction: tuple[str, ...] = reported()

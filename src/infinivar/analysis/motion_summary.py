@@ -26,6 +26,7 @@ _PASSED = 0.999
 """Share of the speed's power that an advised cutoff passes unchanged."""
 _FIRST = 3
 """First values shown of each column."""
+_TIME = ("time",)
 _PER_STRIDE = ("work_on_load_per_stride_J", "work_of_load_per_stride_J")
 _SAMPLES = 4000
 """Fewest instants at which the smoothed motion is evaluated."""
@@ -118,10 +119,10 @@ class MotionSummary(Result):
     spectrum: Spectrum = reported(key="*")
     strides: Strides | None
     no_strides: str
-    time: np.ndarray
+    time: np.ndarray = reported("s", dims=_TIME)
     position: np.ndarray
     speed: np.ndarray
-    acceleration: np.ndarray
+    acceleration: np.ndarray = reported("m/s^2 or rad/s^2", dims=_TIME, variable="+")
     force: np.ndarray | None
     load_mass: float = reported()
 
@@ -144,7 +145,7 @@ class MotionSummary(Result):
         """Force of a drive on the load: inertia less the recorded force. [N, N m]"""
         return self.load_mass * self.acceleration - (0.0 if self.force is None else self.force)
 
-    @property
+    @derived("W", dims=_TIME, variable="+")
     def power(self) -> np.ndarray | None:
         """Power of a drive to the load; None if neither a force nor a mass is known. [W]"""
         return None if self.force is None and not self.load_mass else self.driving_force * self.speed
@@ -207,6 +208,12 @@ class MotionSummary(Result):
         else:
             kind = "one cycle that closes" if self.closed else "a run that does not close"
         return f"{names} in {self.sampling.rows} rows, {plain(self.sampling.duration, 4)} s: {kind}"
+
+    @derived(dims=_TIME)
+    def _histories(self) -> dict[str, np.ndarray]:
+        """Position, speed and force, if one is recorded, by the names of their columns."""
+        columns = zip(self.axis.columns, (self.position, self.speed, self.force), strict=True)
+        return {name: values for name, values in columns if values is not None}
 
     @derived()
     def _columns(self) -> list[dict[str, Any]]:

@@ -41,6 +41,10 @@ class LeftOut(NamedTuple):
     """Line of the file."""
     reason: str
 
+    def to_dict(self) -> dict[str, Any]:
+        """Line and reason, for scripts."""
+        return {"line": self.line, "reason": self.reason}
+
 
 @result
 class RigData(Frozen):

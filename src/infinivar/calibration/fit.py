@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from infinivar._core.described import derived, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, result
 from infinivar.calibration.model import Parameter
@@ -91,9 +92,9 @@ class LeastSquares(Protocol):
 class Combination(Frozen):
     """An identifiable weighted sum of parameters that are not identifiable separately; the first weight is 1."""
 
-    weights: Mapping[str, float]
-    value: float
-    deviation: float
+    weights: Mapping[str, float] = reported()
+    value: float = reported()
+    deviation: float = reported(key="standard_deviation")
 
 
 @result
@@ -135,7 +136,7 @@ class Fit(Frozen):
         spread = np.where(_involved(self.untold), np.inf, np.sqrt(np.diag(self.covariance)))
         return FrozenDict(zip(self.names, spread.tolist(), strict=True))
 
-    @property
+    @derived(key="not_told_apart")
     def combinations(self) -> tuple[Combination, ...]:
         """Sums that are identifiable although their terms are not."""
         return _combinations(self.problem, self.untold, self.values, self.covariance)
@@ -157,28 +158,23 @@ class Fit(Frozen):
         with np.errstate(invalid="ignore"):
             return np.where(np.isfinite(scale[:, None] * scale), self.covariance / (scale[:, None] * scale), np.nan)
 
-    def to_dict(self, parameters: Mapping[str, Parameter], known: Mapping[str, float]) -> dict[str, Any]:
-        """Estimates as plain values, for scripts, beside the values `known` in the study."""
+    @derived("1")
+    def _correlations(self) -> dict[str, dict[str, float]]:
+        rows = zip(self.names, self.correlations.tolist(), strict=True)
+        return {name: dict(zip(self.names, row, strict=True)) for name, row in rows}
+
+    def estimates(self, parameters: Mapping[str, Parameter], known: Mapping[str, float]) -> dict[str, Any]:
+        """Estimate and interval of each parameter as plain values, beside the values `known` in the study."""
         return {
-            "parameters": {
-                name: {
-                    "unit": parameters[name].unit,
-                    "value": self.values[name],
-                    "told": name in self.told,
-                    "standard_deviation": self.deviations[name],
-                    "interval_95": list(self.interval(name)),
-                    "study": known[name],
-                }
-                for name in self.names
-            },
-            "correlations": {
-                name: dict(zip(self.names, row, strict=True))
-                for name, row in zip(self.names, self.correlations.tolist(), strict=True)
-            },
-            "not_told_apart": [
-                {"weights": dict(one.weights), "value": one.value, "standard_deviation": one.deviation}
-                for one in self.combinations
-            ],
+            name: {
+                "unit": parameters[name].unit,
+                "value": self.values[name],
+                "told": name in self.told,
+                "standard_deviation": self.deviations[name],
+                "interval_95": list(self.interval(name)),
+                "study": known[name],
+            }
+            for name in self.names
         }
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from operator import not_
 
 import numpy as np
 
+from infinivar._core.described import at, derived, reported
 from infinivar._core.result import Frozen, result
 from infinivar.calibration.fit import Fit, Robust, estimate, robust, settled
 from infinivar.calibration.problem import Problem
@@ -47,9 +49,11 @@ class Candidate(Frozen):
     behind : chi-square above that of the best law, divided by the square of the widening factor. [-]
     """
 
-    law: str
+    law: str = reported()
     fit: Fit
-    behind: float
+    behind: float = reported("1", key="worse_by")
+
+    _also = (at("fit.chi_square"), at("fit.values"))
 
 
 @result
@@ -65,11 +69,13 @@ class LawChoice(Frozen):
     gain : reduction of the best law's chi-square with free curvature. [-]
     """
 
-    candidates: tuple[Candidate, ...]
-    asked: str
+    candidates: tuple[Candidate, ...] = reported(key="laws")
+    asked: str = reported(key="study")
     fit: Fit
     design: Fit
-    gain: float
+    gain: float = reported("1", key="gain_of_free_bend")
+
+    _also = (at("fit.law", key="fitted"), at("misfit", key="fits", convert=not_))
 
     @property
     def best(self) -> Candidate:
@@ -85,17 +91,17 @@ class LawChoice(Frozen):
         """Laws that the data do not exclude, best first."""
         return tuple(candidate.law for candidate in self.candidates if candidate.behind < DECIDED)
 
-    @property
+    @derived()
     def undecided(self) -> tuple[str, ...]:
         """Of `left`, the rivals: those that approximate no other of them."""
         return rivals(self.left)
 
-    @property
+    @derived()
     def agreeing(self) -> tuple[str, ...]:
         """Of `left`, the approximations of another of them, which the data cannot tell from it."""
         return tuple(law for law in self.left if law not in self.undecided)
 
-    @property
+    @derived()
     def contradicted(self) -> bool:
         """Whether the data exclude the study's law, or it was not a candidate."""
         return self.asked not in self.left

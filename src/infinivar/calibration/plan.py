@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar._core.described import reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, result
 from infinivar.calibration.data import RigData
@@ -35,6 +36,10 @@ class Telling(NamedTuple):
     apart: float
     """Difference of its readings under the two laws, in standard deviations that include the parameter uncertainty."""
 
+    def to_dict(self) -> dict[str, Any]:
+        """The run and what it tells, for scripts."""
+        return {"between": list(self.between), **self.setting._asdict(), "standard_deviations": self.apart}
+
 
 @result
 class Plan(Frozen):
@@ -47,9 +52,9 @@ class Plan(Frozen):
     telling : for each other law not excluded, the run that best discriminates it from the law used.
     """
 
-    settings: tuple[Setting, ...]
-    deviations: Mapping[str, float]
-    telling: tuple[Telling, ...] = ()
+    settings: tuple[Setting, ...] = reported(key="next_runs")
+    deviations: Mapping[str, float] = reported(key="expected_standard_deviations")
+    telling: tuple[Telling, ...] = reported(key="runs_to_tell_laws_apart", default=())
 
 
 def propose(found: Fit, *, preloads: Sequence[float] = PRELOADS, count: int = RUNS) -> Plan:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.described import at, derived, reported
 from infinivar._core.fields import with_values
 from infinivar._core.result import Result, result
 from infinivar.calibration import fitted, model, words
@@ -38,13 +39,21 @@ class Calibration(Result):
     """
 
     study: Study
-    name: str
+    name: str = reported(key="drive")
     data: RigData
-    laws: LawChoice
-    left_out: tuple[LeftOut, ...]
+    laws: LawChoice = reported(key="creep_law")
+    left_out: tuple[LeftOut, ...] = reported(key="left_out_lines")
     efficiencies: Efficiencies
     eq9: tuple[np.ndarray, np.ndarray]
-    plan: Plan
+    plan: Plan = reported(key="*")
+
+    _also = (
+        at("data.name", key="data"),
+        at("fit", key="*"),
+        at("fit.chi_square"),
+        at("fit.freedom", key="degrees_of_freedom"),
+        at("fit.widened", key="intervals_widened_by"),
+    )
 
     @property
     def fit(self) -> Fit:
@@ -100,7 +109,7 @@ class Calibration(Result):
         """Warnings: the data contradict the study's creep law, or no law fits."""
         return tuple(words.warnings(self.laws))
 
-    @property
+    @derived()
     def remarks(self) -> tuple[str, ...]:
         """Warnings and remarks, one sentence each; warnings first."""
         return tuple(words.remarks(self.laws, self.plan, self.data, self.left_out, self.drive))
@@ -116,63 +125,26 @@ class Calibration(Result):
         told += [words.combined(combination) for combination in fit.combinations]
         return "; ".join(told)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
-        fit, found = self.fit, self.efficiencies
-        return {
-            "drive": self.name,
-            "data": self.data.name,
-            "runs": len(self.data),
-            "left_out_lines": [{"line": one.line, "reason": one.reason} for one in self.left_out],
-            "creep_law": {
-                "study": self.laws.asked,
-                "fitted": fit.law,
-                "undecided": list(self.laws.undecided),
-                "agreeing": list(self.laws.agreeing),
-                "contradicted": self.laws.contradicted,
-                "fits": not self.laws.misfit,
-                "gain_of_free_bend": self.laws.gain,
-                "laws": [
-                    {
-                        "law": one.law,
-                        "chi_square": one.fit.chi_square,
-                        "worse_by": one.behind,
-                        "values": dict(one.fit.values),
-                    }
-                    for one in self.laws.candidates
-                ],
-            },
-            **fit.to_dict(model.PARAMETERS, self.known),
-            "chi_square": fit.chi_square,
-            "degrees_of_freedom": fit.freedom,
-            "intervals_widened_by": fit.widened,
-            "efficiency": [
-                {"line": line, "ratio": ratio, "load": load, "value": value, "standard_deviation": deviation}
-                for line, ratio, load, value, deviation in zip(
-                    self.data.lines,
-                    found.ratio.tolist(),
-                    found.load.tolist(),
-                    found.value.tolist(),
-                    found.deviation.tolist(),
-                    strict=True,
-                )
-            ],
-            "creep_stiffness_by_eq9": [
-                {
-                    "line": self.data.lines[row],
-                    "value": float(self.eq9[0][row]),
-                    "standard_deviation": float(self.eq9[1][row]),
-                }
-                for row in np.flatnonzero(np.isfinite(self.eq9[0]))
-            ],
-            "runs_to_tell_laws_apart": [
-                {"between": list(one.between), **one.setting._asdict(), "standard_deviations": one.apart}
-                for one in self.plan.telling
-            ],
-            "next_runs": [setting._asdict() for setting in self.plan.settings],
-            "expected_standard_deviations": dict(self.plan.deviations),
-            "remarks": list(self.remarks),
-        }
+    @derived()
+    def _runs(self) -> int:
+        return len(self.data)
+
+    @derived()
+    def _parameters(self) -> dict[str, Any]:
+        return self.fit.estimates(model.PARAMETERS, self.known)
+
+    @derived()
+    def _efficiency(self) -> list[dict[str, Any]]:
+        found = self.efficiencies
+        names = ("line", "ratio", "load", "value", "standard_deviation")
+        rows = zip(self.data.lines, found.ratio, found.load, found.value, found.deviation, strict=True)
+        return [dict(zip(names, row, strict=True)) for row in rows]
+
+    @derived()
+    def _creep_stiffness_by_eq9(self) -> list[dict[str, Any]]:
+        rows = zip(self.data.lines, *self.eq9, strict=True)
+        names = ("line", "value", "standard_deviation")
+        return [dict(zip(names, row, strict=True)) for row in rows if np.isfinite(row[1])]
 
 
 def cobotic(study: Study, name: str) -> CoboticDrive:

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from annotated_types import Gt
 
+from infinivar._core.described import derived, reported
 from infinivar._core.fields import check_instance, check_number
 from infinivar._core.result import Result, result
 from infinivar.analysis.sessions.comparison import MARGIN, DisplayComparison, compare_displays
@@ -57,8 +58,8 @@ class DisplayClaims(Result):
     comparison : DisplayComparison    The session on which some of them are asked, with one and six axes.
     """
 
-    claims: tuple[Claim, ...]
-    comparison: DisplayComparison
+    claims: tuple[Claim, ...] = reported()
+    comparison: DisplayComparison = reported()
 
     def claim(self, name: str) -> Claim:
         """The claim of an id.
@@ -77,21 +78,13 @@ class DisplayClaims(Result):
         """One line for each claim: id, place, claim, verdict, reason."""
         return tuple(f"{one.id} ({one.section}) {one.claim}: {one.verdict}. {one.why}" for one in self.claims)
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One sentence: the claims by verdict."""
         by: dict[str, list[str]] = {}
         for one in self.claims:
             by.setdefault(one.verdict, []).append(one.id)
         return "; ".join(f"{verdict}: {', '.join(names)}" for verdict, names in by.items())
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain values, for JSON."""
-        plain = [
-            {**asdict(one), "ranges": [], "variants": [variant._asdict() for variant in one.variants]}
-            for one in self.claims
-        ]
-        return {"verdict": self.verdict, "claims": plain, "comparison": self.comparison.to_dict()}
 
 
 def display_claims(

@@ -1,4 +1,4 @@
-"""Results as labelled arrays: every quantity with a name, axes and a unit."""
+"""Runs and maps of stability as labelled arrays; other results state theirs themselves, see `infinivar._core.described`."""
 
 from __future__ import annotations
 
@@ -6,68 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.described import unit_of
 from infinivar._core.netcdf import Arrays
 from infinivar.analysis.machine_run import MachineRun
-from infinivar.analysis.motion_summary import MotionSummary
 from infinivar.analysis.run import History
 from infinivar.analysis.sessions.session_result import Session
 from infinivar.analysis.sessions.stability import StabilityMap
-from infinivar.analysis.sessions.z_width import ZWidth
 from infinivar.analysis.simulate import Simulation
 from infinivar.bondgraph.audit import Trajectory
-
-_ENDINGS = {
-    "_m_s": "m/s",
-    "_rad_s": "rad/s",
-    "_rad": "rad",
-    "_Nm": "N m",
-    "_m": "m",
-    "_N": "N",
-    "_A": "A",
-    "_V": "V",
-    "_W": "W",
-}
-_POINT = {
-    "power_in": ("W", "power from the supply"),
-    "power_out": ("W", "power to the load"),
-    "efficiency": ("1", "useful power over power spent"),
-    "limit": ("1", "limit exceeded"),
-    "margin": ("1", "allowance over demand of the tightest limit"),
-}
-_ELEMENT = {
-    "cylinder_speed": ("rad s-1", "cylinder speed"),
-    "steering_angle": ("rad", "steering angle"),
-    "torque": ("N m", "torque on the cylinder"),
-    "link_speed": ("m s-1", "link speed"),
-    "link_force": ("N", "force on the link"),
-    "rolling_speed": ("m s-1", "rolling speed"),
-    "creep_speed": ("m s-1", "creep speed"),
-    "lateral_force": ("N", "lateral force of the contact"),
-}
-
-
-def unit_of(name: str) -> str:
-    """Unit at the end of a column name; "1" for a pure number."""
-    return next((unit for ending, unit in _ENDINGS.items() if name.endswith(ending)), "1")
-
-
-def motion_summary(found: MotionSummary) -> Arrays:
-    """The smoothed motion over time."""
-    position, speed, force = found.axis.columns
-    acceleration = "acceleration_rad_s2" if found.axis.rotary else "acceleration_m_s2"
-    squared = "rad/s^2" if found.axis.rotary else "m/s^2"
-    data: dict[str, Any] = {
-        position: ("time", found.position, {"units": unit_of(position)}),
-        speed: ("time", found.speed, {"units": unit_of(speed)}),
-        acceleration: ("time", found.acceleration, {"units": squared}),
-    }
-    if found.force is not None:
-        data[force] = ("time", found.force, {"units": unit_of(force)})
-    if found.power is not None:
-        data["power_W"] = ("time", found.power, {"units": "W"})
-    return Arrays(
-        data, {"time": ("time", found.time, {"units": "s"})}, {"title": found.table.file, "verdict": found.verdict}
-    )
 
 
 def simulation(found: Simulation) -> Arrays:
@@ -124,18 +70,3 @@ def stability_map(found: StabilityMap) -> Arrays:
         for name, values, unit in zip((found.first, found.second), (found.x, found.y), found.units, strict=True)
     }
     return Arrays(data, coords, {"display": found.display, "held": found.held})
-
-
-def z_width(found: ZWidth) -> Arrays:
-    """Real and imaginary parts of the softest and the stiffest impedance."""
-    data = {
-        f"{name}_{part}": (
-            "frequency",
-            getattr(getattr(found, name), part),
-            {"units": "N s m-1", "long_name": f"{part} part of the {name} impedance"},
-        )
-        for name in ("softest", "stiffest")
-        for part in ("real", "imag")
-    }
-    attributes = {"display": found.display, "held": found.held, "wall_N_m": found.wall, "margin": found.margin}
-    return Arrays(data, {"frequency": ("frequency", found.frequency, {"units": "Hz"})}, attributes)

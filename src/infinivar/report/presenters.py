@@ -30,7 +30,6 @@ _TYPES: dict[str, dict[str, str]] = {
     "analysis.contact_sheet.ContactSheet": {
         "plot": "figures.contact_design:draw_all",
         "save": "report.contact:save",
-        "table": "report.tables:contact_sheet",
     },
     "analysis.cycles.cylinder_policy.Policy": {
         "plot": "figures.single:policy",
@@ -76,12 +75,10 @@ _TYPES: dict[str, dict[str, str]] = {
     "analysis.motion_summary.MotionSummary": {
         "plot": "figures.motion_summary:draw_all",
         "save": "report.motion_summary:save",
-        "dataset": "report.datasets:motion_summary",
     },
     "analysis.robustness.sensitivity.Sensitivity": {
         "plot": "figures.sensitivity:draw_all",
         "save": "report.sensitivity:save",
-        "table": "report.tables:sensitivity",
     },
     "analysis.robustness.verdicts.Builds": {"plot": "figures.single:builds", "table": "report.tables:builds"},
     "analysis.robustness.verdicts.BuildsMap": {
@@ -101,7 +98,9 @@ _TYPES: dict[str, dict[str, str]] = {
         "plot": "figures.stability_map:draw_all",
         "dataset": "report.datasets:stability_map",
     },
-    "analysis.sessions.z_width.ZWidth": {"plot": "figures.z_width:draw_all", "dataset": "report.datasets:z_width"},
+    "analysis.sessions.z_width.ZWidth": {
+        "plot": "figures.z_width:draw_all",
+    },
     "analysis.shared_motor.SharedMotor": {"plot": "figures.shared_motor:draw_all"},
     "analysis.sphere_map.SphereMap": {
         "plot": "figures.sphere_map:draw_all",
@@ -109,7 +108,6 @@ _TYPES: dict[str, dict[str, str]] = {
     "analysis.steering_step.SteeringStep": {
         "plot": "figures.steering_step:draw_all",
         "save": "report.steering_step:save",
-        "table": "report.tables:steering_step",
     },
     "analysis.steady_map.SteadyMap": {
         "plot": "figures.single:steady_map",

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from infinivar._core import extras
 from infinivar.analysis.compare import Comparison
-from infinivar.analysis.contact_sheet import ContactSheet
 from infinivar.analysis.cycles.duty_comparison import DutyComparison
 from infinivar.analysis.cycles.mixed_use import MixedUse
 from infinivar.analysis.cycles.tracking import TwoWays
 from infinivar.analysis.hanging import Hanging
 from infinivar.analysis.machines import MachineComparison
-from infinivar.analysis.robustness.sensitivity import Sensitivity
 from infinivar.analysis.robustness.verdicts import Builds, DutyBuilds
 from infinivar.analysis.sessions.comparison import DisplayComparison
 from infinivar.analysis.simulate import Simulation
-from infinivar.analysis.steering_step import SteeringStep
 from infinivar.bondgraph.audit import Trajectory
 from infinivar.calibration.geared.result import GearedCalibration
 from infinivar.calibration.result import Calibration
@@ -167,17 +163,6 @@ def display_comparison(found: DisplayComparison) -> pd.DataFrame:
     return frame(rows).set_index(["axes", "display"])
 
 
-def contact_sheet(found: ContactSheet) -> pd.DataFrame:
-    """One row per line of the sheet."""
-    return frame([asdict(line) for line in found.lines])
-
-
-def steering_step(found: SteeringStep) -> pd.DataFrame:
-    """One row per distance rolled: slip angle, force and moment."""
-    columns = {"slip_angle_rad": found.slip_angle, "force_N": found.force, "moment_Nm": found.moment}
-    return frame({"distance_m": found.distance, **columns}).set_index("distance_m")
-
-
 def transient_rolling(found: TransientRolling) -> pd.DataFrame:
     """One row per distance rolled: forces and energies."""
     names = ("fx", "fy", "mz", "energy", "work", "dissipated")
@@ -199,11 +184,6 @@ def two_ways(found: TwoWays) -> pd.DataFrame:
         ),
         "loss",
     )
-
-
-def sensitivity(found: Sensitivity) -> pd.DataFrame:
-    """One row per parameter, by decreasing swing."""
-    return _rows(found.to_dict()["parameters"], "path")
 
 
 def builds(found: Builds) -> pd.DataFrame:

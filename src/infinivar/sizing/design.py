@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
+from infinivar._core.described import derived, reported, rows
 from infinivar._core.result import Frozen, result
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive
@@ -67,6 +67,18 @@ class FreeValue(Frozen):
         return f"{shown(self.value, self.unit)} (feasible from {shown(self.low, self.unit)} to {shown(self.high, self.unit)})"
 
 
+DEMAND_ROWS = rows("task", "limit", "part", "demand_over_allowance")
+"""What makes demands over allowances, by motion, limit and part, rows of a dictionary."""
+
+
+def _limits(unchecked: tuple[Demand, ...]) -> list[str]:
+    return [limit.name for limit, _ in unchecked]
+
+
+def _tightest_words(tightest: TaskDemand | None) -> str | None:
+    return None if tightest is None else limit_words(tightest)
+
+
 @result
 class SizedDrive(Frozen):
     """A candidate as a drive.
@@ -84,16 +96,16 @@ class SizedDrive(Frozen):
     unchecked      Limits that the data sheets do not state.
     """
 
-    template: str
-    parts: Mapping[str, ChosenPart]
-    free: Mapping[str, FreeValue]
+    template: str = reported()
+    parts: Mapping[str, ChosenPart] = reported()
+    free: Mapping[str, FreeValue] = reported()
     drive: Drive
-    mass: float
-    power: float
-    demands: Mapping[TaskDemand, float]
-    unchecked: tuple[Demand, ...]
+    mass: float = reported("kg")
+    power: float = reported("W")
+    demands: Mapping[TaskDemand, float] = reported(convert=DEMAND_ROWS)
+    unchecked: tuple[Demand, ...] = reported(convert=_limits)
 
-    @property
+    @derived()
     def title(self) -> str:
         """The parts by name; a wheel that slips has no motors chosen."""
         own = [] if "motor" in self.parts else ["wheel with any motors"]
@@ -104,12 +116,12 @@ class SizedDrive(Frozen):
         """geared or cobotic."""
         return architecture_of(self.drive)
 
-    @property
+    @derived(convert=_tightest_words)
     def tightest(self) -> TaskDemand | None:
         """Motion, limit and part with the largest demand; None if no limit is loaded."""
         return tightest_of(self.demands)
 
-    @property
+    @derived("1")
     def margin(self) -> float:
         """Allowance over demand of the tightest limit. [-]"""
         return margin_of(self.demands)
@@ -131,35 +143,6 @@ class SizedDrive(Frozen):
         said = [show(self.power, "W", 3)] if math.isfinite(self.power) else []
         said.append("mass not stated" if math.isnan(self.mass) else show(self.mass, "kg", 3))
         return (*said, *outcome_words(self.demands))
-
-    def to_dict(self) -> dict[str, Any]:
-        """The same as plain numbers and texts."""
-        return {
-            "template": self.template,
-            "title": self.title,
-            "parts": {
-                role: {
-                    "part": part.part,
-                    **{
-                        name: getattr(part, name) for name in ("name", "manufacturer", "order_number", "source", "date")
-                    },
-                }
-                for role, part in self.parts.items()
-            },
-            "free": {
-                path: {"value": value.value, "low": value.low, "high": value.high, "unit": value.unit}
-                for path, value in self.free.items()
-            },
-            "mass_kg": self.mass,
-            "power_W": self.power,
-            "margin": self.margin,
-            "tightest": None if self.tightest is None else limit_words(self.tightest),
-            "demands": [
-                {"task": task, "limit": limit.name, "part": part, "demand_over_allowance": demand}
-                for (task, limit, part), demand in self.demands.items()
-            ],
-            "unchecked": [limit.name for limit, _ in self.unchecked],
-        }
 
 
 def limit_words(key: TaskDemand) -> str:

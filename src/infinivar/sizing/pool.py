@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from infinivar._core.described import at, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError
@@ -53,15 +54,17 @@ class ChosenPart(Frozen):
 
     set: str
     key: str
-    name: str
-    manufacturer: str = ""
-    order_number: str = ""
-    source: str = ""
-    date: str = ""
+    name: str = reported()
+    manufacturer: str = reported(default="")
+    order_number: str = reported(default="")
+    source: str = reported(default="")
+    date: str = reported(default="")
     kind: str = "catalogue"
     derived: tuple[str, ...] = ()
     where: str = ""
     number: float = 1.0
+
+    _also = (at("part"),)
 
     @property
     def title(self) -> str:
@@ -85,12 +88,12 @@ class SearchedSet(Frozen):
     refused        Rows of its file that were refused, each with its reason.
     """
 
-    name: str
+    name: str = reported()
     motors: int
     gearheads: int
-    pairs: int
-    pairs_stated: bool
-    refused: tuple[str, ...] = ()
+    pairs: int = reported()
+    pairs_stated: bool = reported()
+    refused: tuple[str, ...] = reported(default=())
 
 
 @result

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
 
 import numpy as np
 
+from infinivar._core.described import finite, reported, rows
 from infinivar._core.result import Frozen, result
 from infinivar._core.text import counted
 from infinivar.limits import Demand
@@ -16,6 +16,8 @@ from infinivar.sizing.geared.sampled import TaskDemand
 
 OF_FRONT = ": left out of the front"
 """End of a reason for which candidates are left out of the front alone."""
+
+_UNCHECKED_ROWS = rows("limit", "part", "candidates")
 
 
 @result
@@ -37,16 +39,16 @@ class SearchRecord(Frozen):
     stage_words    What they differ in: radii, leads, or "output stages".
     """
 
-    candidates: int
-    left: int
-    evaluated: int
-    excluded: Mapping[str, int]
-    counts: tuple[LimitCount, ...]
-    unchecked: Mapping[Demand, int]
-    ranges: Mapping[str, tuple[float, float]]
+    candidates: int = reported()
+    left: int = reported()
+    evaluated: int = reported()
+    excluded: Mapping[str, int] = reported()
+    counts: tuple[LimitCount, ...] = reported(key="limits")
+    unchecked: Mapping[Demand, int] = reported(convert=_UNCHECKED_ROWS)
+    ranges: Mapping[str, tuple[float, float]] = reported()
     cloud: np.ndarray
-    nearest: SizedDrive | None = None
-    stages: int = 1
+    nearest: SizedDrive | None = reported(default=None)
+    stages: int = reported(default=1)
     stage_words: str = "output stages"
 
     @property
@@ -66,20 +68,6 @@ class SearchRecord(Frozen):
     def unjudged(self) -> dict[str, int]:
         """Candidates that could not be judged by any limit, by reason."""
         return {reason: number for reason, number in self.excluded.items() if not reason.endswith(OF_FRONT)}
-
-    def to_dict(self) -> dict[str, Any]:
-        """The same as plain numbers and texts."""
-        return {
-            "candidates": self.candidates,
-            "stages": self.stages,
-            "left": self.left,
-            "evaluated": self.evaluated,
-            "excluded": dict(self.excluded),
-            "limits": [{**count._asdict(), "limit": count.limit.name} for count in self.counts],
-            "unchecked": unchecked_rows(self.unchecked),
-            "ranges": {path: list(ends) for path, ends in self.ranges.items()},
-            "nearest": None if self.nearest is None else self.nearest.to_dict(),
-        }
 
 
 @result
@@ -107,43 +95,21 @@ class WheelRecord(Frozen):
     nearest        If no candidate is feasible, the one found that is nearest.
     """
 
-    candidates: int
-    wheels: int
-    rolled: int
-    drives: int
-    evaluated: int
-    excluded: Mapping[str, int]
-    blocked: Mapping[TaskDemand, int]
-    unchecked: Mapping[Demand, int]
-    ranges: Mapping[str, tuple[float, float]]
-    steering_ratios: tuple[float, ...]
-    bearings: tuple[str, ...]
+    candidates: int = reported()
+    wheels: int = reported(key="wheel_designs")
+    rolled: int = reported()
+    drives: int = reported()
+    evaluated: int = reported()
+    excluded: Mapping[str, int] = reported()
+    blocked: Mapping[TaskDemand, int] = reported(convert=rows("task", "limit", "part", "wheel_designs"))
+    unchecked: Mapping[Demand, int] = reported(convert=_UNCHECKED_ROWS)
+    ranges: Mapping[str, tuple[float, float]] = reported()
+    steering_ratios: tuple[float, ...] = reported()
+    bearings: tuple[str, ...] = reported()
     cloud: np.ndarray
-    history: np.ndarray
-    compiled: bool = False
-    nearest: SizedDrive | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """The same as plain numbers and texts."""
-        return {
-            "candidates": self.candidates,
-            "wheel_designs": self.wheels,
-            "rolled": self.rolled,
-            "drives": self.drives,
-            "evaluated": self.evaluated,
-            "excluded": dict(self.excluded),
-            "blocked": [
-                {"task": task, "limit": limit.name, "part": part, "wheel_designs": number}
-                for (task, limit, part), number in self.blocked.items()
-            ],
-            "unchecked": unchecked_rows(self.unchecked),
-            "ranges": {path: list(ends) for path, ends in self.ranges.items()},
-            "steering_ratios": list(self.steering_ratios),
-            "bearings": list(self.bearings),
-            "history": [None if value == np.inf else float(value) for value in self.history],
-            "compiled": self.compiled,
-            "nearest": None if self.nearest is None else self.nearest.to_dict(),
-        }
+    history: np.ndarray = reported(convert=finite)
+    compiled: bool = reported(default=False)
+    nearest: SizedDrive | None = reported(default=None)
 
 
 def limit_lines(counts: Iterable[LimitCount]) -> Iterator[str]:
@@ -155,8 +121,3 @@ def limit_lines(counts: Iterable[LimitCount]) -> Iterator[str]:
         if place or count.first != count.exceeded:
             said += f", {f'{count.first:,}' if count.first else 'none'} in addition to the limits above"
         yield said
-
-
-def unchecked_rows(unchecked: Mapping[Demand, int]) -> list[dict[str, Any]]:
-    """Candidates whose data sheets do not state a limit, as plain numbers and texts."""
-    return [{"limit": limit.name, "part": part, "candidates": number} for (limit, part), number in unchecked.items()]

@@ -5,9 +5,8 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import field
-from typing import Any
 
+from infinivar._core.described import derived, named, reported
 from infinivar._core.result import Result, result
 from infinivar._core.text import counted
 from infinivar.analysis.hanging import Hanging
@@ -48,19 +47,19 @@ class Sizing(Result):
     hangs_on       Choices that no source settles, each with the best design it gives; None without designs.
     """
 
-    study: Study
-    objective: tuple[str, ...]
-    designs: tuple[SizedDrive, ...]
-    front: tuple[SizedDrive, ...]
-    searches: Mapping[str, SearchRecord | WheelRecord]
-    sets: tuple[SearchedSet, ...]
-    best_of: Mapping[str, SizedDrive] = field(default_factory=dict)
-    what_if: Mapping[str, WhatIf] = field(default_factory=dict)
+    study: Study = reported(convert=named)
+    objective: tuple[str, ...] = reported()
+    designs: tuple[SizedDrive, ...] = reported()
+    front: tuple[SizedDrive, ...] = reported()
+    searches: Mapping[str, SearchRecord | WheelRecord] = reported()
+    sets: tuple[SearchedSet, ...] = reported()
+    best_of: Mapping[str, SizedDrive] = reported(default_factory=dict)
+    what_if: Mapping[str, WhatIf] = reported(default_factory=dict)
     notes: tuple[str, ...] = ()
-    doubt: Doubt | None = None
-    hangs_on: Hanging | None = None
+    doubt: Doubt | None = reported(optional=True, default=None)
+    hangs_on: Hanging | None = reported(optional=True, default=None)
 
-    @property
+    @derived()
     def feasible(self) -> bool:
         """Whether any design is feasible."""
         return bool(self.designs)
@@ -92,7 +91,7 @@ class Sizing(Result):
         ]
         return f"{' and '.join(found)} of {', '.join(one.name for one in self.sets)}"
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One line on the outcome."""
         if self.best is not None:
@@ -115,7 +114,7 @@ class Sizing(Result):
         demands = list(itertools.zip_longest(*(one.demands.values() for one in found), fillvalue=0.0))
         return found[nearest_of(demands, [one.mass for one in found])]
 
-    @property
+    @derived()
     def cautions(self) -> tuple[str, ...]:
         """What the result leaves open: limits not checked for the best design, and pairs of which nothing says that they fit."""
         unstated = [one.name for one in self.sets if not one.pairs_stated]
@@ -170,27 +169,6 @@ class Sizing(Result):
     def study_of(self, design: SizedDrive, name: str = "design") -> Study:
         """Return the study with a design as its only drive: for `compare`, `simulate` and `save_study`."""
         return study_of(self.study, design, name)
-
-    def to_dict(self) -> dict[str, Any]:
-        """The same as plain numbers and texts."""
-        return {
-            "study": self.study.name,
-            "objective": list(self.objective),
-            "feasible": self.feasible,
-            "verdict": self.verdict,
-            "cautions": list(self.cautions),
-            "sets": [
-                {"name": one.name, "pairs": one.pairs, "pairs_stated": one.pairs_stated, "refused": list(one.refused)}
-                for one in self.sets
-            ],
-            "designs": [design.to_dict() for design in self.designs],
-            "front": [design.to_dict() for design in self.front],
-            "best_of": {name: design.to_dict() for name, design in self.best_of.items()},
-            "what_if": {name: one.to_dict() for name, one in self.what_if.items()},
-            "searches": {name: search.to_dict() for name, search in self.searches.items()},
-            **({} if self.hangs_on is None else {"hangs_on": self.hangs_on.to_dict()}),
-            **({} if self.doubt is None else {"doubt": self.doubt.to_dict()}),
-        }
 
     def _rows(self) -> Iterator[tuple[str, str]]:
         yield "verdict", self.verdict

@@ -9,12 +9,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar._core.described import derived, reported
 from infinivar._core.fields import value_at, with_values
 from infinivar._core.result import Frozen, result
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
@@ -23,7 +24,7 @@ from infinivar.drivetrain.drive import operated
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.parts.amplifier import Amplifier
-from infinivar.sizing.design import SizedDrive, beyond_words
+from infinivar.sizing.design import DEMAND_ROWS, SizedDrive, beyond_words
 from infinivar.sizing.geared.sampled import TaskDemand
 from infinivar.sizing.geared.search import equal_shares
 from infinivar.sizing.geared.tasks import REQUIREMENT, RegionTask, judged
@@ -57,29 +58,24 @@ class Change(Frozen):
     best           Least value of the objective up to the end with all limits kept; nan where only limits count. [W] or [kg]
     """
 
-    words: str
-    unit: str
-    start: float
-    end: float
-    needed: float
-    stated: float
+    words: str = reported()
+    unit: str = reported()
+    start: float = reported()
+    end: float = reported()
+    needed: float = reported()
+    stated: float = reported()
     times: float
-    best: float
+    best: float = reported()
 
     @property
     def enough(self) -> bool:
         """Whether a value is enough."""
         return not math.isnan(self.needed)
 
-    @property
+    @derived("1")
     def factor(self) -> float:
         """Needed over present value; nan if none is enough, or the present value is 0. [-]"""
         return self.needed / self.start if self.start else math.nan
-
-    def to_dict(self) -> dict[str, Any]:
-        """The same as plain numbers and texts."""
-        names = ("words", "unit", "start", "end", "needed", "stated", "factor", "best")
-        return {name: getattr(self, name) for name in names}
 
 
 @result
@@ -101,16 +97,16 @@ class WhatIf(Frozen):
                    judged as if it did. 0 if none returns, or it is accepted. [W]
     """
 
-    template: str
-    goal: str
-    target: float
-    present: float
-    changes: tuple[Change, ...]
-    allowances: tuple[Change, ...] = ()
-    together: bool = False
-    remaining: Mapping[TaskDemand, float] = field(default_factory=dict)
-    slips: bool = False
-    absorbed: float = 0.0
+    template: str = reported()
+    goal: str = reported()
+    target: float = reported()
+    present: float = reported()
+    changes: tuple[Change, ...] = reported()
+    allowances: tuple[Change, ...] = reported(default=())
+    together: bool = reported(default=False)
+    remaining: Mapping[TaskDemand, float] = reported(convert=DEMAND_ROWS, default_factory=dict)
+    slips: bool = reported(default=False)
+    absorbed: float = reported(default=0.0)
 
     @property
     def wheel_enough(self) -> bool:
@@ -162,24 +158,6 @@ class WhatIf(Frozen):
         if math.isnan(change.best):
             return said
         return f"{said} ({show(change.best, 'kg' if self.goal == 'mass' else 'W', 3)})"
-
-    def to_dict(self) -> dict[str, Any]:
-        """The same as plain numbers and texts."""
-        return {
-            "template": self.template,
-            "goal": self.goal,
-            "target": self.target,
-            "present": self.present,
-            "changes": [one.to_dict() for one in self.changes],
-            "allowances": [one.to_dict() for one in self.allowances],
-            "together": self.together,
-            "slips": self.slips,
-            "absorbed": self.absorbed,
-            "remaining": [
-                {"task": task, "limit": limit.name, "part": part, "demand_over_allowance": demand}
-                for (task, limit, part), demand in self.remaining.items()
-            ],
-        }
 
 
 def change_words(change: Change) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.described import reported
 from infinivar._core.result import Frozen, Result, result
 from infinivar.calibration import model
 from infinivar.calibration.calibrate import calibrate_cobotic
@@ -45,12 +46,12 @@ class Determined(Frozen):
     """
 
     name: str
-    told: float
-    bias: float
-    scatter: float
-    stated: float
-    covered: float
-    unit: str
+    told: float = reported()
+    bias: float = reported()
+    scatter: float = reported()
+    stated: float = reported()
+    covered: float = reported()
+    unit: str = reported()
 
     @property
     def verdict(self) -> str:
@@ -77,10 +78,10 @@ class Sessions(Result):
     parameters     By name: those that were asked for, and their sums, such as "rolling_torque + bearing_torque".
     """
 
-    sessions: int
-    refused: int
-    laws: Mapping[str, int]
-    parameters: Mapping[str, Determined]
+    sessions: int = reported()
+    refused: int = reported()
+    laws: Mapping[str, int] = reported()
+    parameters: Mapping[str, Determined] = reported()
 
     @property
     def verdict(self) -> str:
@@ -88,18 +89,6 @@ class Sessions(Result):
         laws = ", ".join(f"{name} {number}" for name, number in self.laws.items())
         refused = f", {self.refused} refused" if self.refused else ""
         return f"{self.sessions} sessions{refused}; creep law fitted: {laws or 'none'}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """The same as plain numbers and texts."""
-        return {
-            "sessions": self.sessions,
-            "refused": self.refused,
-            "laws": dict(self.laws),
-            "parameters": {
-                name: {key: getattr(one, key) for key in ("told", "bias", "scatter", "stated", "covered", "unit")}
-                for name, one in self.parameters.items()
-            },
-        }
 
     def _rows(self) -> Any:
         yield "verdict", self.verdict

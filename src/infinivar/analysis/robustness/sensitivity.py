@@ -120,7 +120,7 @@ class Sensitivity(Result):
     name: str = reported(key="drive")
     outcome: Outcome
     value: float = reported()
-    influences: tuple[Influence, ...] = reported(key="parameters")
+    influences: tuple[Influence, ...] = reported(key="parameters", table="path")
     conclusions: tuple[Conclusion, ...] = reported()
     impossible: float = reported("1")
     beyond: str = reported(key="beyond_limits")

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.described import at, derived, reported
 from infinivar._core.fields import value_at
 from infinivar._core.result import Result, result
 from infinivar.calibration.data import LeftOut
@@ -48,10 +49,12 @@ class GearedCalibration(Result):
     """
 
     study: Study
-    name: str
+    name: str = reported(key="drive")
     data: Any
-    fit: Fit
-    left_out: tuple[LeftOut, ...]
+    fit: Fit = reported(key="*")
+    left_out: tuple[LeftOut, ...] = reported(key="left_out_lines")
+
+    _also = (at("data.name", key="data"), at("data.kind"), at("fit.freedom", key="degrees_of_freedom"))
 
     @property
     def drive(self) -> ConventionalDrive:
@@ -135,7 +138,7 @@ class GearedCalibration(Result):
         """None: there is one law."""
         return ()
 
-    @property
+    @derived()
     def remarks(self) -> tuple[str, ...]:
         """Remarks, one sentence each."""
         return tuple(words.remarks(self.fit, self.left_out))
@@ -151,22 +154,6 @@ class GearedCalibration(Result):
         told += [words.sum_in_words(one, fit) for one in fit.combinations]
         return "; ".join(told)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
-        fit = self.fit
-        return {
-            "drive": self.name,
-            "data": self.data.name,
-            "kind": self.data.kind,
-            "rows": len(self.data),
-            "left_out_lines": [{"line": one.line, "reason": one.reason} for one in self.left_out],
-            **fit.to_dict(model.PARAMETERS, self.known),
-            "noise": dict(zip(self.data.signals, fit.problem.noise.tolist(), strict=True)),
-            "residual_rms": dict(zip(self.data.signals, self.rms.tolist(), strict=True)),
-            "degrees_of_freedom": fit.freedom,
-            "remarks": list(self.remarks),
-        }
-
     @property
     def residuals(self) -> np.ndarray:
         """Read less expected, of the rows used. (n, m), in the units of the signals"""
@@ -177,6 +164,22 @@ class GearedCalibration(Result):
     def rms(self) -> np.ndarray:
         """Root mean square of the residuals of each signal. (m,)"""
         return np.sqrt(np.mean(self.residuals**2, axis=0))
+
+    @derived(key="rows")
+    def _row_count(self) -> int:
+        return len(self.data)
+
+    @derived()
+    def _parameters(self) -> dict[str, Any]:
+        return self.fit.estimates(model.PARAMETERS, self.known)
+
+    @derived()
+    def _noise(self) -> dict[str, float]:
+        return dict(zip(self.data.signals, self.fit.problem.noise.tolist(), strict=True))
+
+    @derived()
+    def _residual_rms(self) -> dict[str, float]:
+        return dict(zip(self.data.signals, self.rms.tolist(), strict=True))
 
 
 def geared(study: Study, name: str) -> ConventionalDrive:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
 
+from infinivar._core.described import derived, reported, rows
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.robustness.verdicts import band, percent
 from infinivar.sizing.builds.spreads import Varied
@@ -47,11 +47,11 @@ class DesignBuilds(Frozen):
     nominal        Mean power with the values of the data sheets. [W]
     """
 
-    name: str
-    title: str
+    name: str = reported()
+    title: str = reported()
     feasible: np.ndarray
     power: np.ndarray
-    exceeded: Mapping[TaskDemand, int]
+    exceeded: Mapping[TaskDemand, int] = reported(convert=rows("task", "limit", "part", "builds"))
     best: int
     nominal: float
 
@@ -60,17 +60,17 @@ class DesignBuilds(Frozen):
         """Number of builds."""
         return len(self.feasible)
 
-    @property
+    @derived("1", key="feasible")
     def share(self) -> float:
         """Share of builds that keep all limits. [-]"""
         return float(np.mean(self.feasible))
 
-    @property
+    @derived("1", key="feasible_interval")
     def interval(self) -> tuple[float, float]:
         """Interval of that share at 95 % confidence, as of independent builds. [-]"""
         return interval(int(np.sum(self.feasible)), self.count)
 
-    @property
+    @derived("1", key="best")
     def best_share(self) -> float:
         """Share of builds in which it is the best of the feasible designs. [-]"""
         return self.best / self.count
@@ -99,21 +99,13 @@ class DesignBuilds(Frozen):
             said += f"; {plain(least, 3)} to {show(most, 'W', 3)} in 90 % of the feasible"
         return said
 
-    def to_dict(self) -> dict[str, Any]:
-        """The same as plain numbers and texts."""
-        return {
-            "name": self.name,
-            "title": self.title,
-            "feasible": self.share,
-            "feasible_interval": list(self.interval),
-            "best": self.best_share,
-            "best_interval": list(interval(self.best, self.count)),
-            "exceeded": [
-                {"task": task, "limit": limit.name, "part": part, "builds": number}
-                for (task, limit, part), number in self.exceeded.items()
-            ],
-            "power_W": {"nominal": self.nominal, **self.band},
-        }
+    @derived("1")
+    def _best_interval(self) -> tuple[float, float]:
+        return interval(self.best, self.count)
+
+    @derived("W")
+    def _power(self) -> dict[str, float | None]:
+        return {"nominal": self.nominal, **self.band}
 
 
 @result
@@ -129,13 +121,13 @@ class Doubt(Result):
     none           Number of builds in which no design is feasible.
     """
 
-    objective: str
-    designs: tuple[DesignBuilds, ...]
-    front: tuple[DesignBuilds, ...]
-    varied: tuple[Varied, ...]
+    objective: str = reported()
+    designs: tuple[DesignBuilds, ...] = reported()
+    front: tuple[DesignBuilds, ...] = reported()
+    varied: tuple[Varied, ...] = reported()
     none: int
 
-    @property
+    @derived(key="builds")
     def count(self) -> int:
         """Number of builds."""
         return self.designs[0].count
@@ -145,7 +137,7 @@ class Doubt(Result):
         """Designs that are best in some builds, except the first; the most often best first."""
         return tuple(sorted((one for one in self.designs[1:] if one.best), key=lambda one: -one.best))
 
-    @property
+    @derived()
     def verdict(self) -> str:
         """One line on the winner of the search."""
         winner = self.designs[0]
@@ -167,28 +159,9 @@ class Doubt(Result):
         """Rules of the spreads that are assumed, in words, each once."""
         return tuple(dict.fromkeys(one.words for one in self.varied if one.assumed))
 
-    def to_dict(self) -> dict[str, Any]:
-        """The same as plain numbers and texts."""
-        return {
-            "builds": self.count,
-            "objective": self.objective,
-            "verdict": self.verdict,
-            "none_feasible": self.none / self.count,
-            "designs": [one.to_dict() for one in self.designs],
-            "front": [one.to_dict() for one in self.front],
-            "varied": [
-                {
-                    "owner": one.owner,
-                    "path": one.spread.path,
-                    "unit": one.spread.unit,
-                    "value": one.spread.value,
-                    "range": one.spread.words,
-                    "kind": one.spread.kind,
-                    "where": one.spread.where,
-                }
-                for one in self.varied
-            ],
-        }
+    @derived("1")
+    def _none_feasible(self) -> float:
+        return self.none / self.count
 
     def _rows(self) -> Iterator[tuple[str, str]]:
         yield "verdict", self.verdict

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from infinivar._core.bounds import permitted
+from infinivar._core.described import dictionary
 from infinivar._core.fields import quantities_of, value_at
 from infinivar.analysis.robustness.sampling import correlated, low_discrepancy
 from infinivar.drivetrain.drive import Drive
@@ -37,6 +38,10 @@ class Varied(NamedTuple):
     owner: str
     """Part to which it belongs, such as "motor maxon:4711"; or the template, of a value that all its designs share."""
     spread: Spread
+
+    def to_dict(self) -> dict[str, Any]:
+        """The spread as plain numbers and texts, with its owner."""
+        return {"owner": self.owner, **dictionary(self.spread)}
 
     @property
     def assumed(self) -> bool:
