@@ -66,6 +66,28 @@ DRIVES = {
         shaft=iv.Shaft(),
         output=iv.Output(series_torsion_spring=iv.TorsionSpring(stiffness=100.0)),
     ),
+    "strain wave": _geared(
+        gearhead=iv.Gearhead(
+            ratio=20.0,
+            loss_model="strain wave",
+            strain_wave=iv.StrainWave(
+                efficiency=0.8,
+                rated_torque=5.0,
+                starting_torque=0.008,
+                running_torque=0.02,
+                backdriving_torque=0.2,
+                torque_1=1.0,
+                stiffness_2=400.0,
+                torque_2=3.0,
+                stiffness_3=500.0,
+                momentary_torque=30.0,
+                ratcheting_torque=50.0,
+                temperature=280.0,
+            ),
+            stiffness=300.0,
+        ),
+        shaft=iv.Shaft(),
+    ),
     "belt": _geared(
         belt=iv.Belt(pitch=0.003, teeth=20.0, efficiency=0.9, specific_stiffness=2e4, span=0.5, other_span=0.3),
         guideway=iv.Guideway(friction=5.0),

@@ -100,9 +100,9 @@ class StrainWave:
             if (getattr(self, corner) is None) != (getattr(self, beyond) is None):
                 missing, other = (corner, beyond) if getattr(self, corner) is None else (beyond, corner)
                 raise ParameterError(f"{missing} is missing: {other} needs it")
-        if self.torque_2 is not None:
-            if self.torque_1 is None:
-                raise ParameterError("torque_1 is missing: torque_2 needs it")
+        if self.torque_2 is not None and self.torque_1 is None:
+            raise ParameterError("torque_1 is missing: torque_2 needs it")
+        if isinstance(self.torque_1, (int, float)) and isinstance(self.torque_2, (int, float)):
             require(self.torque_2 > self.torque_1, "torque_2", self.torque_2, f"> torque_1, {self.torque_1:g} N m")
 
 
