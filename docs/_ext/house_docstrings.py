@@ -9,6 +9,7 @@ import dataclasses
 import re
 
 from infinivar._core.bounds import words
+from infinivar._core.result import Frozen
 
 _HEADER = re.compile(r"^\s*-{3,}$")
 _ONE_LINE = re.compile(r"^(?P<indent>\s*)(?P<name>\S.*?)\s{2,}(?P<meaning>\S.*)$")
@@ -79,7 +80,8 @@ def rewrite(app, what: str, name: str, obj: object, options: object, lines: list
         # Napoleon reads text before a colon as the type of the property.
         lines[0] = lines[0].replace(": ", "; ")
     if what == "class" and isinstance(obj, type) and dataclasses.is_dataclass(obj):
-        lines += describe_fields(obj)
+        told = issubclass(obj, Frozen) and "Fields" in lines  # in the docstring of a result
+        lines += [] if told else describe_fields(obj)
 
 
 def setup(app):

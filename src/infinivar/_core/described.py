@@ -93,7 +93,7 @@ def reported(
         notes=notes,
         table=table,
     )
-    described = {"meaning": meaning, "unit": unit} if meaning else {}
+    described = {"meaning": meaning.replace("{}", "each"), "unit": unit} if meaning else {}
     return dataclasses.field(default=default, metadata={"entry": entry, **described}, **options)
 
 

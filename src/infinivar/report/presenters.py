@@ -19,9 +19,7 @@ _TYPES: dict[str, dict[str, str]] = {
         "save": "report.comparison:save",
         "table": "report.tables:comparison",
     },
-    "analysis.compare.DriveResult": {
-        "plot": "figures.single:drive_result",
-    },
+    "analysis.compare.DriveResult": {"plot": "figures.single:drive_result"},
     "analysis.cycles.duty_comparison.DutyComparison": {
         "plot": "figures.duty_cycle:draw_all",
         "table": "report.tables:duty_comparison",
@@ -31,24 +29,14 @@ _TYPES: dict[str, dict[str, str]] = {
         "plot": "figures.contact_design:draw_all",
         "save": "report.contact:save",
     },
-    "analysis.cycles.cylinder_policy.Policy": {
-        "plot": "figures.single:policy",
-    },
-    "analysis.cycles.duty_result.DutyResult": {
-        "plot": "figures.single:duty",
-    },
+    "analysis.cycles.cylinder_policy.Policy": {"plot": "figures.single:policy"},
+    "analysis.cycles.duty_result.DutyResult": {"plot": "figures.single:duty"},
     "analysis.cycles.mixed_use.MixedUse": {"table": "report.tables:mixed_use"},
-    "analysis.cycles.shaking.DynamicMap": {
-        "plot": "figures.single:dynamic_map",
-    },
+    "analysis.cycles.shaking.DynamicMap": {"plot": "figures.single:dynamic_map"},
     "analysis.cycles.tracking.TwoWays": {"plot": "figures.single:two_ways", "table": "report.tables:two_ways"},
-    "analysis.design_trends.Trend": {
-        "plot": "figures.single:trend",
-    },
+    "analysis.design_trends.Trend": {"plot": "figures.single:trend"},
     "analysis.hanging.Hanging": {"table": "report.tables:hanging"},
-    "analysis.least_loss.LeastLoss": {
-        "plot": "figures.least_loss:draw_all",
-    },
+    "analysis.least_loss.LeastLoss": {"plot": "figures.least_loss:draw_all"},
     "analysis.machine_run.MachineRun": {
         "plot": "figures.machine_run:draw_all",
         "save": "report.run:save",
@@ -81,9 +69,7 @@ _TYPES: dict[str, dict[str, str]] = {
         "save": "report.sensitivity:save",
     },
     "analysis.robustness.verdicts.Builds": {"plot": "figures.single:builds", "table": "report.tables:builds"},
-    "analysis.robustness.verdicts.BuildsMap": {
-        "plot": "figures.single:builds_map",
-    },
+    "analysis.robustness.verdicts.BuildsMap": {"plot": "figures.single:builds_map"},
     "analysis.robustness.verdicts.DutyBuilds": {
         "plot": "figures.single:duty_builds",
         "table": "report.tables:duty_builds",
@@ -98,20 +84,14 @@ _TYPES: dict[str, dict[str, str]] = {
         "plot": "figures.stability_map:draw_all",
         "dataset": "report.datasets:stability_map",
     },
-    "analysis.sessions.z_width.ZWidth": {
-        "plot": "figures.z_width:draw_all",
-    },
+    "analysis.sessions.z_width.ZWidth": {"plot": "figures.z_width:draw_all"},
     "analysis.shared_motor.SharedMotor": {"plot": "figures.shared_motor:draw_all"},
-    "analysis.sphere_map.SphereMap": {
-        "plot": "figures.sphere_map:draw_all",
-    },
+    "analysis.sphere_map.SphereMap": {"plot": "figures.sphere_map:draw_all"},
     "analysis.steering_step.SteeringStep": {
         "plot": "figures.steering_step:draw_all",
         "save": "report.steering_step:save",
     },
-    "analysis.steady_map.SteadyMap": {
-        "plot": "figures.single:steady_map",
-    },
+    "analysis.steady_map.SteadyMap": {"plot": "figures.single:steady_map"},
     "analysis.workspace.WorkspaceMap": {"plot": "figures.workspace:draw_all"},
     "bondgraph.audit.Trajectory": {
         "plot": "figures.single:trajectory",
@@ -128,23 +108,15 @@ _TYPES: dict[str, dict[str, str]] = {
         "save": "report.calibration:save",
         "table": "report.tables:calibration",
     },
-    "contact.exact.patch.SteadyRolling": {
-        "plot": "figures.rolling_patch:draw_all",
-    },
+    "contact.exact.patch.SteadyRolling": {"plot": "figures.rolling_patch:draw_all"},
     "contact.exact.transient.TransientRolling": {
         "plot": "figures.transient_rolling:draw_all",
         "table": "report.tables:transient_rolling",
     },
-    "drivetrain.drive.DrivePoint": {
-        "plot": "figures.single:point",
-    },
+    "drivetrain.drive.DrivePoint": {"plot": "figures.single:point"},
     "machines.many_legs.MachinePoint": {"plot": "figures.wheels:legs"},
-    "drivetrain.drive.MovingPoint": {
-        "plot": "figures.single:moving_point",
-    },
-    "parts.heat.Heat": {
-        "plot": "figures.single:heat",
-    },
+    "drivetrain.drive.MovingPoint": {"plot": "figures.single:moving_point"},
+    "parts.heat.Heat": {"plot": "figures.single:heat"},
     "sizing.builds.result.Doubt": {"table": "report.tables:doubt"},
     "sizing.result.Sizing": {
         "plot": "figures.sizing:draw_all",
@@ -154,9 +126,7 @@ _TYPES: dict[str, dict[str, str]] = {
     "transmission.legs.LegsPoint": {"plot": "figures.wheels:legs"},
     "transmission.contact_map.MechanismPoint": {"plot": "figures.wheels:mechanism"},
     "transmission.spherical_solve.SphericalPoint": {"plot": "figures.wheels:rollers"},
-    "transmission.operating_point.OperatingPoint": {
-        "plot": "figures.single:point",
-    },
+    "transmission.operating_point.OperatingPoint": {"plot": "figures.single:point"},
     "transmission.wrench_set.WrenchSet": {"plot": "figures.wrench_set:draw_all"},
 }
 
