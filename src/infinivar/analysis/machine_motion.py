@@ -11,7 +11,6 @@ from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.marching import March
 from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.moving import control
-from infinivar.drivetrain.moving.control import LinkController
 from infinivar.drivetrain.moving.legged import LeggedMechanics
 from infinivar.drivetrain.moving.machines import (
     LINKED,
@@ -21,6 +20,7 @@ from infinivar.drivetrain.moving.machines import (
     SerialArmMachine,
     SphereMachine,
 )
+from infinivar.drivetrain.moving.motors import LinkMotors
 from infinivar.drivetrain.moving.separate import SeparateMechanics
 from infinivar.drivetrain.moving.system import System
 from infinivar.errors import ParameterError, require
@@ -179,51 +179,26 @@ class _Run:
         )
 
     def _controller(self) -> control.MachineController:
-        system, settings, scenario = self.system, self.machine.control, self.scenario
-        first, second, _ = system.places
-        if system.links is not None:
-            return self._of_links(np.array(self.state[:first]))
-        motor, idle = None, np.zeros(0)
-        if system.motor is not None and scenario.source == "held":
-            columns = list(system.motor.coordinates)
-            place = self.mechanics.at(self.state[None, :first], self.state[None, first:second])
-            inertia = np.diagonal(place.inertia[0])[columns]
-            motor = control.placed_motor(system, settings, float(np.max(inertia)))
-            # The current that keeps the speed at the start.
-            rest = system.rates(system.idle(), np.zeros(1), self.state[None]).derivative[0, first:second]
-            idle = -(inertia + system.motor.inertia) * rest[columns] / system.motor.gain
+        system, settings, held = self.system, self.machine.control, self.scenario.source == "held"
         return control.MachineController(
-            loops=control.Loops(
-                system=system,
-                period=self.period,
-                motor=motor,
-                servo=control.placed_servo(system, settings),
-                integrals=idle,
-            ),
-            duration=scenario.duration,
+            loops=control.begun_loops(system, settings, self.state, self.period, held),
+            duration=self.scenario.duration,
             set_speed=self.machine.set_speed,
             wanted=self._wanted() if system.servo is not None else None,
+            links=None if system.links is None else self._links(system.links),
         )
 
-    def _of_links(self, pose: np.ndarray) -> control.MachineController:
+    def _links(self, motors: LinkMotors) -> control.LinkController:
         """Controller of a motor on each link, which start with the currents that hold the user."""
-        system, motion = self.system, self.scenario.motion
-        assert system.links is not None
+        motion, pose = self.scenario.motion, np.array(self.state[: self.system.places[0]])
         assert isinstance(self.mechanics, SeparateMechanics)
         if motion is None:
             motion = VectorHistory(time=[0.0, self.scenario.duration], values=[pose, pose])
-        links = LinkController(
-            motors=system.links,
+        return control.LinkController(
+            motors=motors,
             mechanics=self.mechanics,
             motion=motion,
-            integral=-system.user(np.zeros(1))[0],
-        )
-        return control.MachineController(
-            loops=control.Loops(system=system, period=self.period, motor=None, servo=None, integrals=np.zeros(0)),
-            duration=self.scenario.duration,
-            set_speed=0.0,
-            wanted=None,
-            links=links,
+            integral=-self.system.user(np.zeros(1))[0],
         )
 
     def over(self, title: str, progress: Callable[[float], None]) -> MachineRun:
@@ -245,15 +220,7 @@ class _Run:
             machine=self.machine,
             scenario=scenario,
             title=title,
-            time=found.time,
-            columns=found.columns | {f"user_{place + 1}": pushed[:, place] for place in range(self.wrenched)},
-            supplied=found.supplied,
-            lost=found.lost,
-            stored=found.stored,
-            residual=found.residual,
-            events=found.events,
-            root_mean_squares=found.root_mean_squares,
-            outcome=found.outcome,
+            **found.of_result({f"user_{place + 1}": pushed[:, place] for place in range(self.wrenched)}),
         )
 
 
