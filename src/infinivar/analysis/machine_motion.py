@@ -12,6 +12,7 @@ from infinivar.errors import ParameterError, require
 from infinivar.machines.control import loops as control
 from infinivar.machines.control.loops import LinkController
 from infinivar.machines.kind import Machine
+from infinivar.machines.motors import LinkMotors
 from infinivar.machines.registry import MACHINES
 from infinivar.machines.system import System
 from infinivar.motion.machine_scenario import MachineScenario, over_time
@@ -137,50 +138,25 @@ class _Run:
         return self.machine.follow(self.mechanics, self.scenario.motion, pose, self.scenario.duration)
 
     def _controller(self) -> control.MachineController:
-        system, settings, scenario = self.system, self.machine.control, self.scenario
-        first, second, _ = system.places
-        if system.links is not None:
-            return self._of_links(np.array(self.state[:first]))
-        motor, idle = None, np.zeros(0)
-        if system.motor is not None and scenario.source == "held":
-            columns = list(system.motor.coordinates)
-            place = self.mechanics.at(self.state[None, :first], self.state[None, first:second])
-            inertia = np.diagonal(place.inertia[0])[columns]
-            motor = control.placed_motor(system, settings, float(np.max(inertia)))
-            # The current that keeps the speed at the start.
-            rest = system.rates(system.idle(), np.zeros(1), self.state[None]).derivative[0, first:second]
-            idle = -(inertia + system.motor.inertia) * rest[columns] / system.motor.gain
+        system, settings, held = self.system, self.machine.control, self.scenario.source == "held"
         return control.MachineController(
-            loops=control.Loops(
-                system=system,
-                period=self.period,
-                motor=motor,
-                servo=control.placed_servo(system, settings),
-                integrals=idle,
-            ),
-            duration=scenario.duration,
+            loops=control.begun_loops(system, settings, self.state, self.period, held),
+            duration=self.scenario.duration,
             set_speed=self.machine.set_speed,
             wanted=self._wanted() if system.servo is not None else None,
+            links=None if system.links is None else self._links(system.links),
         )
 
-    def _of_links(self, pose: np.ndarray) -> control.MachineController:
+    def _links(self, motors: LinkMotors) -> control.LinkController:
         """Controller of a motor on each link, which start with the currents that hold the user."""
-        system, motion = self.system, self.scenario.motion
-        assert system.links is not None
+        motion, pose = self.scenario.motion, np.array(self.state[: self.system.places[0]])
         if motion is None:
             motion = control.standing(pose, self.scenario.duration)
-        links = LinkController(
-            motors=system.links,
+        return LinkController(
+            motors=motors,
             mechanics=self.mechanics,  # type: ignore[arg-type]
             motion=motion,
-            integral=-system.user(np.zeros(1))[0],
-        )
-        return control.MachineController(
-            loops=control.Loops(system=system, period=self.period, motor=None, servo=None, integrals=np.zeros(0)),
-            duration=self.scenario.duration,
-            set_speed=0.0,
-            wanted=None,
-            links=links,
+            integral=-self.system.user(np.zeros(1))[0],
         )
 
     def over(self, title: str, progress: Callable[[float], None]) -> MachineRun:
@@ -202,13 +178,5 @@ class _Run:
             machine=self.machine,
             scenario=scenario,
             title=title,
-            time=found.time,
-            columns=found.columns | {f"user_{place + 1}": pushed[:, place] for place in range(self.wrenched)},
-            supplied=found.supplied,
-            lost=found.lost,
-            stored=found.stored,
-            residual=found.residual,
-            events=found.events,
-            root_mean_squares=found.root_mean_squares,
-            outcome=found.outcome,
+            **found.of_result({f"user_{place + 1}": pushed[:, place] for place in range(self.wrenched)}),
         )

@@ -138,6 +138,11 @@ class Record(NamedTuple):
     watched: np.ndarray
     """Demands that the system watches, at the instants. (i, w)"""
 
+    def of_result(self, more: Mapping[str, np.ndarray]) -> dict[str, Any]:
+        """What the results of runs take over, by the names of their fields; with more columns."""
+        names = ("time", "supplied", "lost", "stored", "residual", "events", "root_mean_squares", "outcome")
+        return {"columns": {**self.columns, **more}, **{name: getattr(self, name) for name in names}}
+
 
 @dataclass(slots=True)
 class March:
@@ -418,8 +423,7 @@ class March:
         found = []
         for part in log.sampled[-1][1]:
             limited = np.array([said.get(part, 0.0) >= 1.0 for _, said in log.sampled])
-            edges = np.flatnonzero(np.diff(np.concatenate([[False], limited, [False]]).astype(int)))
-            for begin, end in zip(edges[::2], edges[1::2], strict=True):
+            for begin, end in run_limits.intervals(limited):
                 begins = log.sampled[begin][0]
                 ends = log.sampled[end][0] if end < len(log.sampled) else self.duration
                 event = Event(limit=Limit.PEAK, what=f"current limit of {part}", start=begins, end=ends, worst=1.0)

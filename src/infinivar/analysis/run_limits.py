@@ -95,9 +95,7 @@ def events(
 
 def _events(time: Any, utilisation: Mapping[Demand, Any]) -> Iterator[Event]:
     for (limit, what), demand in utilisation.items():
-        beyond = np.concatenate([[False], demand > 1.0 + ROUNDING, [False]])
-        starts, ends = np.flatnonzero(beyond[1:] & ~beyond[:-1]), np.flatnonzero(~beyond[1:] & beyond[:-1])
-        for first, last in zip(starts.tolist(), ends.tolist(), strict=True):
+        for first, last in intervals(demand > 1.0 + ROUNDING):
             worst = float(np.max(demand[first:last]))
             if worst <= 1.0 + TOLERANCE and limit not in LEADING:
                 continue
@@ -109,6 +107,12 @@ def _events(time: Any, utilisation: Mapping[Demand, Any]) -> Iterator[Event]:
                 # A contact carries no more than its slip force, however fast it slides.
                 worst=math.inf if limit == Limit.SLIP else worst,
             )
+
+
+def intervals(inside: np.ndarray) -> Iterator[tuple[int, int]]:
+    """First place, and that after the last one, of each row of places that are inside."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int))).tolist()
+    return zip(edges[::2], edges[1::2], strict=True)
 
 
 def _crossing(time: Any, demand: Any, inside: int, beyond: int) -> float:

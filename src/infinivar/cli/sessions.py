@@ -63,7 +63,7 @@ def session(
     Exit with code 1 if the session is infeasible: incomplete, a limit exceeded, or a motor overheated.
     """
     from infinivar.analysis.sessions.measures import measures
-    from infinivar.analysis.sessions.of_study import check_session, named_session, study_session
+    from infinivar.analysis.sessions.of_study import checked_session, named_session
     from infinivar.figures.moving_machine import check_frames
     from infinivar.report.output import check_file, check_inputs, claimed
     from infinivar.report.saving import save
@@ -78,7 +78,7 @@ def session(
     loaded = loaded_study(study)
     with naming(study):
         name, chosen = named_session(loaded, task, drive)
-        check_session(loaded, name, chosen)
+        ready = checked_session(loaded, name, chosen)
     if task is None and len(loaded.sessions) > 1:
         complain(f"no --task given: using {printable(name)}, the first of {', '.join(map(printable, loaded.sessions))}")
     if video is not None:
@@ -96,7 +96,7 @@ def session(
         check_file(file)
     with claimed(out), progress_bar() as progress:
         with naming(study):
-            found = study_session(loaded, name, chosen, progress=lambda share: progress(title, share))
+            found = ready.over(lambda share: progress(title, share))
         if video is not None:
             found.save_video(video, speed=video_speed, progress=lambda share: progress("drawing the video", share))
         if scene is not None:

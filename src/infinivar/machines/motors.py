@@ -12,6 +12,7 @@ import numpy as np
 
 from infinivar._core.fields import given
 from infinivar.contact.friction import coulomb
+from infinivar.drivetrain.control.loops import largest_current
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.steering import SteeringPlant
@@ -259,8 +260,7 @@ class LinkMotors:
     @property
     def current_limit(self) -> float:
         """Of the controller, or of a motor that is stalled. [A]"""
-        motor = self.drive.motor
-        return given(self.drive.control.current_limit, motor.voltage / motor.resistance)
+        return largest_current(self.drive.control.current_limit, self.drive.motor)
 
     @property
     def losses(self) -> tuple[str, ...]:

@@ -109,13 +109,14 @@ class MachineScenario:
                 f"shorter than the run, {self.duration:g} s",
                 "s",
             )
-        fastest = max(self.sample_rate or 0.0, 0.0 if self.output_step is None else 1.0 / self.output_step)
-        require(
-            self.duration * fastest <= _MOST_SEGMENTS,
-            "duration",
-            f"{self.duration:g} s",
-            "at most a million samples long",
-        )
+        check_length(self.duration, self.sample_rate, self.output_step)
+
+
+def check_length(duration: float, sample_rate: float | None, output_step: float | None) -> None:
+    """Raise ParameterError if a run has too many samples or results. [s], [Hz], [s]"""
+    fastest = max(sample_rate or 0.0, 0.0 if output_step is None else 1.0 / output_step)
+    short = duration * fastest <= _MOST_SEGMENTS
+    require(short, "duration", f"{duration:g} s", "at most a million samples long")
 
 
 def over_time(name: str, given: History, count: int) -> Callable[[float], np.ndarray]:

@@ -122,6 +122,7 @@ def _written(
         page = render(
             report.template,
             **report.page,
+            run=found,
             reconstruction=reconstruction,
             supplied=numbers["supplied_J"],
             lost=numbers["lost_J"],

@@ -7,7 +7,7 @@ import os.path
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Interval
@@ -197,18 +197,8 @@ class SessionTask(Whole):
         return found
 
 
-class Prepared(NamedTuple):
-    """Arguments of `infinivar.session`."""
-
-    machine: Machine
-    task: HandleTask
-    controller: Any
-    user: Any
-    settings: dict[str, Any]
-
-
-def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> Prepared:
-    """What a session of a task with a drive needs.
+def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> dict[str, Any]:
+    """Arguments of `infinivar.session` for a session of a task with a drive.
 
     Parameters
     ----------
@@ -249,7 +239,10 @@ def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> Prep
     except ParameterError as problem:
         raise ParameterError(f"{where}.{problem}") from None
     pose = _pose(one, drive, machine, where, drive_where)
-    settings: dict[str, Any] = {
+    found: dict[str, Any] = {
+        "machine": machine,
+        "task": one.task,
+        "controller": controller,
         "duration": one.duration,
         "sensing": one.sensing,
         "servos": one.servos,
@@ -260,14 +253,13 @@ def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> Prep
         "wall": surface_of(one.task),
         "path": curve_of(one.task),
     }
-    user: Any = None
     if isinstance(one.user, PushingUser):
-        user = one.user.over_time(grip.axes)
+        found["user"] = one.user.over_time(grip.axes)
     elif isinstance(one.user, ReachingUser):
         start = np.array(machine.home if pose is None else pose, dtype=float)
         home = grip.at(start[None], np.zeros((1, len(mechanics.coordinates)))).position[0]
-        user, settings["intention"] = one.user.model, one.user.intention(grip.axes, home)
-    return Prepared(machine, one.task, controller, user, settings)
+        found["user"], found["intention"] = one.user.model, one.user.intention(grip.axes, home)
+    return found
 
 
 def _lasting(one: SessionTask, where: str) -> None:

@@ -31,10 +31,10 @@ from infinivar._core.arrays import shown
 from infinivar._core.fields import check_instance, check_real, component, given, quantity
 from infinivar.contact.exact.spin_map import scales
 from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.control.loops import Servo
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.graphs.compliances import rotor_inertia
-from infinivar.drivetrain.loops import Servo
 from infinivar.errors import ParameterError
 from infinivar.machines.system import SteeringServo
 from infinivar.motion.users import ArmModel
@@ -183,7 +183,7 @@ class AdmittanceDisplay:
     def act(self, memory: np.ndarray, sensed: Sensed) -> tuple[list[Any], Any]:
         """Memory and current of the steering motor that the controller computes from one sample.
 
-        Source: `infinivar.drivetrain.graphs.controllers.Servo`, without limit and friction, steered as by its link loop.
+        Source: `infinivar.drivetrain.control.loops.Servo`, without limit and friction, steered as by its link loop.
         """
         period, surface, control = self.period, self.surface_speed, self.drive.control
         mass, damping, stiffness = self.virtual_mass, self.virtual_damping + self.wall_damping, self.wall_stiffness

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
-from infinivar.analysis.sessions.session import session
+from infinivar.analysis.sessions.session import Setup
 from infinivar.analysis.sessions.session_result import Session
 from infinivar.errors import InputError, nearest
 from infinivar.study.check import check_study
@@ -38,18 +39,15 @@ def study_session(
         If a name is unknown, or the drive cannot do the task; the message names the place.
     """
     check_study(study)
-    name, chosen = named_session(study, task, drive)
-    one, where = study.sessions[name], f"tasks.{name}"
-    found = prepared(one, study.drives[chosen], where, f"drives.{chosen}")
-    return session(
-        found.machine,
-        found.task,
-        found.controller,
-        found.user,
-        title=f"{study.titles[chosen]}, {one.title}",
-        progress=progress,
-        **found.settings,
-    )
+    setup = Setup(**_arguments(study, *named_session(study, task, drive)))
+    return setup.over(progress or (lambda share: None))
+
+
+def _arguments(study: Study, task: str, drive: str) -> dict[str, Any]:
+    """Of `Setup`."""
+    one = study.sessions[task]
+    found = prepared(one, study.drives[drive], f"tasks.{task}", f"drives.{drive}")
+    return {**found, "title": f"{study.titles[drive]}, {one.title}"}
 
 
 def named_session(study: Study, task: str | None, drive: str | None) -> tuple[str, str]:
@@ -95,32 +93,33 @@ def check_sessions(study: Study) -> None:
     faults = []
     for name in study.sessions:
         try:
-            check_session(study, *named_session(study, name, None))
+            checked_session(study, *named_session(study, name, None))
         except InputError as problem:
             faults.append(str(problem))
     if faults:
         raise InputError("\n".join(faults))
 
 
-def check_session(study: Study, task: str, drive: str) -> None:
-    """Refuse a session that cannot begin; it is simulated for one sample.
+def checked_session(study: Study, task: str, drive: str) -> Setup:
+    """A session set up, of which one sample has been simulated.
 
     Raises
     ------
     InputError
-        With the place of the fault.
+        If it cannot begin; with the place of the fault.
     """
-    found = prepared(study.sessions[task], study.drives[drive], f"tasks.{task}", f"drives.{drive}")
+    arguments = _arguments(study, task, drive)
     check_settings(study.sessions[task], study.drives, f"tasks.{task}")
-    short = {**found.settings, "duration": found.settings["sensing"].period, "output_step": None}
     try:
-        session(found.machine, found.task, found.controller, found.user, **short)
+        setup = Setup(**arguments)
+        setup.check_begins()
     except InputError as problem:
         raise InputError(f"tasks.{task}: {problem}") from None
+    return setup
 
 
 def _listed(study: Study) -> str:
     return ", ".join(f"tasks.{name}" for name in study.sessions)
 
 
-__all__ = ["check_session", "check_sessions", "named_session", "study_session"]
+__all__ = ["check_sessions", "checked_session", "named_session", "study_session"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -10,27 +11,192 @@ from annotated_types import Gt, Interval
 
 from infinivar._core.arrays import real_array
 from infinivar._core.fields import check_number, given
-from infinivar.analysis.marching import March
+from infinivar.analysis.marching import March, Record
 from infinivar.analysis.sessions.session_result import Session, touches
 from infinivar.errors import ParameterError, require
 from infinivar.machines.control import loops as control
 from infinivar.machines.control.controller import Plant, begun
 from infinivar.machines.control.sensing import GuidedController, Sensing, Sensors, check_rate
 from infinivar.machines.control.tasks import controller_of, curve_of, surface_of
-from infinivar.machines.hand import GrippingArm, Hand
+from infinivar.machines.hand import Grip, GrippingArm, Hand
 from infinivar.machines.kind import Machine
 from infinivar.machines.registry import MACHINES
 from infinivar.machines.system import System
-from infinivar.motion.machine_scenario import History, over_time
+from infinivar.motion.machine_scenario import History, check_length, over_time
 from infinivar.motion.virtual.tasks import TASKS, HandleTask
 
 _DEPTH = 1e-3
 """Penetration of a wall that counts as one more allowance, for the search of its instant. [m]"""
 
-_MOST_SAMPLES = 1e6
-"""Of a session; more would take hours."""
-
 Servos = Literal["real", "ideal"]
+
+
+@dataclass(slots=True, kw_only=True)
+class Setup:
+    """A session that is set up: arguments of `session`, checked and completed, and what moves. It can be run more than once.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range, or does not fit the machine.
+    """
+
+    machine: Machine
+    task: Any = None
+    controller: Any = None
+    user: Any = None
+    duration: float
+    intention: History | None = None
+    force: History | None = None
+    sensing: Sensing = field(default_factory=Sensing)
+    servos: Servos = "real"
+    wall: Any = None
+    path: Any = None
+    handle: Sequence[float] = (0.0, 0.0)
+    pose: Sequence[float] | None = None
+    rates: Sequence[float] | None = None
+    stick_speed: float = 1e-4
+    output_step: float | None = None
+    tolerance: float = 1e-4
+    title: str = ""
+    grip: Grip = field(init=False)
+    system: System = field(init=False)
+    state: np.ndarray = field(init=False)
+    """At the start, before the controller commands anything."""
+
+    def __post_init__(self) -> None:
+        """Check the arguments, complete them by the task and controller, and set up what moves."""
+        self._check()
+        if self.controller is None and self.task is not None:
+            self.controller = controller_of(self.task, self.machine)
+        elif self.task is not None and not isinstance(self.task, HandleTask):
+            kinds = ", ".join(kind.__name__ for kind in TASKS.values())
+            raise ParameterError(f"task must be one of {kinds}, got {self.task!r}")
+        self.wall = _known("wall", given(self.wall, surface_of(self.task)), self.controller)
+        self.path = _known("curve", given(self.path, curve_of(self.task)), self.controller)
+        curved = self.path is None or hasattr(self.path, "nearest")
+        require(curved, "path", repr(self.path), "a curve: with nearest(point, near)")
+        mechanics = self.machine.mechanics(self.stick_speed)
+        self.grip = mechanics.grip(self.handle)
+        start = _row("pose", self.pose, self.machine.home)
+        self.system = self._moved(mechanics, start)
+        self.state = self._at_start(start)
+
+    def _check(self) -> None:
+        """Refuse arguments out of range."""
+        machine, duration, output_step, sensing = self.machine, self.duration, self.output_step, self.sensing
+        if not isinstance(machine, Machine):
+            names = ", ".join(kind.__name__ for kind in MACHINES)
+            raise ParameterError(f"machine must be one of {names}, got {machine!r}")
+        check_number("duration", duration, "s", Gt(0))
+        check_number("stick_speed", self.stick_speed, "m/s", Gt(0))
+        check_number("tolerance", self.tolerance, "1", Interval(gt=0, le=1e-4))
+        if output_step is not None:
+            check_number("output_step", output_step, "s", Gt(0))
+        require(self.servos in ("real", "ideal"), "servos", repr(self.servos), "real or ideal")
+        if not isinstance(sensing, Sensing):
+            raise ParameterError(f"sensing must be a Sensing, got {sensing!r}")
+        check_length(duration, sensing.sample_rate, output_step)
+        check_rate(machine, sensing)
+
+    def _moved(self, mechanics: Any, start: np.ndarray) -> System:
+        """The machine with the user at its handle, who may want it to stay where it is at the start."""
+        at_home = self.grip.at(start[None], np.zeros((1, len(mechanics.coordinates)))).position[0]
+        machine, stick_speed = self.machine, self.stick_speed
+        return System(
+            mechanics=mechanics,
+            motor=machine.power_motor(stick_speed),
+            links=machine.link_motors(stick_speed),
+            servo=machine.servo(stick_speed) if self.servos == "real" and mechanics.steered else None,
+            prescribed_steering=self.servos == "ideal" or not mechanics.steered,
+            hand=Hand(grip=self.grip, **_user(self.user, self.intention, self.force, at_home)),
+            watch=None if self.wall is None else _watching(self.wall, len(self.grip.axes)),
+        )
+
+    def _at_start(self, start: np.ndarray) -> np.ndarray:
+        """State from a configuration, with wheels straight ahead."""
+        system, mechanics = self.system, self.system.mechanics
+        moving = np.zeros(len(mechanics.coordinates))
+        if system.motor is not None:
+            moving[list(system.motor.coordinates)] = self.machine.set_speed
+        moving = _row("rates", self.rates, moving)
+        steered = np.zeros(len(mechanics.steered))
+        state = np.concatenate([start, moving, steered, *([steered] if system.servo is not None else [])])
+        if not np.all(np.isfinite(system.rates(system.idle(), np.zeros(1), state[None]).derivative)):
+            raise ParameterError("pose must be within the reach of the machine at the start")
+        return state
+
+    def _begun(self) -> tuple[GuidedController, np.ndarray]:
+        """A controller without memory yet, and the state in which it begins."""
+        system, period, state = self.system, self.sensing.period, self.state.copy()
+        guided = GuidedController(
+            loops=control.begun_loops(system, self.machine.control, state, period),
+            sensors=Sensors(self.sensing, system),
+            law=begun(self.controller, Plant(machine=self.machine, system=system, grip=self.grip, period=period)),
+        )
+        first = guided.start(state)
+        c, nu, _ = system.places
+        if self.rates is None and system.motor is not None and first.currents is None:
+            # A cylinder begins at the speed that is commanded, or at rest.
+            state[c:nu][list(system.motor.coordinates)] = given(first.speed, 0.0)
+        if first.steering is not None:
+            state[nu : nu + len(system.mechanics.steered)] = first.steering
+        return guided, state
+
+    def check_begins(self) -> None:
+        """Simulate one sample, to refuse a session whose controller cannot begin.
+
+        Raises
+        ------
+        ParameterError
+            If it commands what the machine does not have.
+        """
+        self._march(self.sensing.period, None).over(lambda share: None)
+
+    def _march(self, duration: float, output_step: float | None) -> March:
+        guided, state = self._begun()
+        return March(
+            system=self.system,
+            state=state,
+            controller=guided,
+            period=self.sensing.period,
+            duration=duration,
+            output_step=output_step,
+            tolerance=self.tolerance,
+        )
+
+    def over(self, progress: Callable[[float], None]) -> Session:
+        """The session."""
+        march = self._march(self.duration, self.output_step)
+        found = march.over(progress)
+        watched = found.watched.shape[1:] == (1,)
+        return Session(
+            machine=self.machine,
+            task=self.task,
+            controller=self.controller,
+            user=self.user,
+            sensing=self.sensing,
+            title=self.title,
+            axes=self.grip.axes,
+            wall=self.wall,
+            path=self.path,
+            touches=touches(found.instants, _DEPTH * (found.watched[:, 0] - 1.0)) if watched else (),
+            **found.of_result(self._at_handle(found, march.log.inputs)),
+        )
+
+    def _at_handle(self, found: Record, inputs: Sequence[Any]) -> dict[str, np.ndarray]:
+        """Position and velocity of the handle, and the force of the user on it, at the results. (t,) each"""
+        first, second, _ = self.system.places
+        c, nu = found.states[:, :first], found.states[:, first:second]
+        held = self.grip.at(c, nu)
+        velocity = np.einsum("mdn,mn->md", held.jacobian, nu)
+        forces = _felt(self.system, found, inputs)
+        columns = {}
+        for place, axis in enumerate(self.grip.axes):
+            columns[f"handle_{axis}_m"] = held.position[:, place]
+            columns[f"handle_v_{axis}_m_s"] = velocity[:, place]
+            columns[f"force_{axis}_N"] = forces[:, place]
+        return columns
 
 
 def session(
@@ -94,107 +260,26 @@ def session(
 
     Source: `infinivar.machines.system` for the equations of motion.
     """
-    if not isinstance(machine, Machine):
-        names = ", ".join(kind.__name__ for kind in MACHINES)
-        raise ParameterError(f"machine must be one of {names}, got {machine!r}")
-    check_number("duration", duration, "s", Gt(0))
-    check_number("stick_speed", stick_speed, "m/s", Gt(0))
-    check_number("tolerance", tolerance, "1", Interval(gt=0, le=1e-4))
-    if output_step is not None:
-        check_number("output_step", output_step, "s", Gt(0))
-    require(servos in ("real", "ideal"), "servos", repr(servos), "real or ideal")
-    sensing = Sensing() if sensing is None else sensing
-    if not isinstance(sensing, Sensing):
-        raise ParameterError(f"sensing must be a Sensing, got {sensing!r}")
-    few = duration * max(sensing.sample_rate, 0.0 if output_step is None else 1.0 / output_step) <= _MOST_SAMPLES
-    require(few, "duration", f"{duration:g} s", "at most a million samples long")
-    check_rate(machine, sensing)
-    if controller is None and task is not None:
-        controller = controller_of(task, machine)
-    elif task is not None and not isinstance(task, HandleTask):
-        raise ParameterError(f"task must be one of {', '.join(kind.__name__ for kind in TASKS.values())}, got {task!r}")
-    wall = _known("wall", given(wall, surface_of(task)), controller)
-    path = _known("curve", given(path, curve_of(task)), controller)
-    require(path is None or hasattr(path, "nearest"), "path", repr(path), "a curve: with nearest(point, near)")
-
-    mechanics = machine.mechanics(stick_speed)
-    grip = mechanics.grip(handle)
-    start = _row("pose", pose, machine.home)
-    at_home = grip.at(start[None], np.zeros((1, len(mechanics.coordinates)))).position[0]
-    hand = Hand(grip=grip, **_user(user, intention, force, at_home))
-    system = System(
-        mechanics=mechanics,
-        motor=machine.power_motor(stick_speed),
-        links=machine.link_motors(stick_speed),
-        servo=machine.servo(stick_speed) if servos == "real" and mechanics.steered else None,
-        prescribed_steering=servos == "ideal" or not mechanics.steered,
-        hand=hand,
-        watch=None if wall is None else _watching(wall, len(grip.axes)),
-    )
-    moving = np.zeros(len(mechanics.coordinates))
-    if system.motor is not None:
-        moving[list(system.motor.coordinates)] = machine.set_speed
-    moving = _row("rates", rates, moving)
-    steered = np.zeros(len(mechanics.steered))
-    parts = [start, moving, steered, *([np.zeros_like(steered)] if system.servo is not None else [])]
-    state = np.concatenate(parts)
-    if not np.all(np.isfinite(system.rates(system.idle(), np.zeros(1), state[None]).derivative)):
-        raise ParameterError("pose must be within the reach of the machine at the start")
-
-    guided = GuidedController(
-        loops=_loops(machine, system, state, sensing.period),
-        sensors=Sensors(sensing, system),
-        law=begun(controller, Plant(machine=machine, system=system, grip=grip, period=sensing.period)),
-    )
-    first = guided.start(state)
-    if rates is None and system.motor is not None and first.currents is None:
-        # A cylinder begins at the speed that is commanded, or at rest.
-        begin = state[len(start) : len(start) + len(moving)]
-        begin[list(system.motor.coordinates)] = given(first.speed, 0.0)
-    if first.steering is not None:
-        place = len(start) + len(moving)
-        state[place : place + len(steered)] = first.steering
-    march = March(
-        system=system,
-        state=state,
-        controller=guided,
-        period=sensing.period,
-        duration=duration,
-        output_step=output_step,
-        tolerance=tolerance,
-    )
-    found = march.over(progress or (lambda share: None))
-    held = grip.at(found.states[:, : len(start)], found.states[:, len(start) : len(start) + len(moving)])
-    velocity = np.einsum("mdn,mn->md", held.jacobian, found.states[:, len(start) : len(start) + len(moving)])
-    forces = _felt(system, found, march.log.inputs)
-    columns = dict(found.columns)
-    for place, axis in enumerate(grip.axes):
-        columns[f"handle_{axis}_m"] = held.position[:, place]
-        columns[f"handle_v_{axis}_m_s"] = velocity[:, place]
-        columns[f"force_{axis}_N"] = forces[:, place]
-    return Session(
+    return Setup(
         machine=machine,
         task=task,
         controller=controller,
         user=user,
-        sensing=sensing,
-        title=title,
-        axes=grip.axes,
+        duration=duration,
+        intention=intention,
+        force=force,
+        sensing=Sensing() if sensing is None else sensing,
+        servos=servos,
         wall=wall,
         path=path,
-        time=found.time,
-        columns=columns,
-        supplied=found.supplied,
-        lost=found.lost,
-        stored=found.stored,
-        residual=found.residual,
-        events=found.events,
-        touches=touches(found.instants, _DEPTH * (found.watched[:, 0] - 1.0))
-        if found.watched.shape[1:] == (1,)
-        else (),
-        root_mean_squares=found.root_mean_squares,
-        outcome=found.outcome,
-    )
+        handle=handle,
+        pose=pose,
+        rates=rates,
+        stick_speed=stick_speed,
+        output_step=output_step,
+        tolerance=tolerance,
+        title=title,
+    ).over(progress or (lambda share: None))
 
 
 def _known(name: str, given: Any, controller: Any) -> Any:
@@ -244,22 +329,7 @@ def _user(user: Any, intention: History | None, force: History | None, home: np.
     return {"force": pushing, "arm": arm}
 
 
-def _loops(machine: Machine, system: System, state: np.ndarray, period: float) -> control.Loops:
-    first, second, _ = system.places
-    motor, integrals = None, np.zeros(0)
-    if system.motor is not None:
-        columns = list(system.motor.coordinates)
-        place = system.mechanics.at(state[None, :first], state[None, first:second])
-        inertia = np.diagonal(place.inertia[0])[columns]
-        motor = control.placed_motor(system, machine.control, float(np.max(inertia)))
-        # The current that keeps the speed at the start.
-        rest = system.rates(system.idle(), np.zeros(1), state[None]).derivative[0, first:second]
-        integrals = -(inertia + system.motor.inertia) * rest[columns] / system.motor.gain
-    servo = control.placed_servo(system, machine.control)
-    return control.Loops(system=system, period=period, motor=motor, servo=servo, integrals=integrals)
-
-
-def _felt(system: System, found: Any, inputs: Sequence[Any]) -> np.ndarray:
+def _felt(system: System, found: Record, inputs: Sequence[Any]) -> np.ndarray:
     """Force of the user on the handle at the results. (t, d)"""
     first, second, _ = system.places
     c, nu = found.states[:, :first], found.states[:, first:second]

@@ -161,13 +161,11 @@ class Session(Run, Animated, Result):
         if self.path is None:
             return ()
         past = np.abs(self._beside_path()[:, 1])
-        outside = np.concatenate([[False], past > _ROUNDED, [False]])
-        starts, ends = np.flatnonzero(outside[1:] & ~outside[:-1]), np.flatnonzero(~outside[1:] & outside[:-1])
         return tuple(
             Overrun(
                 start=float(self.time[first]), end=float(self.time[last - 1]), distance=float(np.max(past[first:last]))
             )
-            for first, last in zip(starts.tolist(), ends.tolist(), strict=True)
+            for first, last in run_limits.intervals(past > _ROUNDED)
         )
 
     def _beside_path(self) -> np.ndarray:
@@ -333,15 +331,13 @@ class Session(Run, Animated, Result):
 
 def touches(instants: np.ndarray, depth: np.ndarray) -> tuple[Touch, ...]:
     """Intervals of positive depth, (i,) at increasing instants; their ends are at instants at which the depth is 0."""
-    beyond = np.concatenate([[False], depth > 0.0, [False]])
-    starts, ends = np.flatnonzero(beyond[1:] & ~beyond[:-1]), np.flatnonzero(~beyond[1:] & beyond[:-1])
     return tuple(
         Touch(
             start=float(instants[max(first - 1, 0)]),
             end=float(instants[min(last, len(instants) - 1)]),
             depth=float(np.max(depth[first:last])),
         )
-        for first, last in zip(starts.tolist(), ends.tolist(), strict=True)
+        for first, last in run_limits.intervals(depth > 0.0)
     )
 
 

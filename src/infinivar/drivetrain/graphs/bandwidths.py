@@ -168,7 +168,7 @@ def _sampled(line: Line, period: float) -> tuple[np.ndarray, np.ndarray]:
 def _growth(ahead: np.ndarray, felt: np.ndarray, total: float, period: float, speed: float, link: float) -> float:
     """Largest growth over a sample of the linear loops, which measure the motor; at most 1 if they are stable.
 
-    Source: `infinivar.drivetrain.graphs.controllers.ConventionalController`, without feedforward.
+    Source: `infinivar.drivetrain.control.one_axis.ConventionalController`, without feedforward.
     """
     count = len(ahead) // 2
     pole = 2.0 * math.pi * speed

@@ -1,4 +1,4 @@
-"""A drive set up for a scenario: its graph, inputs, initial states and controllers."""
+"""A drive set up for a scenario: its graph, inputs, initial states and one_axis."""
 
 from __future__ import annotations
 
@@ -16,19 +16,18 @@ from infinivar.bondgraph.graph import BondGraph
 from infinivar.bondgraph.inputs import Input
 from infinivar.contact.friction import STICK_SPEED
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.control import CoboticControl, ConventionalControl
+from infinivar.drivetrain.control import CoboticControl, ConventionalControl, one_axis
+from infinivar.drivetrain.control.loops import Servo, largest_current, speed_loop
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import check_graph
-from infinivar.drivetrain.graphs import bandwidths, compliances, controllers, output_start, planned, plants, stages
+from infinivar.drivetrain.graphs import bandwidths, compliances, output_start, planned, plants, stages
 from infinivar.drivetrain.graphs.planned import Planned
-from infinivar.drivetrain.loops import Servo, speed_loop
 from infinivar.drivetrain.output import Output
 from infinivar.errors import ParameterError
 from infinivar.motion.forces import ConstantForce
 from infinivar.motion.motion import Motion
 from infinivar.motion.scenario import Scenario
 from infinivar.parts.gear_law import GearLaw
-from infinivar.parts.motor import Motor
 
 _MOST_SAMPLES = 1e7
 """Most controller samples in a run; more would take hours."""
@@ -95,7 +94,7 @@ def closed_loop(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> 
     if scenario.duration * drive.control.sample_rate > _MOST_SAMPLES:
         longest = _MOST_SAMPLES / drive.control.sample_rate
         raise ParameterError(
-            f"duration must be <= {longest:g} s at this drive's controllers.sample_rate, got {scenario.duration:g}"
+            f"duration must be <= {longest:g} s at this drive's one_axis.sample_rate, got {scenario.duration:g}"
         )
     output_start.check(drive.output, scenario)
     return _cobotic(drive, scenario) if isinstance(drive, CoboticDrive) else _conventional(drive, scenario)
@@ -210,22 +209,22 @@ def _cobotic_start(
 
 def _cobotic_controller(
     drive: CoboticDrive, scenario: Scenario, path: Motion, stick_speed: float, held: float | None, idle: float
-) -> controllers.CoboticController:
+) -> one_axis.CoboticController:
     settings, steering, gear, motor = drive.control, drive.steering, drive.gearhead.ratio, drive.motor
     assert steering is not None  # or there were no graph
-    return controllers.CoboticController(
+    return one_axis.CoboticController(
         sample_time=1.0 / settings.sample_rate,
         cylinder=speed_loop(
             settings.cylinder_bandwidth,
             (drive.cylinder_inertia or 0.0) + gear**2 * _motor_inertia(drive),
             gear * motor.torque_constant,
-            settings.current_limit or _stall(motor),
+            largest_current(settings.current_limit, motor),
         ),
         steering=Servo.place(
             settings.steering_bandwidth,
             steering.bell_inertia + steering.ratio**2 * (steering.motor.rotor_inertia or 0.0),
             steering.ratio * steering.motor.torque_constant,
-            settings.steering_current_limit or _stall(steering.motor),
+            largest_current(settings.steering_current_limit, steering.motor),
             float(steering.coulomb_torque(drive.transmission)) + steering.ratio * steering.motor.friction_torque,
             stick_speed / drive.transmission.wheel_radius,
         ),
@@ -296,7 +295,7 @@ def _outer_force(scenario: Scenario) -> float:
 
 def _conventional_controller(
     drive: ConventionalDrive, scenario: Scenario, path: Motion, stick_speed: float
-) -> controllers.ConventionalController:
+) -> one_axis.ConventionalController:
     settings, motor, ratio, radius = drive.control, drive.motor, drive.gearhead.ratio, _travel(drive)
     inertia, carried = drive.gear_output_inertia / radius**2, scenario.moved_mass
     if isinstance(path, Planned):  # the planned force includes the load's inertia
@@ -311,9 +310,11 @@ def _conventional_controller(
     gear = _gear_friction(_with_factors_alone(drive), gain)
     # Sampled controllers cannot resolve lower speeds, regardless of the stick speed.
     hardly = max(stick_speed, STICK_SPEED)
-    return controllers.ConventionalController(
+    return one_axis.ConventionalController(
         sample_time=1.0 / settings.sample_rate,
-        speed=speed_loop(bandwidth.speed, inertia + carried + rotor, gain, settings.current_limit or _stall(motor)),
+        speed=speed_loop(
+            bandwidth.speed, inertia + carried + rotor, gain, largest_current(settings.current_limit, motor)
+        ),
         link_gain=2.0 * math.pi * bandwidth.link,
         inertia=inertia / gain,
         rotor=rotor / gain,
@@ -334,12 +335,12 @@ def _conventional_controller(
     )
 
 
-def _encoder(drive: ConventionalDrive, scenario: Scenario, path: Motion) -> controllers.Encoder:
+def _encoder(drive: ConventionalDrive, scenario: Scenario, path: Motion) -> one_axis.Encoder:
     """What the controller measures: the load, or the motor where something between them gives way."""
     if drive.gearhead.stiffness is None and drive.stage.stiffness is None:
-        return controllers.Encoder()
+        return one_axis.Encoder()
     begin = path.at(0.0).position if scenario.link != "free" or isinstance(path, Planned) else 0.0
-    return controllers.Encoder("motor_angle", "motor_speed", _travel(drive) / drive.gearhead.ratio, begin)
+    return one_axis.Encoder("motor_angle", "motor_speed", _travel(drive) / drive.gearhead.ratio, begin)
 
 
 class _GearFriction(NamedTuple):
@@ -406,10 +407,8 @@ def _motor_inertia(drive: CoboticDrive | ConventionalDrive) -> float:
     return (drive.motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0)
 
 
-def _standstill(
-    settings: CoboticControl | ConventionalControl, stick_speed: float, slow: float
-) -> controllers.Standstill:
-    return controllers.Standstill(
+def _standstill(settings: CoboticControl | ConventionalControl, stick_speed: float, slow: float) -> one_axis.Standstill:
+    return one_axis.Standstill(
         error=settings.rest_error,
         slow=slow * stick_speed,
         sliding=stick_speed,
@@ -436,7 +435,3 @@ def _no_friction(current: float, speed: float) -> tuple[float, float]:
 
 def _no_current(time: float) -> float:
     return 0.0
-
-
-def _stall(motor: Motor) -> float:
-    return motor.voltage / motor.resistance

@@ -15,7 +15,7 @@ import numpy as np
 
 from infinivar._core.fields import given
 from infinivar.drivetrain.control import LINK_BANDWIDTH, SPEED_BANDWIDTH, CoboticControl, ConventionalControl
-from infinivar.drivetrain.loops import Loop, Servo, speed_loop
+from infinivar.drivetrain.control.loops import Loop, Servo, largest_current, speed_loop, turning_speed
 from infinivar.machines.linkage import Linkage, Load, SeparateMechanics
 from infinivar.machines.motors import LinkMotors
 from infinivar.machines.system import Inputs, System, Wanted
@@ -56,9 +56,19 @@ class Loops:
     """Of the speed loop of each power motor. (k,) [A]"""
     saturated: dict[str, float] = field(default_factory=dict)
     """Commanded over largest current of the last sample, by motor."""
+    waiting: Inputs | None = None
+    """Inputs of the last sample, which act from the next one on."""
 
     def act(self, commands: Commands, speeds: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Inputs:
-        """Inputs for commands, measured speeds of the power motors' coordinates, and steering angles and rates."""
+        """Inputs until the next sample: those of the commands at the last one; at the first, those of now.
+
+        From commands, measured speeds of the power motors' coordinates, and steering angles and rates.
+        """
+        found = self._computed(commands, speeds, angles, turning)
+        acting, self.waiting = (found if self.waiting is None else self.waiting), found
+        return acting
+
+    def _computed(self, commands: Commands, speeds: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Inputs:
         inputs = self.system.idle()
         if self.system.links is not None and commands.currents is not None:
             limit = self.system.links.current_limit
@@ -145,7 +155,6 @@ class MachineController:
     wanted: Wanted | None
     links: LinkController | None = None
     """Of a machine with a motor for each link, instead of all others."""
-    waiting: Inputs | None = None
 
     @property
     def saturated(self) -> dict[str, float]:
@@ -153,12 +162,7 @@ class MachineController:
         return self.loops.saturated
 
     def sample(self, time: float, state: np.ndarray) -> Inputs:
-        """Inputs until the next sample: those computed at the last one; at the first, those of now."""
-        found = self._computed(time, state)
-        acting, self.waiting = (found if self.waiting is None else self.waiting), found
-        return acting
-
-    def _computed(self, time: float, state: np.ndarray) -> Inputs:
+        """Inputs until the next sample, as of `Loops`."""
         loops, system = self.loops, self.loops.system
         first, second, third = system.places
         c, nu, angles, turning = state[:first], state[first:second], state[second:third], state[third:]
@@ -179,7 +183,7 @@ def placed_servo(system: System, control: CoboticControl | ConventionalControl) 
     if system.servo is None or isinstance(control, ConventionalControl):
         return None
     servo = system.servo
-    limit = given(control.steering_current_limit, servo.plant.motor.voltage / servo.plant.motor.resistance)
+    limit = largest_current(control.steering_current_limit, servo.plant.motor)
     return Servo.place(control.steering_bandwidth, servo.inertia, servo.gain, limit, servo.friction, servo.stick_speed)
 
 
@@ -188,12 +192,42 @@ def placed_motor(system: System, control: CoboticControl | ConventionalControl, 
     if system.motor is None:
         return None
     motor = system.motor.motor
-    limit = given(control.current_limit, motor.voltage / motor.resistance)
+    limit = largest_current(control.current_limit, motor)
     if isinstance(control, ConventionalControl):
         bandwidth = given(control.speed_bandwidth, SPEED_BANDWIDTH)
     else:
         bandwidth = control.cylinder_bandwidth
     return speed_loop(bandwidth, inertia + system.motor.inertia, system.motor.gain, limit)
+
+
+def begun_loops(
+    system: System,
+    control: CoboticControl | ConventionalControl,
+    state: np.ndarray,
+    period: float,
+    held: bool = True,
+) -> Loops:
+    """Loops of the motors of a machine, which begin with the currents that keep its speeds.
+
+    Parameters
+    ----------
+    system : System
+    control : CoboticControl or ConventionalControl
+    state : (n,) float   At the start.
+    period : float       Of the samples. [s]
+    held : bool          Whether power motors hold a speed; otherwise they are without loops.
+    """
+    motor, integrals = None, np.zeros(0)
+    if system.motor is not None and held:
+        first, second, _ = system.places
+        columns = list(system.motor.coordinates)
+        place = system.mechanics.at(state[None, :first], state[None, first:second])
+        inertia = np.diagonal(place.inertia[0])[columns]
+        motor = placed_motor(system, control, float(np.max(inertia)))
+        rest = system.rates(system.idle(), np.zeros(1), state[None]).derivative[0, first:second]
+        integrals = -(inertia + system.motor.inertia) * rest[columns] / system.motor.gain
+    servo = placed_servo(system, control)
+    return Loops(system=system, period=period, motor=motor, servo=servo, integrals=integrals)
 
 
 def following_angles(angles: Callable[[float], Any]) -> Wanted:
@@ -234,7 +268,7 @@ def following_pose(
         pose, twist = load.along(motion, time)
         jacobian = load.at(c[None], nu[None, :-1]).jacobian[0]
         off = load.apart(c, pose)
-        turning = math.copysign(max(abs(float(nu[-1])), 0.05 * abs(set_speed)), set_speed)
+        turning = turning_speed(float(nu[-1]), set_speed)
         slope = -(jacobian @ (twist + gain * off)) / (radius * turning)
         before, after = around(motion, time)
         acceleration = (planned(after) - planned(before)) / (after - before)

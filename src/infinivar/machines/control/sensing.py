@@ -176,7 +176,6 @@ class GuidedController:
     loops: Loops
     sensors: Sensors
     law: Law
-    waiting: Inputs | None = None
     acting: Inputs | None = None
     first: tuple[Measured, Commands] | None = None
 
@@ -193,7 +192,7 @@ class GuidedController:
         return self.first[1]
 
     def sample(self, time: float, state: np.ndarray) -> Inputs:
-        """Inputs until the next sample: those computed at the last one; at the first, those of now."""
+        """Inputs until the next sample, as of `Loops`."""
         system = self.loops.system
         if self.first is not None:
             measured, commands = self.first
@@ -203,8 +202,7 @@ class GuidedController:
             measured = self.sensors.measure(time, state, self.acting or system.idle())
             commands = self._commanded(measured)
         speeds = np.zeros(0) if system.motor is None else measured.rates[list(system.motor.coordinates)]
-        found = self.loops.act(commands, speeds, self._ahead(measured), measured.steering_rate)
-        self.acting, self.waiting = (found if self.waiting is None else self.waiting), found
+        self.acting = self.loops.act(commands, speeds, self._ahead(measured), measured.steering_rate)
         return self.acting
 
     def _commanded(self, measured: Measured) -> Commands:
@@ -216,8 +214,9 @@ class GuidedController:
 
     def _ahead(self, measured: Measured) -> np.ndarray:
         """Angles at which the commands meet the wheels: those that turn as told are told what they do until then."""
-        if self.loops.servo is None and self.waiting is not None:
-            return measured.steering + self.loops.period * self.waiting.turning
+        waiting = self.loops.waiting
+        if self.loops.servo is None and waiting is not None:
+            return measured.steering + self.loops.period * waiting.turning
         return measured.steering
 
     def _begun(self, measured: Measured, state: np.ndarray) -> Measured:

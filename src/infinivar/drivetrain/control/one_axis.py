@@ -1,4 +1,4 @@
-"""Sampled controllers with limited current, as in a real machine.
+"""Sampled controllers of one axis, with limited current, as in a real machine.
 
 The bandwidth of a loop places its poles. Inertias and torque constants then determine the gains of the cylinder's speed loop
 and of the steering position loop, so a study gives one number per loop. Integral action against Coulomb friction causes a
@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from infinivar.drivetrain.loops import Loop, Servo, share_of
+from infinivar.drivetrain.control.loops import Loop, Servo, share_of, turning_speed
 from infinivar.motion.motion import Motion, MotionState
 
 
@@ -98,9 +98,8 @@ class CoboticController:
         return angle, change / (1.0 + slope * slope), False
 
     def _surface(self, cylinder_speed: float) -> float:
-        """Surface speed of the cylinder, with a lower bound so that a nearly stationary cylinder gives no angle. [m s^-1]"""
-        turning = max(abs(cylinder_speed), 0.05 * abs(self.cylinder_speed))
-        return math.copysign(self.surface_radius * turning, self.cylinder_speed)
+        """Surface speed of the cylinder, where it turns. [m s^-1]"""
+        return self.surface_radius * turning_speed(cylinder_speed, self.cylinder_speed)
 
 
 class Encoder(NamedTuple):

@@ -1,4 +1,4 @@
-"""Controller settings of a drive: sample rate, bandwidths and current limits."""
+"""Sampled control of drives and machines: settings of a drive here, its loops and the controllers of one axis beside."""
 
 from __future__ import annotations
 

@@ -6,6 +6,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from infinivar._core.fields import given
+from infinivar.parts.motor import Motor
+
+_SLOWEST = 0.05
+"""Least speed of a cylinder by which wheels are steered, over that at which it is set: below, it would give no angle."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loop:
@@ -72,3 +78,13 @@ class Servo:
 def share_of(value: float, full: float) -> float:
     """A value over that from which on it counts in full, within -1 and 1."""
     return min(max(value / full, -1.0), 1.0)
+
+
+def turning_speed(speed: float, set_speed: float) -> float:
+    """Speed of a cylinder by which wheels are steered, in the direction in which it is set. [rad s^-1]"""
+    return math.copysign(max(abs(speed), _SLOWEST * abs(set_speed)), set_speed)
+
+
+def largest_current(stated: float | None, motor: Motor) -> float:
+    """Limit of a motor's current, as stated, or that of its stall. [A]"""
+    return given(stated, motor.voltage / motor.resistance)
