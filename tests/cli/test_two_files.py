@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.study.extend import input_files
+from infinivar.study.inputs import input_files
 
 PERIOD = 1.1
 STUDY = """

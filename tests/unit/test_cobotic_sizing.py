@@ -18,7 +18,7 @@ from infinivar.sizing.cobotic.evolution import _Space
 from infinivar.sizing.cobotic.sampled import Sampled, sample
 from infinivar.sizing.cobotic.search import prepared
 from infinivar.sizing.cobotic.wheels import AXLE, CONTACT, FREE, Points, critical, evaluate, static_demands, values_of
-from infinivar.sizing.geared.tasks import REQUIREMENT, MotionTask, RegionTask, judged, outer
+from infinivar.sizing.geared.tasks import REQUIREMENT, MotionTask, RegionTask, judging_points, outer
 from part_tables import part_tables
 
 KNEE = iv.load_study("knee_walking")
@@ -421,7 +421,7 @@ def test_the_edge_of_a_region_is_beyond_all_its_points():
     """No point of any quadrant is beyond the edge, which has the corners; designs are judged at all of the edge and inside."""
     speed, force, _ = REGION.sample()
     task = RegionTask(speed=speed, force=force)
-    few, most = outer(task), judged(task)
+    few, most = outer(task), judging_points(task)
     assert len(few.speed) <= 4 * 60 < len(most.speed) < 0.1 * len(speed)
     corners = {(a * v, b * f) for v, f in ((0.3, 16.0 / 0.3), (16.0 / 120.0, 120.0)) for a in (-1, 1) for b in (-1, 1)}
     for one in (few, most):

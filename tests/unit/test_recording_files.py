@@ -14,7 +14,7 @@ import infinivar as iv
 from infinivar import DutyCycle, InputError, ParameterError, Recording, duty_cycle
 from infinivar.axis import LINEAR, ROTARY
 from infinivar.drivetrain.output import Output
-from infinivar.motion.files.headings import family_of, heading_of, spelt
+from infinivar.motion.files.headings import family_of, heading_of, unit_and_per_kg
 from infinivar.motion.files.reading import read_table
 from infinivar.motion.files.sheet import TextSheet
 from infinivar.motion.files.table import Column, RecordedTable
@@ -230,8 +230,8 @@ def test_headings_are_taken_apart(text):
     family, unit = HEADINGS[text]
     found = heading_of(text)
     assert family_of(found.name, found.unit) == family
-    assert (found.unit and spelt(found.unit)[0]) == unit
-    assert spelt(found.unit or "")[1] == ("kg" in text)
+    assert (found.unit and unit_and_per_kg(found.unit)[0]) == unit
+    assert unit_and_per_kg(found.unit or "")[1] == ("kg" in text)
 
 
 def test_units_are_converted(tmp_path):

@@ -258,9 +258,9 @@ def pairs_of(
 
 def _table(name: str, columns: Mapping[str, Any], kind: str) -> dict[str, np.ndarray]:
     """Columns of a table that are fields of a part."""
-    wanted = (*LAW[kind], *_OPTIONAL[kind], "mass", "inductance", "diameter")
+    required = (*LAW[kind], *_OPTIONAL[kind], "mass", "inductance", "diameter")
     found = {}
-    for column in wanted:
+    for column in required:
         if column not in columns:
             continue
         try:
