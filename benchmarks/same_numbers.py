@@ -48,13 +48,13 @@ def main() -> int:
     parser.add_argument("commit", help="the commit to compare with")
     parser.add_argument("--only", default="*", help="names of jobs, with wildcards, such as 'size*'")
     parser.add_argument("--keep", type=Path, help="folder that keeps the outputs of both")
-    asked = parser.parse_args()
+    requested = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
-        before, out = Path(scratch, "before"), asked.keep or Path(scratch, "outputs")
-        commit = _git("rev-parse", asked.commit).decode().strip()
+        before, out = Path(scratch, "before"), requested.keep or Path(scratch, "outputs")
+        commit = _git("rev-parse", requested.commit).decode().strip()
         with tarfile.open(fileobj=io.BytesIO(_git("archive", commit))) as tar:
             tar.extractall(before, filter="data")
-        wanted = {name: job for name, job in jobs().items() if fnmatch(name, asked.only)}
+        wanted = {name: job for name, job in jobs().items() if fnmatch(name, requested.only)}
         data = (out / "data").absolute()
         for name, text in DATA.items():
             data.mkdir(parents=True, exist_ok=True)

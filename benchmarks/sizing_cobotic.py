@@ -44,7 +44,7 @@ def run() -> Iterator[Line]:
     template = study.drives["cobotic"]
     assert isinstance(template, CoboticDrive)
     parts = pool(["shipped"])
-    asked = {
+    requested = {
         "steering_ratios": RATIOS,
         "bearings": _bearings(template),
         "duty": study.duty,
@@ -53,12 +53,12 @@ def run() -> Iterator[Line]:
     }
     tables = {"motors": parts.motors, "gearheads": parts.gearheads, "steering_motors": parts.motors}
     for instants in (FEW, INSTANTS):
-        at = {**asked, "samples": instants}
+        at = {**requested, "samples": instants}
         yield _rate("NumPy", template, tables, parts.pairs, at, compiled=False)
         if importlib.util.find_spec("jax") is not None:
             yield _rate("JAX, warm", template, tables, parts.pairs, at, compiled=True)
     # What is the least is known after the last search.
-    found = [[_search(template, tables, parts.pairs, asked, seed, one) for seed in SEEDS] for one in GENERATIONS]
+    found = [[_search(template, tables, parts.pairs, requested, seed, one) for seed in SEEDS] for one in GENERATIONS]
     least = min(power for one in found for power, _ in one)
     for generations, searches in zip(GENERATIONS, found, strict=True):
         gaps = ", ".join(f"{100.0 * (power / least - 1.0):.2g} %" for power, _ in searches)
@@ -84,7 +84,7 @@ def _rate(
     template: CoboticDrive,
     tables: dict[str, Any],
     pairs: np.ndarray,
-    asked: dict[str, Any],
+    requested: dict[str, Any],
     *,
     compiled: bool,
 ) -> Line:
@@ -93,7 +93,7 @@ def _rate(
         template,
         tables,
         pairs,
-        **asked,
+        **requested,
         requirement=None,
         ranges={},
         loss_model="coulomb",
@@ -116,7 +116,7 @@ def _rate(
     rate = DESIGNS / min(seconds)
     rolling = np.mean(found.value < TIER)
     return Line(
-        what=f"cobotic, {name}: wheel designs a second, {asked['samples']} instants, {100.0 * rolling:.0f} % feasible",
+        what=f"cobotic, {name}: wheel designs a second, {requested['samples']} instants, {100.0 * rolling:.0f} % feasible",
         ours=f"{rate:.0f}, {rate * behind:.2g} drives",
         theirs="",
         ratio="",
@@ -129,7 +129,7 @@ def _search(
     template: CoboticDrive,
     tables: dict[str, Any],
     pairs: np.ndarray,
-    asked: dict[str, Any],
+    requested: dict[str, Any],
     seed: int,
     generations: int,
 ) -> tuple[float, float]:
@@ -141,7 +141,7 @@ def _search(
         tables["gearheads"],
         pairs,
         steering_motors=tables["steering_motors"],
-        **asked,
+        **requested,
         generations=generations,
         seed=seed,
         top=1,

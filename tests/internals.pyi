@@ -195,8 +195,7 @@ from infinivar.machines.system import Inputs as SystemInputs
 from infinivar.motion.duty_cycles import CYCLES
 from infinivar.motion.files import reading as reading_tables
 from infinivar.motion.files import sheet as sheets
-from infinivar.motion.files.headings import family_of, heading_of
-from infinivar.motion.files.headings import spelt as spelt_heading
+from infinivar.motion.files.headings import family_of, heading_of, unit_and_per_kg
 from infinivar.motion.files.sheet import TextSheet
 from infinivar.motion.files.table import Column as TableColumn
 from infinivar.motion.files.timing import read_timed, windowed
@@ -330,8 +329,7 @@ from infinivar.sizing.geared.sampled import HOT as HOT_GEARED
 from infinivar.sizing.geared.sampled import UNCHECKED as UNCHECKED_GEARED
 from infinivar.sizing.geared.sampled import Laws as GearedLaws
 from infinivar.sizing.geared.sampled import sample as geared_sample
-from infinivar.sizing.geared.tasks import REQUIREMENT, MotionTask, RegionTask, tasks_of
-from infinivar.sizing.geared.tasks import judged as judged_region
+from infinivar.sizing.geared.tasks import REQUIREMENT, MotionTask, RegionTask, judging_points, tasks_of
 from infinivar.sizing.geared.tasks import outer as outer_region
 from infinivar.sizing.levers import levers
 from infinivar.sizing.margins import margin_of, shortfalls

@@ -17,7 +17,7 @@ _RUN_TOGETHER = re.compile(r"(?<![A-Za-z])[munkM]?Nm(?![A-Za-z])|gcm|kgm")
 _STRANGE = re.compile(r"[^\w\s*·/^().²³⁻¹°Ω-]")
 # Other dimensionless units (rad, dB, bit) are mistakes where a pure number is expected.
 _PURE = {"": 1.0, "1": 1.0, "%": 1e-2, "percent": 1e-2, "‰": 1e-3, "permille": 1e-3, "ppm": 1e-6}
-_SPELT = {
+_STANDARD = {
     **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
     **dict.fromkeys(("msec", "millisecond", "milliseconds"), "ms"),
     **dict.fromkeys(("deg.", "degree", "degrees", "°"), "deg"),
@@ -271,9 +271,9 @@ def parse(text: object, si_unit: str, example: str | None = None) -> float:
     return value
 
 
-def spelt(unit: str) -> str:
+def standard_unit(unit: str) -> str:
     """Return a unit of a file as studies spell it: "Nm" as "N m", "mNm/A" as "mN m/A", "gcm2" as "g cm^2", "Ohm" as "ohm"."""
-    unit = _SPELT.get(unit.lower(), unit)
+    unit = _STANDARD.get(unit.lower(), unit)
     unit = _FORCE_TIMES_LENGTH.sub(lambda found: " ".join(filter(None, found.groups())), unit)
     return _OHM.sub(r"\1ohm", _MASS_TIMES_AREA.sub(r"\1 \2^2", unit))
 

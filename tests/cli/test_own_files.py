@@ -162,8 +162,8 @@ def test_a_shipped_base_takes_another_shape(tmp_path):
     ],
 )
 def test_units_as_files_spell_them(written_as, si_unit, factor):
-    assert units.parse(f"1 {units.spelt(written_as)}", si_unit) == pytest.approx(factor, rel=1e-12)
-    assert units.spelt(units.spelt(written_as)) == units.spelt(written_as)
+    assert units.parse(f"1 {units.standard_unit(written_as)}", si_unit) == pytest.approx(factor, rel=1e-12)
+    assert units.standard_unit(units.standard_unit(written_as)) == units.standard_unit(written_as)
 
 
 def test_a_set_with_decimal_commas_usual_units_and_other_headings(tmp_path, infinivar):

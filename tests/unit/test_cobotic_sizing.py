@@ -23,6 +23,7 @@ from internals import (
     SearchSpace,
     best_behind,
     cylinder_signals,
+    judging_points,
     lower_bounds,
     size_cobotic,
     static_demands,
@@ -33,7 +34,6 @@ from internals import cobotic_least_power as least_power
 from internals import cobotic_sample as sample
 from internals import critical_wheels as critical
 from internals import evaluate_wheels as evaluate
-from internals import judged_region as judged
 from internals import outer_region as outer
 from internals import prepared_search as prepared
 from internals import wheel_values as values_of
@@ -439,7 +439,7 @@ def test_the_edge_of_a_region_is_beyond_all_its_points():
     """No point of any quadrant is beyond the edge, which has the corners; designs are judged at all of the edge and inside."""
     speed, force, _ = REGION.sample()
     task = RegionTask(speed=speed, force=force)
-    few, most = outer(task), judged(task)
+    few, most = outer(task), judging_points(task)
     assert len(few.speed) <= 4 * 60 < len(most.speed) < 0.1 * len(speed)
     corners = {(a * v, b * f) for v, f in ((0.3, 16.0 / 0.3), (16.0 / 120.0, 120.0)) for a in (-1, 1) for b in (-1, 1)}
     for one in (few, most):

@@ -22,10 +22,19 @@ from infinivar import (
     duty_cycle,
     read_table,
 )
-from internals import LINEAR, ROTARY, TextSheet, family_of, heading_of, read_timed, shipped_study, windowed
+from internals import (
+    LINEAR,
+    ROTARY,
+    TextSheet,
+    family_of,
+    heading_of,
+    read_timed,
+    shipped_study,
+    unit_and_per_kg,
+    windowed,
+)
 from internals import TableColumn as Column
 from internals import resampled_table as resampled
-from internals import spelt_heading as spelt
 from sampled import examples
 
 ARM = 0.0625
@@ -235,8 +244,8 @@ def test_headings_are_taken_apart(text):
     family, unit = HEADINGS[text]
     found = heading_of(text)
     assert family_of(found.name, found.unit) == family
-    assert (found.unit and spelt(found.unit)[0]) == unit
-    assert spelt(found.unit or "")[1] == ("kg" in text)
+    assert (found.unit and unit_and_per_kg(found.unit)[0]) == unit
+    assert unit_and_per_kg(found.unit or "")[1] == ("kg" in text)
 
 
 def test_units_are_converted(tmp_path):

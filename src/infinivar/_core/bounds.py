@@ -33,7 +33,7 @@ _COMPARE: Mapping[str, Callable[[Any, Any], Any]] = {
     "<=": operator.le,
     "!=": operator.ne,
 }
-_SPELT = {QUARTER_TURN: "pi/2", 1e-3: "1e-3"}
+_NAMED_ENDS = {QUARTER_TURN: "pi/2", 1e-3: "1e-3"}
 """Ends that read better so than as numbers."""
 
 
@@ -51,7 +51,7 @@ def _conditions(bound: Bound) -> tuple[tuple[str, Any], ...]:
 
 def words(bound: Bound) -> str:
     """For messages and listings: "> 0 and <= 1"."""
-    return " and ".join(f"{sign} {_SPELT.get(end, f'{end:g}')}" for sign, end in _conditions(bound)) or "finite"
+    return " and ".join(f"{sign} {_NAMED_ENDS.get(end, f'{end:g}')}" for sign, end in _conditions(bound)) or "finite"
 
 
 def within(bound: Bound, value: Any) -> Any:

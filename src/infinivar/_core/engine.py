@@ -220,16 +220,16 @@ def _on_disk(jax: Any) -> Iterator[None]:
         return
     from jax.experimental.compilation_cache import compilation_cache
 
-    wanted = {
+    required = {
         "jax_compilation_cache_dir": str(folder),
         "jax_compilation_cache_max_size": _LARGEST_CACHE,
         "jax_persistent_cache_min_compile_time_secs": 0.1,
     }
     with _LOCK, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a folder that fails costs time only
-        before = {name: getattr(jax.config, name) for name in wanted}
+        before = {name: getattr(jax.config, name) for name in required}
         try:
-            _set(jax, wanted)
+            _set(jax, required)
             yield
         finally:
             _set(jax, before)

@@ -83,9 +83,9 @@ def load(group: str, name: str, check: Check, known: Collection[str] = ()) -> An
         raise InputError(
             f"{_described(group, point)} cannot be loaded: {type(problem).__name__}: {problem}"
         ) from problem
-    wanted = check(loaded)
-    if wanted is not None:
-        raise InputError(f"{_described(group, point)} must be {wanted}, got {_shown(loaded)}")
+    required = check(loaded)
+    if required is not None:
+        raise InputError(f"{_described(group, point)} must be {required}, got {_shown(loaded)}")
     return loaded
 
 

@@ -146,10 +146,10 @@ class _Packing:
         kind = type(value)
         names = _field_names(kind)
         given = [one.name for one in dataclasses.fields(kind) if one.init]
-        asked = {name: getattr(value, name) for name in given}
-        stored = self._fields(asked.items(), where)
+        requested = {name: getattr(value, name) for name in given}
+        stored = self._fields(requested.items(), where)
         try:
-            computed = {name: getattr(value, name) for name in names if name not in asked}
+            computed = {name: getattr(value, name) for name in names if name not in requested}
             return ["value", _named(kind, where), {**stored, **self._fields(computed.items(), where)}]
         except InputError:
             if len(given) == len(names):

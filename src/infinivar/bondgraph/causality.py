@@ -89,15 +89,15 @@ class _Procedure:
         for element in sorted(self.graph.elements, key=lambda element: element.law is None):
             if element.kind in STORAGES:
                 (bond,) = self.at[element.name]
-                wanted = self.integral(element, bond)
+                required = self.integral(element, bond)
                 if bond not in self.stroke:
-                    self.settle(bond, element.name, wanted)
-                elif element.law is not None and self.stroke[bond] != wanted:
+                    self.settle(bond, element.name, required)
+                elif element.law is not None and self.stroke[bond] != required:
                     raise BondGraphError(
                         f"{self.graph.name}: the law of C {element.name!r} needs a displacement, but {self.cause[bond]!r} "
                         f"imposes its effort; put an inertia between the two"
                     )
-                (independent if self.stroke[bond] == wanted else dependent).append(element.name)
+                (independent if self.stroke[bond] == required else dependent).append(element.name)
         return independent, dependent
 
     def settle_rest(self) -> list[str]:
@@ -123,10 +123,10 @@ class _Procedure:
         """A law maps flows to efforts, or efforts to flows: it must receive all of them."""
         needs, imposed = ("an effort", "flow") if element.of_effort else ("a flow", "effort")
         for bond in self.at[element.name]:
-            wanted = element.name if element.of_effort else bond.other(element.name)
+            required = element.name if element.of_effort else bond.other(element.name)
             if bond not in self.stroke:
-                self.settle(bond, element.name, wanted)
-            elif self.stroke[bond] != wanted:
+                self.settle(bond, element.name, required)
+            elif self.stroke[bond] != required:
                 raise BondGraphError(
                     f"{self.graph.name}: the law of R {element.name!r} needs {needs}, but {self.cause[bond]!r} imposes its "
                     f"{imposed}; put a storage between the two"

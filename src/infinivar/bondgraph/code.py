@@ -88,12 +88,12 @@ class _Reduced(NamedTuple):
     results: list[Any]
 
 
-def _reduced(equations: Equations, wanted: Mapping[str, Any], parameters: Sequence[Any]) -> _Reduced:
+def _reduced(equations: Equations, required: Mapping[str, Any], parameters: Sequence[Any]) -> _Reduced:
     """Every law once, under its own symbol, then what is wanted; shared terms are found across all of them."""
     import sympy
 
     constants = _Constants(set(parameters))
-    values = [constants.out_of(value) for value in (*(law.value for law in equations.laws), *wanted.values())]
+    values = [constants.out_of(value) for value in (*(law.value for law in equations.laws), *required.values())]
     shared, found = sympy.cse(values, symbols=sympy.numbered_symbols("x_"), order="none")
     rest: list[Any] = list(found)
     laws = [(law.symbol, value) for law, value in zip(equations.laws, rest, strict=False)]

@@ -88,12 +88,12 @@ class _Derivation:
         for name in self.causality.independent:
             (bond,) = self.at[name]
             at = self.element[bond.tail]
-            wanted = at.symbol if (self.element[name].kind, at.kind) == ("I", "1") else ""
-            if not wanted or wanted in taken:
+            required = at.symbol if (self.element[name].kind, at.kind) == ("I", "1") else ""
+            if not required or required in taken:
                 letter = "f" if self.element[name].kind == "I" else "q"
-                wanted = f"{letter}_{{{_plain_name(name)}}}"
-            taken.add(wanted)
-            states.append(State(_symbol(wanted), name, "flow" if self.element[name].kind == "I" else "displacement"))
+                required = f"{letter}_{{{_plain_name(name)}}}"
+            taken.add(required)
+            states.append(State(_symbol(required), name, "flow" if self.element[name].kind == "I" else "displacement"))
         states += [State(_symbol(s.symbol), s.name, "signal") for s in self.graph.signals if s.of and s.integral]
         return tuple(states)
 

@@ -241,5 +241,5 @@ def _above(
         return -left, max(tops, default=0.0) + _GAP - bottom
     abroad = {name for element in graph.elements if group_of[element.name] != group for name in element.signals}
     name = next(of for signal, of in measured.items() if signal in abroad)
-    wanted = sum(modulated) / len(modulated) - placed[group][name][0]
-    return wanted, max(tops) + _GAP - bottom
+    required = sum(modulated) / len(modulated) - placed[group][name][0]
+    return required, max(tops) + _GAP - bottom

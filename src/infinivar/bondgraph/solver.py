@@ -66,7 +66,7 @@ def stepper(
     tolerances = np.concatenate([absolute, np.full(extra, _ENERGY_SCALE * rtol)])
     moving = [made.inputs.index(name) for name in made.rates]
 
-    def piece(now: list[float], begin: float, wanted: Any, functions: Sequence[Input]) -> tuple[Any, str]:
+    def piece(now: list[float], begin: float, required: Any, functions: Sequence[Input]) -> tuple[Any, str]:
         # Asked some thousand times a second of motion: only what changes is computed again.
         given = [function.value(begin) for function in functions]
         changing = [(i, each.value) for i, each in enumerate(functions) if not isinstance(each, Constant)]
@@ -97,12 +97,12 @@ def stepper(
             rows, said = integrate.odeint(
                 rates,
                 now,
-                np.concatenate([[begin], wanted]),
+                np.concatenate([[begin], required]),
                 Dfun=slopes if energies_too else None,
                 tfirst=True,
                 rtol=rtol,
                 atol=tolerances,
-                tcrit=[wanted[-1]],
+                tcrit=[required[-1]],
                 mxstep=_MOST_STEPS,
                 full_output=True,
             )
@@ -110,10 +110,10 @@ def stepper(
                 return rows[1:], ""
         solution = integrate.solve_ivp(
             rates,
-            (begin, wanted[-1]),
+            (begin, required[-1]),
             now,
             method="Radau" if method == "LSODA" else method,
-            t_eval=wanted,
+            t_eval=required,
             jac=slopes,
             rtol=max(rtol, _SMALLEST_RTOL),
             atol=tolerances,
@@ -171,11 +171,11 @@ def _cvodes(
             made_for[grid] = casadi.integrator("piece", "cvodes", problem_, 0.0, list(grid), options)
         return made_for[grid]
 
-    def piece(now: list[float], begin: float, wanted: Any, functions: Sequence[Input]) -> tuple[Any, str]:
-        end = float(wanted[-1])
+    def piece(now: list[float], begin: float, required: Any, functions: Sequence[Input]) -> tuple[Any, str]:
+        end = float(required[-1])
         width = end - begin
         columns = [(f.value(begin), f.value(end), f.rate(begin), f.rate(end)) for f in functions]
-        grid = tuple(round(float((time - begin) / width), 12) for time in wanted)
+        grid = tuple(round(float((time - begin) / width), 12) for time in required)
         given = [width, *(number for column in columns for number in column)]
         try:
             found = integrator(grid)(x0=now[:count], p=given)
@@ -289,11 +289,11 @@ def _increasing(graph: BondGraph, times: Any) -> Any:
     return times
 
 
-def _nothing_moves(now: Sequence[float], begin: float, wanted: Any, functions: Sequence[Input]) -> tuple[Any, str]:
+def _nothing_moves(now: Sequence[float], begin: float, required: Any, functions: Sequence[Input]) -> tuple[Any, str]:
     """Step of a graph without states, which the sources determine completely."""
     import numpy as np
 
-    return np.empty((len(wanted), 0)), ""
+    return np.empty((len(required), 0)), ""
 
 
 def _known(graph: BondGraph, what: str, given: Mapping[str, Any], names: Sequence[str]) -> None:

@@ -69,9 +69,9 @@ def calibrate(
         return calibrate_geared(study, name, data, parameters=parameters, leave_out=leave_out, columns=columns)
     if not isinstance(data, (RigData, str, Path)):
         raise InputError(f"{data.name}: data of a geared drive do not fit drives.{name}, a cobotic drive")
-    asked = model.USUAL if parameters is None else parameters
+    requested = model.USUAL if parameters is None else parameters
     return calibrate_cobotic(
-        study, name, data, parameters=asked, leave_out=leave_out, creep_laws=creep_laws, columns=columns
+        study, name, data, parameters=requested, leave_out=leave_out, creep_laws=creep_laws, columns=columns
     )
 
 

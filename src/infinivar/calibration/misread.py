@@ -117,8 +117,10 @@ def _speed_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str 
             f"cylinder_angle implies {plain(speed)} rad/s, but the motor reaches {plain(fastest)} rad/s at most{hint}"
         )
     if speed < abs(drive.cylinder_speed) / _SLOWEST:
-        wanted = f"the study's cylinder turns at {plain(abs(drive.cylinder_speed))} rad/s"
-        return f"cylinder_angle and duration imply {plain(speed)} rad/s, but {wanted}: check the units of both headings"
+        required = f"the study's cylinder turns at {plain(abs(drive.cylinder_speed))} rad/s"
+        return (
+            f"cylinder_angle and duration imply {plain(speed)} rad/s, but {required}: check the units of both headings"
+        )
     if abs(current) > stall:
         hint = _swapped_hint(data, drive, row)
         return f"motor_current is {plain(current)} A, above the motor's stall current of {plain(stall, 3)} A{hint}"
@@ -144,11 +146,11 @@ def _voltage_fault(data: RigData, drive: CoboticDrive, row: int) -> str | None:
     if data.motor_voltage is None:
         return None
     voltage, current = float(data.motor_voltage[row]), float(data.motor_current[row])
-    wanted = _voltage(data, drive, row, current)
-    if abs(voltage - wanted) <= 0.4 * abs(wanted) + 0.1 * drive.motor.voltage:
+    required = _voltage(data, drive, row, current)
+    if abs(voltage - required) <= 0.4 * abs(required) + 0.1 * drive.motor.voltage:
         return None
     hint = _swapped_hint(data, drive, row)
-    return f"motor_voltage is {plain(voltage)} V, but current and speed require {plain(wanted)} V{hint}"
+    return f"motor_voltage is {plain(voltage)} V, but current and speed require {plain(required)} V{hint}"
 
 
 def _voltage(data: RigData, drive: CoboticDrive, row: int, current: float) -> float:
@@ -192,5 +194,5 @@ def _travel_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str
     return f"link_travel is {plain(travel)} m, but steering and cylinder angle imply {plain(ideal)} m{hint}"
 
 
-def _near(value: float, wanted: float) -> bool:
-    return abs(value - wanted) < 0.25 * abs(wanted)
+def _near(value: float, required: float) -> bool:
+    return abs(value - required) < 0.25 * abs(required)

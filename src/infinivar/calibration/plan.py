@@ -136,20 +136,20 @@ def _candidates(found: Fit, preloads: Sequence[float]) -> RigData:
         motor_voltage=None if problem.data.motor_voltage is None else 0.0 * one,
         lines=tuple(range(len(settings))),
     )
-    told = predict(drive, rig, data, problem.values(found.unknowns))
-    possible = np.isfinite(told.link_travel) & (np.abs(told.motor_voltage) <= drive.motor.voltage)
-    possible &= (told.link_travel * data.link_travel > 0) | ~data.pressed
+    predicted = predict(drive, rig, data, problem.values(found.unknowns))
+    possible = np.isfinite(predicted.link_travel) & (np.abs(predicted.motor_voltage) <= drive.motor.voltage)
+    possible &= (predicted.link_travel * data.link_travel > 0) | ~data.pressed
     length = np.asarray(
-        [window(rig, travel) if ok else 1.0 for travel, ok in zip(told.link_travel, possible, strict=True)]
+        [window(rig, travel) if ok else 1.0 for travel, ok in zip(predicted.link_travel, possible, strict=True)]
     )
     possible &= length * rig.sample_rate >= 20
     done = replace(
         data,
         duration=length,
         cylinder_angle=speed * length,
-        link_travel=told.link_travel * length,
-        motor_current=told.motor_current,
-        motor_voltage=None if data.motor_voltage is None else told.motor_voltage,
+        link_travel=predicted.link_travel * length,
+        motor_current=predicted.motor_current,
+        motor_voltage=None if data.motor_voltage is None else predicted.motor_voltage,
     )
     return done.chosen(possible)
 

@@ -116,21 +116,21 @@ class Problem(Frozen):
         -------
         (..., n m + errors) float
         """
-        told = self._told(unknowns)
-        off = np.stack([read - said for read, said in zip(_readings(self.data), told, strict=False)], axis=-1)
+        predicted = self._predicted(unknowns)
+        off = np.stack([read - said for read, said in zip(_readings(self.data), predicted, strict=False)], axis=-1)
         off = np.where(np.isnan(off), UNPREDICTED, np.einsum("nij,...nj->...ni", self.whitening, off))
         flat = off.reshape(*off.shape[:-2], -1)
         return np.concatenate([flat, unknowns[..., len(self.names) :]], axis=-1)
 
-    def _told(self, unknowns: np.ndarray) -> Readings:
+    def _predicted(self, unknowns: np.ndarray) -> Readings:
         values, session = self.values(unknowns), self.session(unknowns)
-        told = predict(self.drive, self.rig, self.data, values, session)
+        predicted = predict(self.drive, self.rig, self.data, values, session)
         if self.beside is None:
-            return told
+            return predicted
         other = predict(_under(self.drive, self.beside), self.rig, self.data, values, session)
         share = self.bend * unknowns[..., len(self.names) + self.errors.index(BEND)][..., None]
-        more = told.link_travel + share * np.nan_to_num(told.link_travel - other.link_travel)
-        return told._replace(link_travel=more)
+        more = predicted.link_travel + share * np.nan_to_num(predicted.link_travel - other.link_travel)
+        return predicted._replace(link_travel=more)
 
     def jacobian(self, unknowns: np.ndarray) -> np.ndarray:
         """Derivatives of the residuals, by central differences in one pass."""
@@ -163,8 +163,8 @@ class Problem(Frozen):
         off = np.abs(self.of_runs(self.residuals(unknowns))[row])
         place = int(np.argmax(off > far)) if np.any(off > far) else int(np.argmax(off))
         name = Readings._fields[place]
-        read, told = float(_readings(self.data)[place][row]), float(self._told(unknowns)[place][row])
-        return name, COLUMNS[name], read, told, float(off[place])
+        read, predicted = float(_readings(self.data)[place][row]), float(self._predicted(unknowns)[place][row])
+        return name, COLUMNS[name], read, predicted, float(off[place])
 
     def under(self, law: str) -> Problem:
         """The problem with another creep law and the same weights."""

@@ -68,18 +68,18 @@ def described(setting: Setting) -> str:
 
 def on_law(laws: LawChoice) -> str:
     """Verdict of the data on the creep law, with odds, and the law used."""
-    best, used, left, asked = laws.undecided[0], laws.fit.law, laws.undecided, laws.asked
+    best, used, left, requested = laws.undecided[0], laws.fit.law, laws.undecided, laws.asked
     approximate = _on_approximations(laws)
     if laws.contradicted:
-        behind = None if (own := laws.candidate(asked)) is None else own.behind - _behind(laws, best)
+        behind = None if (own := laws.candidate(requested)) is None else own.behind - _behind(laws, best)
         said = (
-            f"The study's creep law, {asked}, was not among the candidates; {best} fits best."
+            f"The study's creep law, {requested}, was not among the candidates; {best} fits best."
             if behind is None
-            else f"The data contradict the study's creep law: {best} fits better than {asked} by {_by(behind)}."
+            else f"The data contradict the study's creep law: {best} fits better than {requested} by {_by(behind)}."
         )
         between = f" Not excluded: {_apart(laws)}." if len(left) > 1 else ""
         return f"{said}{between} The fit and the calibrated study use {used}.{approximate}"
-    if len(left) == 1 and asked == best:
+    if len(left) == 1 and requested == best:
         second = next((one for one in laws.candidates if one.law not in laws.left), None)
         by = (
             ""
@@ -89,7 +89,7 @@ def on_law(laws: LawChoice) -> str:
         return f"The data support the study's creep law, {used}{by}.{approximate}"
     if len(left) == 1:
         return (
-            f"The data support {best}, which the study's creep law, {asked}, approximates. The fit uses the study's law."
+            f"The data support {best}, which the study's creep law, {requested}, approximates. The fit uses the study's law."
             f"{approximate}"
         )
     said = f"The data do not discriminate between the creep laws {_apart(laws)}."

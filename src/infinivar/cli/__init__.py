@@ -42,8 +42,8 @@ def _parser() -> Callable[[], Any]:
     return typer.main.get_command(app)
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(required: bool) -> None:
+    if required:
         say(f"infinivar {__version__}")
         raise typer.Exit
 

@@ -41,7 +41,7 @@ def rig(
     loaded = load_study(study)
     name = chosen_cobotic(study, drive, loaded.drives)
     of_one_axis(study, loaded.drives, "rig", name)
-    wanted = {
+    required = {
         "ratios": numbers("ratios", ratios),
         "loads": numbers("loads", loads),
         "preloads": numbers("preloads", preloads),
@@ -50,7 +50,7 @@ def rig(
         measured = cobotic(loaded, name)
     check_file(out)
     with progress_bar() as progress, naming_place(study, f"drives.{name}"):
-        settings = virtual_rig.protocol(measured, loaded.rig, **wanted)
+        settings = virtual_rig.protocol(measured, loaded.rig, **required)
         done = virtual_rig.experiment(
             measured, loaded.rig, settings, seed=seed, progress=lambda share: progress("measuring", share)
         )

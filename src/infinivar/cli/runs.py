@@ -53,17 +53,17 @@ def simulate(
     driven = chosen(study, "drive", drive, _movable(loaded, drive) if of_machines else loaded.drives)
     if is_machine(loaded.drives[driven]) or task is not None:
         _simulate_machine(study, loaded, driven, task, scenario, out, as_json)
-    asked = chosen(study, "scenario", scenario, loaded.scenarios)
+    requested = chosen(study, "scenario", scenario, loaded.scenarios)
     with claimed(out), progress_bar() as progress:
-        with naming_place(study, f"drives.{driven}, scenarios.{asked}"):
+        with naming_place(study, f"drives.{driven}, scenarios.{requested}"):
             result = run(
                 loaded.drives[driven],
-                loaded.scenarios[asked],
+                loaded.scenarios[requested],
                 title=loaded.titles[driven],
-                progress=lambda share: progress(loaded.scenarios[asked].title, share),
+                progress=lambda share: progress(loaded.scenarios[requested].title, share),
             )
         progress("writing the report", 1.0)
-        files = save(result, out, name=f"{driven}-{asked}", reconstruction=loaded.reconstruction)
+        files = save(result, out, name=f"{driven}-{requested}", reconstruction=loaded.reconstruction)
     _end(result, f"{result.title}, {result.scenario.title}", files, as_json)
 
 
@@ -178,14 +178,14 @@ def _simulate_machine(
         check_moves(loaded.drives[name], f"drives.{name}")
         check_machines(loaded)
         every = [f"paths.{one}" for one in loaded.paths] + [f"tasks.{one}" for one in loaded.tasks]
-        place, asked = asked_of(loaded, every[0] if task is None else task)
+        place, requested = asked_of(loaded, every[0] if task is None else task)
     if task is None and len(every) > 1:
         complain(f"no --task given: using {printable(place)}, the first of {', '.join(map(printable, every))}")
-    title = f"{loaded.titles[name]}, {asked.title}"
+    title = f"{loaded.titles[name]}, {requested.title}"
     with claimed(out), progress_bar() as progress:
         with naming_place(study, f"drives.{name}, {place}"):
             result = simulated(
-                loaded.drives[name], asked, title=title, progress=lambda share: progress(asked.title, share)
+                loaded.drives[name], requested, title=title, progress=lambda share: progress(requested.title, share)
             )
         progress("writing the report", 1.0)
         file_name = f"{name}-{place.partition('.')[2]}"

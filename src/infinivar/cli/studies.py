@@ -91,8 +91,8 @@ def compare(
     if quick and out is not None:
         raise InputError("--quick writes no files: remove --out or --quick")
     out = out or Path("out")
-    asked: Any = next((known for known in ENGINES if known == engine), None)
-    if asked is None:
+    requested: Any = next((known for known in ENGINES if known == engine), None)
+    if requested is None:
         raise InputError(f"--engine {engine!r} must be one of {', '.join(ENGINES)}")
     loaded = loaded_study(study)
     with naming(study):
@@ -101,7 +101,7 @@ def compare(
         check_duty(loaded)
     with contextlib.nullcontext() if quick else claimed(out):
         with progress_bar() as progress, naming(study):
-            comparison = run(loaded, quick=quick, engine=asked, progress=progress)
+            comparison = run(loaded, quick=quick, engine=requested, progress=progress)
         if not as_json:
             # Drawing takes longer than computing, so print the verdicts first.
             for line in _verdicts(comparison):
@@ -136,8 +136,8 @@ def _of_machines(comparison: MachineComparison) -> Iterator[str]:
     yield comparison.verdict
     width = max(len(one.title) for one in comparison.results.values())
     first = next(iter(comparison.results.values()))
-    for key, asked in first.found.items():
-        yield f"{asked.title}:"
+    for key, requested in first.found.items():
+        yield f"{requested.title}:"
         for one in comparison.results.values():
             found = one.found[key]
             able = "feasible" if found.feasible else "infeasible"

@@ -115,17 +115,17 @@ def ellipse(load: Array, curvature_x: Array, curvature_y: Array, e_star: Array) 
     check_value("e_star", e_star, "Pa", Gt(0))
     xp = namespace(load, curvature_x, curvature_y, e_star)
     load, c_x, c_y, e_star = xp.broadcast_arrays(*as_floats(xp, load, curvature_x, curvature_y, e_star))
-    wanted = xp.log(c_x) - xp.log(c_y)
+    required = xp.log(c_x) - xp.log(c_y)
 
     def step(logarithm: Array) -> Array:
         """One Newton step for ln(X/Y) = ln(c_x/c_y) in ln(a/b), which is nearly linear."""
         g = xp.exp(logarithm)
         _, along_a, along_b, mixed = ellipse_integrals(g)
         slope = -3.0 + mixed / along_a + g * g * mixed / along_b
-        return logarithm - (xp.log(along_a / along_b) - wanted) / slope
+        return logarithm - (xp.log(along_a / along_b) - required) / slope
 
     # -3/2 is the slope at the circle; far from it the slope tends to -2.
-    ratio = xp.exp(newton(xp, step, -wanted / 1.75, steps=12))
+    ratio = xp.exp(newton(xp, step, -required / 1.75, steps=12))
     plain, along_a, along_b, _ = ellipse_integrals(ratio)
     b = (1.5 / math.pi * load * (along_a + along_b) / (e_star * (c_x + c_y))) ** (1.0 / 3.0)
     a = ratio * b

@@ -70,13 +70,13 @@ def _values(name: str, function: Callable[[Any], Any], at: np.ndarray) -> np.nda
 
 
 def _hold(
-    name: str, wanted: str, at: np.ndarray, found: np.ndarray, right: np.ndarray, room: Any, of: str = "force ratio"
+    name: str, required: str, at: np.ndarray, found: np.ndarray, right: np.ndarray, room: Any, of: str = "force ratio"
 ) -> None:
     """Raise ParameterError at the first point at which values are not what they should be; nan never is."""
     off = ~(np.abs(found - right) <= room)
     if off.any():
         place = int(np.argmax(off))
         raise ParameterError(
-            f"{name} must be {wanted}, got {found[place]:.6g} at the {of} {at[place]:.4g}"
-            + (f" instead of {right[place]:.6g}" if wanted != ">= 0" else "")
+            f"{name} must be {required}, got {found[place]:.6g} at the {of} {at[place]:.4g}"
+            + (f" instead of {right[place]:.6g}" if required != ">= 0" else "")
         )

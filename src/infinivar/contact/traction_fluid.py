@@ -193,13 +193,13 @@ def _slope(force_ratio: Array, film: Film) -> Array:
 def _viscous_stress(xp, ratio: Array, film: Film) -> Array:
     """Stress of a viscous film at the creepage of a force ratio, over the Eyring stress; >= 0."""
     size = xp.abs(ratio)
-    wanted = film.stress_ratio * xp.where(size < 1.0, size, 1.0)
+    required = film.stress_ratio * xp.where(size < 1.0, size, 1.0)
     least = film.builds_up
-    start, other = wanted / least, wanted + math.log1p(1.0 / least) + 1.0
+    start, other = required / least, required + math.log1p(1.0 / least) + 1.0
 
     def step(viscous: Array) -> Array:
         mean, rise = _mean_stress(xp, viscous, film)
-        return viscous - xp.clip((mean - wanted) / rise, -_STRIDE, _STRIDE)
+        return viscous - xp.clip((mean - required) / rise, -_STRIDE, _STRIDE)
 
     return newton(xp, step, xp.where(start < other, start, other), _STEPS)
 

@@ -106,9 +106,9 @@ def _outline(
     unit = np.stack([np.cos(way), np.sin(way)], axis=-1)
 
     def limit(size: np.ndarray) -> np.ndarray:
-        asked = np.broadcast_to(wrench, (_WAYS, len(wrench))).copy()
-        asked[:, :2] = size[:, None] * unit
-        return np.asarray(drive.perform(pose=pose, twist=twist, wrench=asked).limit)
+        requested = np.broadcast_to(wrench, (_WAYS, len(wrench))).copy()
+        requested[:, :2] = size[:, None] * unit
+        return np.asarray(drive.perform(pose=pose, twist=twist, wrench=requested).limit)
 
     low, high = np.zeros(_WAYS), np.full(_WAYS, _LEAST)
     if np.any(limit(low) != Limit.OK):

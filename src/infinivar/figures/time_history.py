@@ -65,15 +65,15 @@ def data(simulation: Simulation) -> dict[str, Any]:
     """
     columns = simulation.columns
     panels, limits = {}, {}
-    for title, factor, wanted in _PANELS:
-        curves = {words: factor * np.asarray(columns[name]) for name, words in wanted.items() if name in columns}
+    for title, factor, required in _PANELS:
+        curves = {words: factor * np.asarray(columns[name]) for name, words in required.items() if name in columns}
         if not curves or ("external" in curves and not np.any(curves["external"])):
             continue
         panels[title] = curves
         limits[title] = [
             (event.start, event.end, f"{event.limit.words} ({event.what})")
             for event in simulation.events
-            if _WHERE.get(event.limit) in wanted
+            if _WHERE.get(event.limit) in required
         ]
     return {"time": np.asarray(columns["time_s"]), "panels": panels, "limits": limits}
 

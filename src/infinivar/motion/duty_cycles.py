@@ -151,8 +151,8 @@ class DutyCycle(Task):
 
     def samples(self, least: int = SAMPLES, per_wave: int = _PER_WAVE) -> int:
         """Number of instants per cycle: a multiple of 4, so that none falls on a reversal of a symmetric motion."""
-        wanted = max(least, int(per_wave * self.motion.fastest * self.period))
-        return 4 * -(-min(wanted, _MOST_SAMPLES) // 4)
+        required = max(least, int(per_wave * self.motion.fastest * self.period))
+        return 4 * -(-min(required, _MOST_SAMPLES) // 4)
 
     def at(self, time: Any, orders: int = 4) -> tuple[Any, Course]:
         """Position [m] and course of the load at times from 0 to `period`. [s]

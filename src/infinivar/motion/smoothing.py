@@ -37,7 +37,7 @@ from infinivar.motion.rest import (
     settled,
 )
 from infinivar.motion.runs import CUBIC, STRAIGHT, RunSeries, between, is_coarse, mirrored, odd_reflected, run_series
-from infinivar.motion.smoothing_warnings import Rows, doubts, instants, joins
+from infinivar.motion.smoothing_warnings import Rows, doubts, instants, steps_at_join
 from infinivar.motion.spectrum import Density, density
 from infinivar.units import percent, plain, rounded_up
 
@@ -192,13 +192,13 @@ def smoothed(
     without_drift = _closed(file, moved, columns[moved], time / period, warnings, axis, spread) if closed else None
 
     def made(name: str, cutoff: float = cutoff) -> Smoothed:
-        asked = resolution if name == "position" else None
+        requested = resolution if name == "position" else None
         order = CUBIC if is_coarse(time, cutoff) else STRAIGHT
         count = instants(time, cutoff)
         if not closed:
-            return _fit_run(name, time, columns[name], count, cutoff, asked, order)
+            return _fit_run(name, time, columns[name], count, cutoff, requested, order)
         drift = None if name == "force" else without_drift
-        return _fit_cycle(name, time, columns[name], drift, count, cutoff, asked, order)
+        return _fit_cycle(name, time, columns[name], drift, count, cutoff, requested, order)
 
     motion = made(moved)
     warnings += _cut_off(file, density(time, columns[moved], moved, closed=closed), cutoff, axis)
@@ -207,7 +207,7 @@ def smoothed(
     warnings += doubts(file, rows, lambda low: motion if low == cutoff else made(moved, low), cutoff, lowest, axis)
     if closed:
         speeds = float(np.ptp(motion.derivatives(span, 1)[1]))
-        warnings += joins(file, time, columns, speeds, cutoff, axis)
+        warnings += steps_at_join(file, time, columns, speeds, cutoff, axis)
     if resolution is None:
         warnings += _slow(file, motion, span, period, cutoff, axis)
     return Cycle(period, motion, made("force") if "force" in columns else None, tuple(warnings))
@@ -313,12 +313,12 @@ def _resolution(
     resampled: np.ndarray,
     smooth: np.ndarray,
     cutoff: float,
-    asked: float | None,
+    requested: float | None,
 ) -> tuple[Resolution, float]:
     """Resolution that counts, and that of the recording itself, regardless of the one asked for."""
     rows = 1.0 / (cutoff * float(np.median(np.diff(time))))
     found = Resolution.of(values, noise_of(values, resampled, smooth), rows)
-    return (found if asked is None else Resolution(asked, 2.0 * asked)), found.reach
+    return (found if requested is None else Resolution(requested, 2.0 * requested)), found.reach
 
 
 def _slow(file: str, motion: Smoothed, even: np.ndarray, period: float, cutoff: float, axis: Axis) -> list[str]:

@@ -170,7 +170,7 @@ def _errors(rows: Rows, motion: _Read, noise: float, cutoff: float) -> _Errors:
     return _Errors(between / largest, worst / largest, largest)
 
 
-def joins(
+def steps_at_join(
     file: str, time: np.ndarray, columns: Mapping[str, np.ndarray], speeds: float, cutoff: float, axis: Axis
 ) -> list[str]:
     """Warn of steps of force and speed from the end of a closed recording to its start.

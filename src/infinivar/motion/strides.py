@@ -336,15 +336,15 @@ def _by_period(
             f"{name}: no repeated stride found: the motion {best}; name a column of heel strikes, or set the stride time"
         )
     starts = _matched(even, lag)
-    asked = "a given period" if period is not None else "period"
-    said = f"{asked} ({plain(lag * step, 3)} s, autocorrelation {plain(agreement, 2)})"
+    requested = "a given period" if period is not None else "period"
+    said = f"{requested} ({plain(lag * step, 3)} s, autocorrelation {plain(agreement, 2)})"
     return time[0] + starts * step, said
 
 
-def _main_lag(values: np.ndarray, asked: float | None) -> tuple[float, float]:
+def _main_lag(values: np.ndarray, requested: float | None) -> tuple[float, float]:
     """Lag of the first peak of the autocorrelation that is nearly the highest, and its height.
 
-    The autocorrelation of each lag is relative to the two parts of the record that it compares. With a lag `asked` for, the
+    The autocorrelation of each lag is relative to the two parts of the record that it compares. With a lag `requested` for, the
     highest peak within a quarter of it counts.
     """
     count = len(values)
@@ -360,11 +360,11 @@ def _main_lag(values: np.ndarray, asked: float | None) -> tuple[float, float]:
     inner = np.arange(int(np.argmax(found < _MATCH)) if np.any(found < _MATCH) else last, last - 1)
     inner = inner[inner > 0]
     peaks = inner[(found[inner] >= found[inner - 1]) & (found[inner] > found[inner + 1]) & (found[inner] > 0.0)]
-    if asked is not None:
-        peaks = peaks[np.abs(peaks - asked) <= _ROOM * asked]
+    if requested is not None:
+        peaks = peaks[np.abs(peaks - requested) <= _ROOM * requested]
         if not peaks.size:
-            place = min(max(round(asked), 1), count - 1)
-            return float(asked), float(found[place])
+            place = min(max(round(requested), 1), count - 1)
+            return float(requested), float(found[place])
         best = int(peaks[np.argmax(found[peaks])])
     elif peaks.size:
         best = int(peaks[found[peaks] >= _NEARLY * np.max(found[peaks])][0])

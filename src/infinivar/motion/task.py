@@ -135,7 +135,7 @@ def check_motion(motion: Any) -> None:
 def enough(motion: Any, method: str, time: Any, orders: int) -> list[Any]:
     """Return what a motion's `derivatives` or `push` gives; raises ParameterError if these are fewer than asked for."""
     name = f"{type(motion).__name__}.{method}"
-    wanted = f"{orders + 1} values for {orders} orders, the value itself and its derivatives"
+    required = f"{orders + 1} values for {orders} orders, the value itself and its derivatives"
     try:
         found = getattr(motion, method)(time, orders)
     except InfinivarError:
@@ -144,12 +144,12 @@ def enough(motion: Any, method: str, time: Any, orders: int) -> list[Any]:
         if not is_own(motion):
             raise
         raise ParameterError(
-            f"{name}(time, orders) fails with {type(problem).__name__}: {problem}; expected {wanted}"
+            f"{name}(time, orders) fails with {type(problem).__name__}: {problem}; expected {required}"
         ) from problem
     if not isinstance(found, (list, tuple, np.ndarray)):
-        raise ParameterError(f"{name} must return {wanted}; got a {type(found).__name__}")
+        raise ParameterError(f"{name} must return {required}; got a {type(found).__name__}")
     if len(found) <= orders:
-        raise ParameterError(f"{name} must return {wanted}; got {len(found)}")
+        raise ParameterError(f"{name} must return {required}; got {len(found)}")
     return list(found)
 
 

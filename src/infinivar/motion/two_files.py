@@ -11,7 +11,7 @@ import numpy as np
 
 from infinivar.errors import InputError, ParameterError
 from infinivar.motion.files.agreement import one_course
-from infinivar.motion.files.choice import SCALED, spoken
+from infinivar.motion.files.choice import SCALED, role_words
 from infinivar.motion.files.headings import family_of, heading_of, places_of
 from infinivar.motion.files.reading import headings_in, read_table
 from infinivar.motion.files.sheet import shown
@@ -220,7 +220,7 @@ def _with_force(first: RecordedTable, second: RecordedTable, role: str, cycle_ti
     ends = first.ends if not first.ends else {**first.ends, role: second.ends[role]}
     count = np.count_nonzero(kept)
     remark = (
-        f"{spoken(role)} {shown(force.heading)} of {second.file} ({second.format}), {len(given)} rows from "
+        f"{role_words(role)} {shown(force.heading)} of {second.file} ({second.format}), {len(given)} rows from "
         f"{plain(given[0], 4)} s to {plain(given[-1], 4)} s, interpolated linearly at {count} rows of the motion{said}"
     )
     return dataclasses.replace(

@@ -195,13 +195,15 @@ class RecordedForce(HoldsArrays):
         return (forces[low + 1] - forces[low]) / width if 0.0 < share < 1.0 else 0.0
 
 
-def _read(file: str, wanted: str, unit: str, rotary: str, how: Mapping[str, Any]) -> dict[str, Any]:
+def _read(file: str, required: str, unit: str, rotary: str, how: Mapping[str, Any]) -> dict[str, Any]:
     """Read times and values from a file, as fields; the bare names of the two columns mean SI."""
-    table = read_timed(file, usual={"time": "s", wanted: unit}, roles=("time", "phase", wanted, rotary), **how)
+    table = read_timed(file, usual={"time": "s", required: unit}, roles=("time", "phase", required, rotary), **how)
     values = table.values
-    if wanted not in values:
-        raise InputError(f"{table.file}: {table.top}: must name a column of {wanted} or {rotary}; {headings_in(table)}")
-    found = {name: values[name] for name in ("time", wanted)}
+    if required not in values:
+        raise InputError(
+            f"{table.file}: {table.top}: must name a column of {required} or {rotary}; {headings_in(table)}"
+        )
+    found = {name: values[name] for name in ("time", required)}
     return {**how, **found, "file": file, "rotary": table.axis.rotary}
 
 

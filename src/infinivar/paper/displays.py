@@ -127,7 +127,7 @@ def display_claims(
     ]
     rivals = _rivals(pair, arm, float(found.least_mass[0, 0]))
     chosen = {name: round_of(pair, one, (1, _SIX)) for name, one in _sessions(session, factor)}
-    asked = {
+    requested = {
         "H1": _holding(meets, session, _SIX),
         "H2": _holding(meets, session, 1),
         "H3": _session(found, _SIX, chosen),
@@ -141,7 +141,7 @@ def display_claims(
     return DisplayClaims(
         claims=tuple(
             Claim(id=name, section=section, figure=None, claim=claim, paper=paper, unit=unit, **finding._asdict())
-            for (name, finding), (section, claim, paper, unit) in zip(asked.items(), _STATED, strict=True)
+            for (name, finding), (section, claim, paper, unit) in zip(requested.items(), _STATED, strict=True)
         ),
         comparison=found,
     )

@@ -62,11 +62,11 @@ def table(reproduction: Reproduction) -> pd.DataFrame:
 def save(reproduction: Reproduction, directory: Path, figure: int | None = None) -> list[Path]:
     """Write report, claims and figures; see `infinivar.report.save`. Figures that need a missing library are left out."""
     check_figure(figure)
-    wanted = [figure] if figure is not None else list(FIGURES)
+    required = [figure] if figure is not None else list(FIGURES)
     names = ["reproduction.html", "claims.json"]
     with all_or_nothing(directory, names[0]) as scratch:
         figures = []
-        for number in wanted:
+        for number in required:
             drawn, missing = FIGURES[number], missing_for(number)
             files = [] if missing else style.write(drawn.draw_all(reproduction.machine), scratch / f"fig{number}")
             names += [path.name for path in files]

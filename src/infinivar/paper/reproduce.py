@@ -161,17 +161,17 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
         raise InputError(f"figure {figure}: must be from {min(FIGURES)} to {max(FIGURES)}")
     machine, exact, spinning = Machine(), Machine(EXACT), Machine(steering_model="spin")
     held = Machine(cylinder_bearings=two_6004())
-    wanted = [said for said in statements() if figure is None or said.get("figure") == figure]
+    required = [said for said in statements() if figure is None or said.get("figure") == figure]
     claims = []
-    for index, said in enumerate(wanted):
+    for index, said in enumerate(required):
         if progress is not None:
-            progress(f"claim {said['id']}", index / (len(wanted) + 1))
+            progress(f"claim {said['id']}", index / (len(required) + 1))
         others = {_BY_LAW: exact} | ({_BY_SPIN: spinning} if said["id"] in STEERED else {})
         others |= {_BY_BEARINGS: held} if said["id"] in HELD else {}
         found = _beside(CHECKS[said["id"]], machine, others)
         claims.append(Claim(**{"figure": None, **said}, **found._asdict()))
     if figure is None:
         if progress is not None:
-            progress("claims about displays", len(wanted) / (len(wanted) + 1))
+            progress("claims about displays", len(required) / (len(required) + 1))
         claims += display_claims().claims
     return Reproduction(claims=tuple(claims), machine=machine)

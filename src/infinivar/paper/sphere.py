@@ -144,7 +144,7 @@ def sphere_claims(
     )
     return SphereClaims(
         claims=tuple(_CLAIMS),
-        asked=tuple(asked for asked, _ in _CLAIMS.values()),
+        asked=tuple(requested for requested, _ in _CLAIMS.values()),
         threshold=tuple(threshold for _, threshold in _CLAIMS.values()),
         cases=tuple(titles),
         sphere=sphere,
@@ -191,12 +191,12 @@ def as_sphere(wheel: RotaryLinearIVT, layout: str, *, spins: bool = True) -> Sph
 def _of_sphere(wheel: RotaryLinearIVT, layout: str) -> tuple[list[float], list[bool], list[float]]:
     ivt, plain = as_sphere(wheel, layout), as_sphere(wheel, layout, spins=False)
     # All points at once, as each call of the solver takes its time: by ratio, by load at 1:1, by load at 8:1, of both senses.
-    asked = [
+    requested = [
         *((one, _HALF) for one in _RATIOS),
         *((1.0, one) for one in _BEST),
         *((8.0, one) for one in (_HALF, *_LARGE)),
     ]
-    ratio, load = np.array(asked).T
+    ratio, load = np.array(requested).T
     point = _at(ivt, np.concatenate([ratio, -ratio]), np.concatenate([load, load]))
     delivered = np.where((point.power_in > 0) & (point.power_out <= 0), 0.0, efficiency_of(point))
     both = delivered.reshape(2, -1)
@@ -238,8 +238,8 @@ def _of_wheel(wheel: RotaryLinearIVT) -> tuple[list[float], list[bool], list[flo
     best = np.nanmax(point(np.array([[1.0], [2.0], [4.0]]), np.array(_BEST)).efficiency)
     largest = _largest(point(8.0, np.array(_LARGE)).efficiency)
     lost = [float(at_8.losses[name] / at_8.power_out) for name in ("creep", "rolling", "bearing")]
-    asked = _asked(curve, float(at_8.efficiency), float(best), resisted, largest)
-    return *asked, [lost[0], 0.0, *lost[1:]]
+    requested = _asked(curve, float(at_8.efficiency), float(best), resisted, largest)
+    return *requested, [lost[0], 0.0, *lost[1:]]
 
 
 def _asked(

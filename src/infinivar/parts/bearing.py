@@ -162,11 +162,11 @@ class Bearing:
         """Validate the fields, and that the friction model has constants for the bearing."""
         check(self)
         if isinstance(self.bore, (int, float)) and isinstance(self.outside_diameter, (int, float)):
-            wanted = f"> bore ({self.bore:g} m)"
-            require(self.outside_diameter > self.bore, "outside_diameter", self.outside_diameter, wanted)
+            required = f"> bore ({self.bore:g} m)"
+            require(self.outside_diameter > self.bore, "outside_diameter", self.outside_diameter, required)
         if self.friction_model == "skf":
-            wanted = f"coefficient for a {self.type} bearing (the skf model has no confirmed constants for this type)"
-            require(self.type in _K_Z, "friction_model", self.friction_model, wanted)
+            required = f"coefficient for a {self.type} bearing (the skf model has no confirmed constants for this type)"
+            require(self.type in _K_Z, "friction_model", self.friction_model, required)
             named = self.type != "deep_groove" or self.series != "other"
             require(named, "series", self.series, "the series of the deep groove bearing, which the skf model requires")
             for field in ("oil_level", "drag_factor"):

@@ -357,15 +357,15 @@ class Elastic:
 
     def _inverted(self, xp: object, force: Array) -> Array:
         """Deflection of a progressive spring at which its table's curve has the force."""
-        curve, wanted = self._curve, force - self.preload
+        curve, required = self._curve, force - self.preload
         places, values, slopes = _cells(curve)
-        start: Array = places[0] + (wanted - values[0]) / slopes[0]
+        start: Array = places[0] + (required - values[0]) / slopes[0]
         for place, value, slope in zip(places, values, slopes[1:], strict=True):
-            start = xp.where(wanted > value, place + (wanted - value) / slope, start)  # type: ignore[attr-defined]
+            start = xp.where(required > value, place + (required - value) / slope, start)  # type: ignore[attr-defined]
 
         def step(x: Array) -> Array:
             value, slope = curve.derivatives(x, 1)
-            return x - (value - wanted) / slope
+            return x - (value - required) / slope
 
         return newton(xp, step, start, _STEPS)
 

@@ -106,8 +106,8 @@ class Steps(NamedTuple):
 
 def step_count(winding_time_constant: Any, period: float, instants: int) -> np.ndarray:
     """Number of steps into which a cycle with that number of instants is divided, for each time constant [s]."""
-    wanted = np.ceil(_STEPS_PER_TIME_CONSTANT * period / np.asarray(winding_time_constant, dtype=float))
-    return np.minimum(np.clip(wanted, _LEAST_STEPS, _MOST_STEPS), instants).astype(int)
+    required = np.ceil(_STEPS_PER_TIME_CONSTANT * period / np.asarray(winding_time_constant, dtype=float))
+    return np.minimum(np.clip(required, _LEAST_STEPS, _MOST_STEPS), instants).astype(int)
 
 
 def steps(motor: Motor, current: Any, friction_power: Any, period: float, ambient: float) -> Steps:

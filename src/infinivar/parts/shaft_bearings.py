@@ -91,8 +91,8 @@ class ShaftBearings:
             had = f"{' and '.join(ways)} exclude each other" if ways else "bearing is missing"
             raise ParameterError(f"{had}: give exactly one of bearing, friction_coefficient with bore, and torque")
         if (self.bore is None) != (self.friction_coefficient is None):
-            wanted = "friction_coefficient needs it" if self.bore is None else "it belongs to friction_coefficient"
-            raise ParameterError(f"bore {'is missing' if self.bore is None else 'does not apply'}: {wanted}")
+            required = "friction_coefficient needs it" if self.bore is None else "it belongs to friction_coefficient"
+            raise ParameterError(f"bore {'is missing' if self.bore is None else 'does not apply'}: {required}")
         if self.bearing is not None:
             kind = self.bearing.type
             require(kind in ("deep_groove", "angular_contact"), "bearing.type", kind, _WANTED)

@@ -25,7 +25,7 @@ from infinivar.sizing.design import (
 from infinivar.sizing.pool import ChosenPart
 from infinivar.sizing.progress import Progress
 from infinivar.sizing.records import WheelRecord
-from infinivar.sizing.request import Asked, Found
+from infinivar.sizing.request import Found, Request
 
 POPULATION = 40
 """Wheel designs of each generation."""
@@ -39,7 +39,7 @@ RATIOS = (0.5, math.sqrt(0.5), 1.0, math.sqrt(2.0), 2.0)
 Axles = Sequence[tuple[ChosenPart | None, Bearing]]
 
 
-def cobotic(asked: Asked, name: str, template: CoboticDrive, progress: Progress | None) -> Found:
+def cobotic(asked: Request, name: str, template: CoboticDrive, progress: Progress | None) -> Found:
     """Search over cobotic drives: the best designs, the front and the record."""
     found = size_cobotic(
         template,
@@ -53,13 +53,13 @@ def cobotic(asked: Asked, name: str, template: CoboticDrive, progress: Progress 
     return found_of(asked, name, template, found)
 
 
-def objective_of(asked: Asked) -> Any:
+def objective_of(asked: Request) -> Any:
     """Objective of `size_cobotic`."""
     first, *others = asked.aims
     return "front" if others else first
 
 
-def found_of(asked: Asked, name: str, template: CoboticDrive, found: CoboticSizing) -> Found:
+def found_of(asked: Request, name: str, template: CoboticDrive, found: CoboticSizing) -> Found:
     """What `size_cobotic` found, with the parts and where they are from."""
     axles, designs = _axles(asked, template), _merged(found, asked)
     nearest = None if designs else found.nearest
@@ -71,7 +71,7 @@ def found_of(asked: Asked, name: str, template: CoboticDrive, found: CoboticSizi
     )
 
 
-def arguments_of(asked: Asked, template: CoboticDrive) -> dict[str, Any]:
+def arguments_of(asked: Request, template: CoboticDrive) -> dict[str, Any]:
     """Arguments of `size_cobotic` but objective, generations, seed, top and progress."""
     parts, study = asked.parts, asked.study
     return {
@@ -93,19 +93,19 @@ def arguments_of(asked: Asked, template: CoboticDrive) -> dict[str, Any]:
     }
 
 
-def _axles(asked: Asked, template: CoboticDrive) -> Axles:
+def _axles(requested: Request, template: CoboticDrive) -> Axles:
     """Axle bearings to try."""
     geometry = template.transmission.geometry
     assert geometry is not None  # of a template that was checked
-    return asked.parts.axle_bearings(geometry.axle_bearing)
+    return requested.parts.axle_bearings(geometry.axle_bearing)
 
 
-def _ratios(asked: Asked, template: CoboticDrive) -> tuple[float, ...]:
+def _ratios(requested: Request, template: CoboticDrive) -> tuple[float, ...]:
     """Ratios to try between steering motor and bell; none where nothing steers."""
-    if template.steering is None or not asked.study.duty:
+    if template.steering is None or not requested.study.duty:
         return ()
     own = template.steering.ratio
-    return asked.steering_ratios or tuple(own * factor for factor in RATIOS)
+    return requested.steering_ratios or tuple(own * factor for factor in RATIOS)
 
 
 def _method(generations: int) -> str:
@@ -115,25 +115,25 @@ def _method(generations: int) -> str:
     return "jax"
 
 
-def _merged(found: CoboticSizing, asked: Asked) -> list[CoboticDesign]:
+def _merged(found: CoboticSizing, requested: Request) -> list[CoboticDesign]:
     """The best by the first objective, each combination of parts once."""
-    name = "power" if asked.aims[0] == "energy" else "mass"
+    name = "power" if requested.aims[0] == "energy" else "mass"
     ordered = sorted(found.designs, key=lambda one: getattr(one, name))
     kept: dict[tuple[int, int, int, float], CoboticDesign] = {}
     for one in ordered:
         kept.setdefault((one.pair, one.bearing, one.steering, one.ratio), one)
-    return list(kept.values())[: asked.top]
+    return list(kept.values())[: requested.top]
 
 
 def _record(
     template: CoboticDrive,
-    asked: Asked,
+    requested: Request,
     found: CoboticSizing,
     axles: Axles,
     nearest: SizedDrive | None,
 ) -> WheelRecord:
     own = dict(zip(FREE, values_of(template), strict=True))
-    ranges = {name: asked.ranges.get(name, (own[name] / RANGE, own[name] * RANGE)) for name in FREE}
+    ranges = {name: requested.ranges.get(name, (own[name] / RANGE, own[name] * RANGE)) for name in FREE}
     return WheelRecord(
         candidates=found.candidates,
         wheels=found.wheels,
@@ -144,11 +144,11 @@ def _record(
         blocked=dict(sorted(found.blocked.items(), key=lambda item: -item[1])),
         unchecked=found.unchecked,
         ranges={COBOTIC_PATHS[name]: (float(low), float(high)) for name, (low, high) in ranges.items()},
-        steering_ratios=_ratios(asked, template),
+        steering_ratios=_ratios(requested, template),
         bearings=tuple(bearing.name for _, bearing in axles),
         cloud=found.cloud,
         history=found.history,
-        compiled=_method(asked.generations) == "jax",
+        compiled=_method(requested.generations) == "jax",
         nearest=nearest,
     )
 
@@ -162,8 +162,8 @@ def _held(drive: CoboticDrive) -> CoboticDrive:
     )
 
 
-def _design(asked: Asked, name: str, axles: Axles, found: CoboticDesign) -> SizedDrive:
-    pool = asked.parts
+def _design(requested: Request, name: str, axles: Axles, found: CoboticDesign) -> SizedDrive:
+    pool = requested.parts
     chosen: dict[str, ChosenPart] = {}
     free = {COBOTIC_PATHS[key]: value for key, value in found.values.items()}
     if found.motor >= 0:

@@ -19,13 +19,13 @@ from infinivar.sizing.geared.search import nearest_geared, size_geared
 from infinivar.sizing.pool import PartPool
 from infinivar.sizing.progress import Progress, part_of
 from infinivar.sizing.records import OF_FRONT, SearchRecord
-from infinivar.sizing.request import Asked, Found
+from infinivar.sizing.request import Found, Request
 
 RANGE = 5.0
 """Radii are searched from the template's divided by this to the template's times this, unless a range is given."""
 
 
-def geared(asked: Asked, name: str, template: ConventionalDrive, progress: Progress | None) -> Found:
+def geared(asked: Request, name: str, template: ConventionalDrive, progress: Progress | None) -> Found:
     """Search over geared drives: the best designs, the front and the record."""
     parts, study, radius = asked.parts, asked.study, None
     if template.pulley is not None:

@@ -132,14 +132,14 @@ class PartPool(Frozen):
 
     def contradictions(self, chosen: Iterable[tuple[str, ChosenPart]]) -> tuple[str, ...]:
         """What the data sheets of parts, each with its role, state that contradicts itself, a line each, the worst first."""
-        wanted: dict[tuple[str, str], list[str]] = {}
+        required: dict[tuple[str, str], list[str]] = {}
         for role, one in chosen:
             kind = next(kind for kind, word in ONE.items() if word in role)
-            wanted.setdefault((one.set, kind), []).append(one.key)
+            required.setdefault((one.set, kind), []).append(one.key)
         known = {one.name: one for one in self.sources}
         found = [
             (set_name, one)
-            for (set_name, kind), keys in wanted.items()
+            for (set_name, kind), keys in required.items()
             if set_name in known
             for one in contradictions_of(known[set_name], kind, keys)
         ]
@@ -221,9 +221,9 @@ def pool(sets: Sequence[str | Path] | None = None, beside: Sequence[Path] = ()) 
     if sets is None:
         found, unread = readable(beside)
     else:
-        asked = list(dict.fromkeys(map(str, sets)))
-        found = [find(name, beside) for name in asked]
-        for name, one in zip(asked, found, strict=True):
+        requested = list(dict.fromkeys(map(str, sets)))
+        found = [find(name, beside) for name in requested]
+        for name, one in zip(requested, found, strict=True):
             if not len(one.parts.pairs):
                 raise InputError(f"the set {name} has no pair of motor and gearhead: {one.parts.contents}")
     found = [one for one in found if len(one.parts.pairs)]

@@ -12,7 +12,7 @@ from infinivar.sizing.records import SearchRecord, WheelRecord
 from infinivar.study.study import Study
 
 
-class Asked(NamedTuple):
+class Request(NamedTuple):
     """What a search is asked for."""
 
     study: Study

@@ -12,7 +12,7 @@ from infinivar.analysis.robustness.sampling import in_pieces
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError, require
 from infinivar.sizing.builds import compiled as engine
-from infinivar.sizing.builds.evaluation import Judged, at_once, built, decisive, judge, points
+from infinivar.sizing.builds.evaluation import BuildResults, at_once, built, decisive, judge, points
 from infinivar.sizing.builds.result import DesignBuilds, Doubt
 from infinivar.sizing.builds.spreads import draw
 from infinivar.sizing.design import SizedDrive
@@ -122,7 +122,7 @@ def judged_designs(
     front = front or {}
     every = list({_identity(one): one for one in (*designs.values(), *front.values())}.values())
     draws = draw(every, study.uncertainty, builds, seed)
-    found: dict[Any, Judged] = {}
+    found: dict[Any, BuildResults] = {}
     for design, judged in zip(every, _judged(study, every, draws.values, builds, compiled), strict=True):
         found[_identity(design)] = judged
         if progress is not None:
@@ -159,7 +159,7 @@ def _judged(
     values: Sequence[Mapping[str, np.ndarray]],
     count: int,
     compiled: bool | None,
-) -> Iterator[Judged]:
+) -> Iterator[BuildResults]:
     """Judge the builds of each design, those of one structure by the same compiled laws."""
     every_task = [
         tasks_of(one.drive, study.duty, study.requirement, travel=study.travel, samples=None) for one in designs
@@ -170,8 +170,8 @@ def _judged(
     law_of: dict[int, engine.Compiled] = {}
     optional = compiled is None
     for places in groups.values():
-        asked = _pays([designs[place] for place in places], every_task[places[0]], count) if optional else compiled
-        if asked and values[places[0]]:
+        requested = _pays([designs[place] for place in places], every_task[places[0]], count) if optional else compiled
+        if requested and values[places[0]]:
             made = engine.Compiled([designs[place].drive for place in places], tuple(values[places[0]]))
             law_of |= dict.fromkeys(places, made)
     shares = equal_shares(study.duty)
@@ -195,15 +195,15 @@ def _of_design(
     count: int,
     law: engine.Compiled | None,
     optional: bool,
-) -> Judged:
+) -> BuildResults:
     """Judge the builds of one design, some at a time."""
 
-    def run(rows: np.ndarray) -> Judged:
+    def run(rows: np.ndarray) -> BuildResults:
         columns = {path: column[rows, None] for path, column in values.items()}
         laws = Laws(built(drive, columns), len(rows)) if law is None else law.laws(drive, columns)
         return judge(laws, tasks, shares)
 
-    def run_quietly(rows: np.ndarray) -> Judged:
+    def run_quietly(rows: np.ndarray) -> BuildResults:
         # Threads do not inherit the state of warnings.
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             return run(rows)
@@ -215,7 +215,7 @@ def _of_design(
         if law is None or not optional:
             raise
         return _of_design(drive, values, tasks, shares, count, None, optional)
-    return Judged(
+    return BuildResults(
         demands=_joined([one.demands for one in pieces]),
         exceeded=_joined([one.exceeded for one in pieces]),
         power=np.concatenate([one.power for one in pieces]),
@@ -227,7 +227,7 @@ def _joined(parts: Sequence[Mapping[TaskDemand, np.ndarray]]) -> dict[TaskDemand
     return {key: np.concatenate([one[key] for one in parts]) for key in parts[0]}
 
 
-def _winners(designs: Sequence[SizedDrive], found: Sequence[Judged], objective: str) -> np.ndarray:
+def _winners(designs: Sequence[SizedDrive], found: Sequence[BuildResults], objective: str) -> np.ndarray:
     """Place of the best feasible design in each build, the earlier of two that are equal; -1 where none is feasible. (n,)"""
     rank = np.stack(
         [
@@ -241,7 +241,7 @@ def _winners(designs: Sequence[SizedDrive], found: Sequence[Judged], objective: 
     return np.where(some, np.argmin(rank, axis=0), -1)
 
 
-def _summary(name: str, design: SizedDrive, found: Judged, best: int) -> DesignBuilds:
+def _summary(name: str, design: SizedDrive, found: BuildResults, best: int) -> DesignBuilds:
     counts = {key: int(np.sum(beyond)) for key, beyond in found.exceeded.items()}
     worst = sorted((key for key in counts if counts[key]), key=lambda key: -counts[key])
     return DesignBuilds(

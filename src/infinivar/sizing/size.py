@@ -33,7 +33,7 @@ from infinivar.sizing.of_cobotic import cobotic
 from infinivar.sizing.of_geared import geared
 from infinivar.sizing.pool import PartPool, pool_of
 from infinivar.sizing.progress import Progress, part_of
-from infinivar.sizing.request import Asked, Found
+from infinivar.sizing.request import Found, Request
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.robustness import check_builds, with_builds
 from infinivar.sizing.studies import not_simulated, not_taken_over, study_of
@@ -143,7 +143,7 @@ def size(
     }
     check_options(study, names, {name: value for name, value in given.items() if value is not None})
     slip_margin = SLIP_MARGIN if slip_margin is None else slip_margin
-    asked = Asked(
+    requested = Request(
         study=study,
         parts=pool_of(study, sets),
         aims=aims,
@@ -158,10 +158,10 @@ def size(
         generations=GENERATIONS if generations is None else generations,
         seed=seed or 0,
     )
-    found = _searched(asked, names, progress)
+    found = _searched(requested, names, progress)
     if progress is not None:
         progress("what would have to change", 1.0)
-    made = sizing_of(study, asked.parts, aims, found, top=top, slip_margin=slip_margin, notes=notes)
+    made = sizing_of(study, requested.parts, aims, found, top=top, slip_margin=slip_margin, notes=notes)
     return with_builds(with_hanging(made), builds, progress)
 
 
@@ -209,15 +209,15 @@ def _not_simulated(study: Study, best_of: Mapping[str, SizedDrive]) -> Iterator[
                 yield f"duty.{name} is not written as a scenario of designs like {template}: {fault}"
 
 
-def _searched(asked: Asked, names: Sequence[str], progress: Progress | None) -> dict[str, Found]:
+def _searched(requested: Request, names: Sequence[str], progress: Progress | None) -> dict[str, Found]:
     """What the search over drives like each template found."""
-    drives = [asked.study.drives[name] for name in names]
+    drives = [requested.study.drives[name] for name in names]
     work = [_WORK["cobotic" if isinstance(one, CoboticDrive) else "geared"] for one in drives]
     ends = np.cumsum([0.0, *work]) / sum(work)
     found: dict[str, Found] = {}
     for place, (name, template) in enumerate(zip(names, drives, strict=True)):
         said = part_of(progress, float(ends[place]), float(ends[place + 1]), f"{name}: " if len(names) > 1 else "")
-        own = asked._replace(parts=asked.parts.like(asked.study, name))
+        own = requested._replace(parts=requested.parts.like(requested.study, name))
         if isinstance(template, CoboticDrive):
             found[name] = cobotic(own, name, template, said)
         else:
@@ -350,8 +350,8 @@ def hanging_designs(sizing: Sizing) -> Hanging:
         return Judged(able, (sizing.best_of[name].mass,))
 
     used = {name: Judged(True, (one.mass if by_mass else one.power,)) for name, one in sizing.best_of.items()}
-    asked = [one for one in variants(study) if study.duty or one.scope == "all"]
-    answers = asked if by_mass else [*asked, *best_speeds(study)]
+    requested = [one for one in variants(study) if study.duty or one.scope == "all"]
+    answers = requested if by_mass else [*requested, *best_speeds(study)]
     figure, unit = ("mass, where feasible", "kg") if by_mass else ("mean power of the best designs", "W")
     figure += ", without another search"
     return hang(answers, judge, used, study.titles, figure, unit)

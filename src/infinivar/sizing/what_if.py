@@ -27,7 +27,7 @@ from infinivar.parts.amplifier import Amplifier
 from infinivar.sizing.design import DEMAND_ROWS, SizedDrive, beyond_words
 from infinivar.sizing.geared.sampled import TaskDemand
 from infinivar.sizing.geared.search import equal_shares
-from infinivar.sizing.geared.tasks import REQUIREMENT, RegionTask, judged
+from infinivar.sizing.geared.tasks import REQUIREMENT, RegionTask, judging_points
 from infinivar.sizing.levers import Lever, allowances, levers, weighed
 from infinivar.study.study import Study
 from infinivar.units import plain, show
@@ -213,7 +213,7 @@ class Judge:
         self._region = None
         if study.requirement is not None:
             speed, force, _ = study.requirement.sample()
-            self._region = judged(RegionTask(speed=speed, force=force))
+            self._region = judging_points(RegionTask(speed=speed, force=force))
 
     def __call__(self, drive: Any) -> Judged:
         """Power and demands of a drive."""

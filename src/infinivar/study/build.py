@@ -105,13 +105,13 @@ def _kind(
         written = tree["value"] if isinstance(tree, dict) else tree
         raise StudyError(f"{path} = {quoted(written)} must be a table [{path}]")
     key, every = field.metadata["key"], kind_keys(kinds, field.metadata["key"])
-    asked = _values({key: shape_key(tuple(kinds), f"infinivar.{field.name}s")}, tree, path, faults)
+    requested = _values({key: shape_key(tuple(kinds), f"infinivar.{field.name}s")}, tree, path, faults)
     if faults:
         raise StudyError(*faults)
     usual = next(iter(kinds))
     if key not in tree and any(name in every and name not in kind_keys({"": kinds[usual]}, key) for name in tree):
         raise StudyError(f"{path}.{key} is missing: must be {' or '.join(kinds)}")
-    shape = asked[key].value if asked else usual
+    shape = requested[key].value if requested else usual
     own = table_keys(kinds[shape])
     given = _values(own, tree, path, faults)
     words = [*every, *ORIGIN]
@@ -132,7 +132,7 @@ def _kind(
     # Kinds stored in a file are read here, once.
     make = getattr(kinds[shape], "read", kinds[shape])
     units = {one.name: one.metadata.get("unit", "") for one in dataclasses.fields(kinds[shape])}
-    said = {key: asked.get(key, Entry(shape, shape, "assumed", DEFAULT)), **given}
+    said = {key: requested.get(key, Entry(shape, shape, "assumed", DEFAULT)), **given}
     rows += [_row(owner, f"{prefix}{name}", entry, units.get(name, "")) for name, entry in said.items()]
     rows += inner_rows
     return _constructed(make, {**{name: entry.value for name, entry in given.items()}, **inner}, path)

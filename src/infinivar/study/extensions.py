@@ -49,10 +49,10 @@ def variant_of(base: type, table: Any, path: str) -> type:
     InputError
         If the variant is unknown or stands for another part; the message names the key.
     """
-    asked = table.get(VARIANT) if isinstance(table, dict) else None
-    if asked is None:
+    requested = table.get(VARIANT) if isinstance(table, dict) else None
+    if requested is None:
         return base
-    word = asked.get("value") if isinstance(asked, dict) else asked
+    word = requested.get("value") if isinstance(requested, dict) else requested
     found = part(word) if isinstance(word, str) else None
     if found is None:
         known = plugins.registered("infinivar.parts")

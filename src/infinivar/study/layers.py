@@ -175,8 +175,8 @@ def shape_over(under: Raw, over: Any, key: str = "motion") -> Raw:
     """Drop from the base's motion or force what does not apply to another shape that the study states; so in tables within."""
     if not isinstance(over, dict):
         return under
-    asked = over.get(SHAPE)
-    shape = asked.get("value") if isinstance(asked, dict) else asked
+    requested = over.get(SHAPE)
+    shape = requested.get("value") if isinstance(requested, dict) else requested
     if isinstance(shape, str):
         groups = (FORCES,) if key == "force" else (CYCLES, MOTIONS)
         kinds = [kind for group in groups for kind in group.items()]

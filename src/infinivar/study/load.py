@@ -396,11 +396,11 @@ class _Loading:
     def uncertainty(self, drives: Mapping[str, Drive]) -> Uncertainty:
         """Read the spreads; they refer to values of the drives, so those of invalid drives are not checked."""
         with self.collecting():
-            asked = self.raw.get("drives", {})
+            requested = self.raw.get("drives", {})
             raw = self.raw.get("uncertainty", {})
             if isinstance(raw, dict):
-                raw = {key: table for key, table in raw.items() if key in drives or (drives and key not in asked)}
-            invalid = len(drives) < len(asked) or not asked
+                raw = {key: table for key, table in raw.items() if key in drives or (drives and key not in requested)}
+            invalid = len(drives) < len(requested) or not requested
             return uncertainty_from(raw, [] if invalid else self.raw.get("correlations", []), drives, self.origin)
         return Uncertainty()
 

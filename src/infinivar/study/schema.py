@@ -171,8 +171,8 @@ def _quantity(unit: str, bound: Bound, per: str = "") -> Key:
         try:
             check_value("", value, unit, bound)
         except ParameterError as problem:
-            wanted = f"{words(bound)} {unit}" if unit != "1" else words(bound)
-            raise InputError(f"must be {wanted}, such as {well}") from problem
+            required = f"{words(bound)} {unit}" if unit != "1" else words(bound)
+            raise InputError(f"must be {required}, such as {well}") from problem
         return value
 
     if unit == "1":

@@ -237,12 +237,12 @@ class Study(Frozen):
         InputError
             If the study has no drive of a given name.
         """
-        wanted = {name: self.drive(name) for name in ([names] if isinstance(names, str) else names)}
-        dropped = set(self.drives) - set(wanted)
+        required = {name: self.drive(name) for name in ([names] if isinstance(names, str) else names)}
+        dropped = set(self.drives) - set(required)
         return replace(
             self,
-            drives={name: drive for name, drive in self.drives.items() if name in wanted},
-            titles={name: title for name, title in self.titles.items() if name in wanted},
+            drives={name: drive for name, drive in self.drives.items() if name in required},
+            titles={name: title for name, title in self.titles.items() if name in required},
             provenance=tuple(row for row in self.provenance if row.owner not in dropped),
         )
 

@@ -24,7 +24,7 @@ from infinivar.sizing.cobotic.search import Searched, excluded_of, searched_of, 
 from infinivar.sizing.cobotic.wheels import FREE
 from infinivar.sizing.of_cobotic import arguments_of, found_of, objective_of
 from infinivar.sizing.pool import pool_of
-from infinivar.sizing.request import Asked
+from infinivar.sizing.request import Request
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.size import (
     GENERATIONS,
@@ -269,7 +269,7 @@ class CoboticStudySweep(CoboticSweep):
     drive   Name of the template in the study.
     """
 
-    asked: Asked
+    asked: Request
     drive: str
 
     @property
@@ -302,14 +302,14 @@ class CoboticStudySweep(CoboticSweep):
             unchecked=unchecked_of(searched.sides),
             nearest=next(self.designs(searched, sweep.list(NEAREST)), None),
         )
-        asked = self.asked
+        requested = self.asked
         return sizing_of(
-            asked.study,
-            asked.parts,
-            asked.aims,
-            {self.drive: found_of(asked, self.drive, self.template, found)},
+            requested.study,
+            requested.parts,
+            requested.aims,
+            {self.drive: found_of(requested, self.drive, self.template, found)},
             top=self.top,
-            slip_margin=asked.slip_margin,
+            slip_margin=requested.slip_margin,
         )
 
 
@@ -344,7 +344,7 @@ def cobotic_study_sweep(
     assert isinstance(template, CoboticDrive)
     stated = {"ranges": ranges or None, "steering_ratios": steering_ratios}
     check_options(study, [name], {one: value for one, value in stated.items() if value is not None})
-    asked = Asked(
+    requested = Request(
         study=study,
         parts=pool_of(study, sets).like(study, name),
         aims=aims_of(study, objective),
@@ -364,9 +364,9 @@ def cobotic_study_sweep(
         starts=starts,
         title=f"{study.name}, cobotic drives like {name}",
         top=top,
-        **arguments_of(asked, template),
-        objective=objective_of(asked),
+        **arguments_of(requested, template),
+        objective=objective_of(requested),
         generations=generations,
     )
     own = {one.name: getattr(checked, one.name) for one in dataclasses.fields(checked)}
-    return CoboticStudySweep(**own, asked=asked, drive=name)
+    return CoboticStudySweep(**own, asked=requested, drive=name)

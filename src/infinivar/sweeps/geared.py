@@ -129,9 +129,9 @@ class GearedSweep:
         start = block * self.size
         pairs = self.parts.pairs[start : start + self.size]
         tables = self.template, self.parts.motors_as("motor"), self.parts.gearheads, pairs
-        asked = self._asked(self.stages[stage : stage + 1])
+        requested = self._asked(self.stages[stage : stage + 1])
         aims: list[Any] = [self.objective[0], *(["front"] if len(self.objective) > 1 else [])]
-        found = [size_geared(*tables, **asked, objective=aim, top=self.top) for aim in aims]
+        found = [size_geared(*tables, **requested, objective=aim, top=self.top) for aim in aims]
         designs = [(TOP, one) for one in found[0].designs]
         designs += [(FRONT, one) for one in (found[1].designs if len(found) > 1 else ())]
         return Chunk(self._rows(designs, start, stage), _counts(found))

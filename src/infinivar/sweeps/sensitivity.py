@@ -83,9 +83,9 @@ class SensitivitySweep:
     def run(self, number: int) -> Chunk:
         """See `Problem`."""
         start, count = number * self.size, min(self.size, self.samples)
-        asked, drive = self.nominal.outcome, modelled(self.nominal.study, self.nominal.name)
+        requested, drive = self.nominal.outcome, modelled(self.nominal.study, self.nominal.name)
         spreads = ranked_spreads(self.nominal)
-        batch = Batch(asked.of, drive, [spread.path for spread in spreads], engine="numpy")
+        batch = Batch(requested.of, drive, [spread.path for spread in spreads], engine="numpy")
         values = index_values(batch, spreads, count, start)
         rows = {"sample": np.arange(start, start + count), **dict(zip(self._columns, values, strict=True))}
         return Chunk(rows, {CANDIDATES: values.size})

@@ -176,7 +176,7 @@ class SweepFolder:
         InputError
             If the folder holds other files or another sweep, or the same one and `resume` is False.
         """
-        wanted = {"format": _FORMAT, **json.loads(json.dumps(description))}
+        required = {"format": _FORMAT, **json.loads(json.dumps(description))}
         names = {entry.name for entry in self.path.iterdir()} - {*_OWN}
         if DESCRIPTION not in names:
             others = sorted(name for name in names if not name.endswith(_TEMPORARY))
@@ -184,11 +184,11 @@ class SweepFolder:
                 raise InputError(
                     f"{printable(self.path)}: is not empty and holds no sweep ({printable(others[0])}); choose another folder"
                 )
-            self.description = wanted
-            self._write(DESCRIPTION, (json.dumps(wanted, indent=1) + "\n").encode())
+            self.description = required
+            self._write(DESCRIPTION, (json.dumps(required, indent=1) + "\n").encode())
         else:
             self.load()
-            different = list(_differences(self.description, wanted))
+            different = list(_differences(self.description, required))
             if different:
                 raise InputError(
                     f"{printable(self.path)}: holds another sweep, which cannot be continued with this: "
@@ -196,8 +196,8 @@ class SweepFolder:
                 )
             if not resume:
                 raise InputError(
-                    f"{printable(self.path)}: holds this sweep already, {len(self.numbers())} of {wanted['chunks']} chunks done; "
-                    "continue with --resume (resume=True), or choose another folder"
+                    f"{printable(self.path)}: holds this sweep already, {len(self.numbers())} of {required['chunks']} chunks "
+                    "done; continue with --resume (resume=True), or choose another folder"
                 )
         for name in names:
             if name.endswith(_TEMPORARY):
@@ -311,21 +311,21 @@ def _sync_folder(path: Path) -> None:
         os.close(handle)
 
 
-def _differences(known: Mapping[str, Any], wanted: Mapping[str, Any]) -> Iterable[str]:
+def _differences(known: Mapping[str, Any], required: Mapping[str, Any]) -> Iterable[str]:
     """What two descriptions differ in, in words."""
-    if known == wanted:
+    if known == required:
         return
-    if known.get("kind") != wanted["kind"]:
-        yield f"it is a sweep of {printable(known.get('kind'))}, not of {wanted['kind']}"
+    if known.get("kind") != required["kind"]:
+        yield f"it is a sweep of {printable(known.get('kind'))}, not of {required['kind']}"
         return
     for group in ("identity", "versions"):
-        before, now = known.get(group, {}), wanted[group]
+        before, now = known.get(group, {}), required[group]
         for name in dict.fromkeys([*before, *now]):
             if before.get(name) != now.get(name):
                 yield _changed(name, before.get(name), now.get(name))
     for name in ("chunks", "title", "merge"):
-        if known.get(name) != wanted[name] and known.get("identity") == wanted["identity"]:
-            yield _changed(name, known.get(name), wanted[name])
+        if known.get(name) != required[name] and known.get("identity") == required["identity"]:
+            yield _changed(name, known.get(name), required[name])
 
 
 def _changed(name: str, before: Any, now: Any) -> str:

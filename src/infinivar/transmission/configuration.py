@@ -53,10 +53,10 @@ class Configuration(Result):
         for limit, demand in self.utilisation.items():
             require(isinstance(limit, Limit), "utilisation", f"a demand of {limit!r}", "a mapping of Limit")
             known[f"utilisation of {limit.name}"] = demand, shape[:-2]
-        for name, (value, wanted) in known.items():
+        for name, (value, required) in known.items():
             given = real_array(name, value).shape
-            fits = len(given) <= len(wanted) and check_broadcast(**{name: given, "jacobian": wanted}) == wanted
-            require(fits, name, f"shape {given}", f"one number, or of shape {wanted}")
+            fits = len(given) <= len(required) and check_broadcast(**{name: given, "jacobian": required}) == required
+            require(fits, name, f"shape {given}", f"one number, or of shape {required}")
         Result.__post_init__(self)
 
     @property
@@ -103,10 +103,10 @@ class Configuration(Result):
 
         Source: principle of virtual power.
         """
-        wanted = -self.vector(wrench, "wrench")
+        required = -self.vector(wrench, "wrench")
         if self.links == self.freedoms:
-            return solved(np.swapaxes(self.jacobian, -1, -2), wanted)
-        return np.matmul(self.jacobian, solved(self.squared(), wanted)[..., None])[..., 0]
+            return solved(np.swapaxes(self.jacobian, -1, -2), required)
+        return np.matmul(self.jacobian, solved(self.squared(), required)[..., None])[..., 0]
 
     def twist_of(self, link_speeds: Array) -> np.ndarray:
         """Twist of a machine with as many links as components, from its link speeds. (..., d)

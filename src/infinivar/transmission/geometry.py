@@ -192,8 +192,8 @@ class ContactGeometry:
         """Validate the fields."""
         check(self)
         bearing = self.axle_bearing.type
-        wanted = "deep_groove or angular_contact, which carry preload and lateral force"
-        require(bearing in ("deep_groove", "angular_contact"), "axle_bearing.type", bearing, wanted)
+        required = "deep_groove or angular_contact, which carry preload and lateral force"
+        require(bearing in ("deep_groove", "angular_contact"), "axle_bearing.type", bearing, required)
         if (
             isinstance(self.fast_friction_ratio, float)
             and self.fast_friction_ratio < 1.0

@@ -145,7 +145,7 @@ def _steer(
     if not applied:
         return along, sideways
     places = xp.asarray([names.index(name) for name in applied], dtype=xp.int64)
-    wanted = xp.stack(xp.broadcast_arrays(*forces.values()), axis=-1)
+    required = xp.stack(xp.broadcast_arrays(*forces.values()), axis=-1)
     surface = None if mechanism.surface is None else applied_to(mechanism.surface, rates)
     spin = mechanism.spins(motion, steering_rate)
     columns = (vx, vy, along, sideways, spin, surface)
@@ -153,7 +153,7 @@ def _steer(
     # Forces on coordinates of other units weigh alike.
     unit = xp.sqrt(xp.sum(rows[..., : 2 * k, :] ** 2, axis=-2) / k)
     unit = xp.where(unit > 0, unit, 1.0)
-    rows, wanted = rows / unit[..., None, :], wanted / unit / mechanism.reference_force
+    rows, required = rows / unit[..., None, :], required / unit / mechanism.reference_force
     transposed = xp.matrix_transpose(rows)
 
     def exerting(ratio: Array) -> tuple[_Turned, Array]:
@@ -161,7 +161,7 @@ def _steer(
         made = mechanism.by_contact(xp, _at_ratio, ratio, *columns)
         parts = [made.x, made.y] + ([-made.moment] if mechanism.spin is not None else [])
         exerted = applied_to(transposed, xp.concat(xp.broadcast_arrays(*parts), axis=-1))
-        return made, wanted + exerted / mechanism.reference_force
+        return made, required + exerted / mechanism.reference_force
 
     def forth(ratio: Array) -> Array:
         """One step of Newton's method."""
@@ -173,7 +173,7 @@ def _steer(
         most = 1.0 - _INWARD * (1.0 - xp.abs(ratio))  # at the slip limit the slope of a nonlinear law diverges
         return xp.clip(ratio + change, -most, most)
 
-    made, missing = exerting(_repeat(xp, forth, 0.0 * (vx + xp.sum(wanted, axis=-1)[..., None]), _STEPS))
+    made, missing = exerting(_repeat(xp, forth, 0.0 * (vx + xp.sum(required, axis=-1)[..., None]), _STEPS))
     found = (xp.max(xp.abs(missing), axis=-1) <= _CLOSE) & (xp.max(made.slip_demand, axis=-1) <= 1.0)
     found = found[..., None]
     return xp.where(found, made.cosine, xp.nan), xp.where(found, made.sine, xp.nan)

@@ -392,9 +392,9 @@ def _judged(
             rates, applied = xp.array(rates), xp.array(applied)
             rates[rests] = 0.0
             applied[rests] = xp.nan
-            wanted = xp.broadcast_to(prescribed, applied.shape)
+            required = xp.broadcast_to(prescribed, applied.shape)
             for place in free:
-                applied[rests, place] = wanted[rests, place]
+                applied[rests, place] = required[rests, place]
             demand = xp.array(demand)
             held = static_demand(mechanism, (point.cosine, point.sine), applied, rests, free)
             demand[rests] = held[:, None]

@@ -125,8 +125,8 @@ class RollingContact:
         """Validate the fields and compute the static contact."""
         check(self)
         usual = creep.LINEAR if self.geometry is None else creep.EXACT
-        wanted = usual if self.creep_law is None else creep.law(self.creep_law)  # which may be given by its name
-        object.__setattr__(self, "creep_law", wanted)
+        required = usual if self.creep_law is None else creep.law(self.creep_law)  # which may be given by its name
+        object.__setattr__(self, "creep_law", required)
         if self.steering_model is not None:
             check_choice(self, "steering_model", {"shear": (), "spin": ("geometry",)}, {"shear": ("geometry",)})
         given = [name for name in MEASURED if getattr(self, name) is not None]

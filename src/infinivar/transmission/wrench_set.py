@@ -139,9 +139,9 @@ class WrenchSet(Result):
         ParameterError
             If the direction is zero, not finite or of another shape.
         """
-        wanted = self._vector("direction", direction)
-        require(bool(np.all(np.any(wanted != 0, axis=-1))), "direction", "0", "a wrench that is not 0")
-        along = wanted @ self.normals.T
+        required = self._vector("direction", direction)
+        require(bool(np.all(np.any(required != 0, axis=-1))), "direction", "0", "a wrench that is not 0")
+        along = required @ self.normals.T
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.min(np.where(along > 0, self.bounds / np.where(along > 0, along, 1.0), np.inf), axis=-1)
 

@@ -204,10 +204,10 @@ def dynamometer_of(name: str, columns: Mapping[str, np.ndarray], lines: np.ndarr
     torque = [name for name in ("torque", "motor_torque") if name in columns]
     speed = [name for name in ("speed", "motor_speed") if name in columns]
     signals = tuple(name for name in SIGNALS if name in columns)
-    for found, wanted in ((torque, "torque or motor_torque"), (speed, "speed or motor_speed")):
+    for found, required in ((torque, "torque or motor_torque"), (speed, "speed or motor_speed")):
         if len(found) != 1:
             had = "both are there" if found else f"neither is among those read: {', '.join(columns) or 'none'}"
-            raise InputError(f"{name}: must have one of the columns {wanted}; {had}")
+            raise InputError(f"{name}: must have one of the columns {required}; {had}")
     if (torque[0], speed[0]) == ("motor_torque", "speed"):
         raise InputError(f"{name}: motor_torque needs the speed of the motor, motor_speed")
     if not signals:

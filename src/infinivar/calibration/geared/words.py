@@ -120,8 +120,8 @@ def remedies(fit: Fit) -> list[Remedy]:
     if not fit.untold.size or not isinstance(data, Dynamometer):
         return []
     found = []
-    for words, asked in _further(problem, fit):
-        informed = information(asked.jacobian(fit.unknowns), len(fit.names))
+    for words, requested in _further(problem, fit):
+        informed = information(requested.jacobian(fit.unknowns), len(fit.names))
         left = int(np.count_nonzero(np.linalg.eigvalsh(informed) < 1.0))
         if left < fit.untold.shape[1]:
             found.append(Remedy(words, left))

@@ -175,9 +175,9 @@ class SpinMap(NamedTuple):
         """
         xp = namespace(force, spin, self.coefficients)
         force, spin = as_floats(xp, force, spin)
-        wanted, y = xp.broadcast_arrays(force, self.scale.c22 * self.scale.lever * spin)
-        possible = (xp.abs(wanted) < 1.0) & xp.isfinite(y)
-        aim, y = xp.where(possible, wanted, 0.0), xp.where(possible, y, 0.0)
+        required, y = xp.broadcast_arrays(force, self.scale.c22 * self.scale.lever * spin)
+        possible = (xp.abs(required) < 1.0) & xp.isfinite(y)
+        aim, y = xp.where(possible, required, 0.0), xp.where(possible, y, 0.0)
 
         unit = HALF + xp.abs(y)
 

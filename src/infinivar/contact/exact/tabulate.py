@@ -49,20 +49,22 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--processes", type=int, default=2, help="processes at a time (default: 2)")
     parser.add_argument("--parts", type=Path, default=_FOLDER, help=f"folder of finished parts (default: {_FOLDER})")
     parser.add_argument("--to", type=Path, default=FILE, help="file to write (default: that of the package)")
-    asked = parser.parse_args(arguments)
-    asked.parts.mkdir(parents=True, exist_ok=True)
-    wanted = list(itertools.product(range(len(A_OVER_B)), range(len(POISSON))))
-    _compute([one for one in wanted if not _part(asked.parts, one).exists()], asked.parts, asked.processes)
-    values = np.stack([np.load(_part(asked.parts, one)) for one in wanted])
+    requested = parser.parse_args(arguments)
+    requested.parts.mkdir(parents=True, exist_ok=True)
+    required = list(itertools.product(range(len(A_OVER_B)), range(len(POISSON))))
+    _compute(
+        [one for one in required if not _part(requested.parts, one).exists()], requested.parts, requested.processes
+    )
+    values = np.stack([np.load(_part(requested.parts, one)) for one in required])
     if not np.isfinite(values).all():
         raise SystemExit("the solver has not converged everywhere: no map is written")
     np.savez_compressed(
-        asked.to,
+        requested.to,
         values=values.reshape(len(A_OVER_B), len(POISSON), *values.shape[1:]).astype(np.float32),
         a_over_b=np.array(A_OVER_B),
         poisson=np.array(POISSON),
     )
-    print(f"{asked.to}: {asked.to.stat().st_size / 1024:.0f} kB")
+    print(f"{requested.to}: {requested.to.stat().st_size / 1024:.0f} kB")
 
 
 def _part(folder: Path, one: tuple[int, int]) -> Path:

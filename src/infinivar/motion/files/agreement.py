@@ -9,8 +9,8 @@ import numpy as np
 
 from infinivar import units
 from infinivar.errors import InputError, printable
-from infinivar.motion.files.choice import spoken
-from infinivar.motion.files.headings import heading_of, spelt
+from infinivar.motion.files.choice import role_words
+from infinivar.motion.files.headings import heading_of, unit_and_per_kg
 from infinivar.motion.files.reading import headings_in
 from infinivar.motion.files.sheet import shown
 from infinivar.motion.files.table import ROLES, RecordedTable
@@ -45,8 +45,8 @@ def one_course(table: RecordedTable) -> RecordedTable:
     off = _difference(table.columns["time"].values, used.values, other.values)
     both = f"{table.file}: {table.top}, columns {shown(used.heading)}, {shown(other.heading)}"
     said = (
-        f"{both}: contradict each other: the {spoken(other.role)} is {percent(off)} off the slope of the {spoken(used.role)}; "
-        f"the {spoken(other.role)} is not used"
+        f"{both}: contradict each other: the {role_words(other.role)} is {percent(off)} off the slope of the "
+        f"{role_words(used.role)}; the {role_words(other.role)} is not used"
     )
     return dataclasses.replace(
         table,
@@ -54,7 +54,7 @@ def one_course(table: RecordedTable) -> RecordedTable:
         ignored=(*table.ignored, other.heading),
         remarks=(
             *table.remarks,
-            f"{spoken(other.role)} {shown(other.heading)} is not used beside the {spoken(used.role)}",
+            f"{role_words(other.role)} {shown(other.heading)} is not used beside the {role_words(used.role)}",
         ),
         warnings=(*table.warnings, *((said,) if off > _APART else ())),
     )
@@ -84,7 +84,7 @@ def _hint(table: RecordedTable) -> str:
         (role, text)
         for text in table.ignored
         for role in _MOTION
-        if units.measures(spelt(heading_of(text).unit or "1")[0], ROLES[role])
+        if units.measures(unit_and_per_kg(heading_of(text).unit or "1")[0], ROLES[role])
     )
     role, text = next(measured, ("position", f"{table.ignored[0]} [unit]"))
     headings = {

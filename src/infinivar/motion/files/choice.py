@@ -18,7 +18,7 @@ from infinivar.motion.files.headings import (
     named_per_kg,
     places_of,
     role_by_name,
-    spelt,
+    unit_and_per_kg,
 )
 from infinivar.motion.files.sheet import Source, fault, shown
 from infinivar.motion.files.table import ABOUT_A_JOINT, ROLES, SIGNED
@@ -50,7 +50,7 @@ class Chosen(NamedTuple):
     per_kg: bool
 
 
-def spoken(role: str) -> str:
+def role_words(role: str) -> str:
     """Return a role in words."""
     return role.replace("_", " ")
 
@@ -68,7 +68,9 @@ def by_map(source: Source, columns: Mapping[str, str], usual: Mapping[str, str])
         place, unit = place_of(source, entry)
         twin = next((other for other, one in found.items() if one.place == place), None)
         if twin is not None:
-            _refuse(source, [place], f"cannot be both {spoken(twin)} and {spoken(role)}; see columns in the study")
+            _refuse(
+                source, [place], f"cannot be both {role_words(twin)} and {role_words(role)}; see columns in the study"
+            )
         found[role] = _measured(source, role, place, unit, usual)
     about, along = ([one for role, one in found.items() if role in kind] for kind in (ABOUT_A_JOINT, _ALONG_A_LINE))
     if about and along:
@@ -80,11 +82,17 @@ def by_map(source: Source, columns: Mapping[str, str], usual: Mapping[str, str])
 
 def place_of(source: Source, entry: str) -> tuple[int, str | None]:
     """Return the place of the column that a study asks for, and the unit if the study states it."""
-    asked = bracketed(entry)
+    requested = bracketed(entry)
     ways: tuple[tuple[list[int], str | None], ...] = (
         ([place for place, one in enumerate(source.headings) if folded(one.text) == folded(entry)], None),
-        ([place for place, one in enumerate(source.headings) if folded(one.text) == folded(asked.name)], asked.unit),
-        ([place for place, one in enumerate(source.headings) if folded(one.name) == folded(asked.name)], asked.unit),
+        (
+            [place for place, one in enumerate(source.headings) if folded(one.text) == folded(requested.name)],
+            requested.unit,
+        ),
+        (
+            [place for place, one in enumerate(source.headings) if folded(one.name) == folded(requested.name)],
+            requested.unit,
+        ),
     )
     places, unit = next((way for way in ways if way[0]), ([], None))
     if not places:
@@ -97,8 +105,8 @@ def place_of(source: Source, entry: str) -> tuple[int, str | None]:
     if (
         unit is not None
         and own is not None
-        and spelt(own) != spelt(unit)
-        and (asked.name != source.headings[places[0]].text or spelt(own)[1])
+        and unit_and_per_kg(own) != unit_and_per_kg(unit)
+        and (requested.name != source.headings[places[0]].text or unit_and_per_kg(own)[1])
     ):
         _refuse(source, places, f"states the unit {own!r}, but columns states {unit!r}; remove one of the two")
     return places[0], unit
@@ -118,7 +126,7 @@ def _measured(source: Source, role: str, place: int, unit: str | None, usual: Ma
             source, [place],
             f"must state its unit, such as {shown(example)}, in the file or under columns in the study",
         )  # fmt: skip
-    base, per_kg = spelt(written)
+    base, per_kg = unit_and_per_kg(written)
     if per_kg and role not in SCALED:
         base, per_kg = written, False
     if role in SCALED and named_per_kg(heading.name) and not per_kg:
@@ -233,7 +241,7 @@ def _role(source: Source, family: str, heading: Heading) -> str:
     written = heading.unit or next(filter(None, (source.usual_unit(role, heading) for role in roles)), None)
     if written is None or len(roles) == 1:
         return roles[0]
-    return next((role for role in roles if units.measures(spelt(written)[0], ROLES[role])), roles[0])
+    return next((role for role in roles if units.measures(unit_and_per_kg(written)[0], ROLES[role])), roles[0])
 
 
 def _about(
@@ -262,7 +270,7 @@ def _ask(
 ) -> NoReturn:
     """Raise InputError about columns of which a study must choose one; the line it suggests loses none of the rest."""
     role, first = fitting[0]
-    roles = " or the ".join(dict.fromkeys(spoken(one) for one, _ in fitting))
+    roles = " or the ".join(dict.fromkeys(role_words(one) for one, _ in fitting))
     line = {**found, role: first}
     for other, chosen in rest:
         families = {_family(one) for one in line}

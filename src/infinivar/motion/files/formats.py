@@ -18,7 +18,7 @@ import numpy as np
 from infinivar._core import extras
 from infinivar._core.encodings import Text
 from infinivar.errors import InputError, printable
-from infinivar.motion.files.headings import Heading, bracketed, family_of, heading_of, spelt
+from infinivar.motion.files.headings import Heading, bracketed, family_of, heading_of, unit_and_per_kg
 from infinivar.motion.files.sheet import MOST_ROWS, TextSheet, cells_of, fault, is_comment, is_number, shown
 
 MAGIC = b"PAR1"
@@ -116,7 +116,7 @@ def _header(lines: list[str], bare: int) -> int:
 def _merits(line: str, row: str) -> tuple[int, bool]:
     """Return how many cells of a line name a quantity, and whether it is no row of units."""
     cells = [heading_of(cell) for cell in _parts(line, _mark(line, row)) if cell.strip()]
-    units = sum(spelt(cell.text.strip("[]()"))[0] in _USUAL_UNITS for cell in cells)
+    units = sum(unit_and_per_kg(cell.text.strip("[]()"))[0] in _USUAL_UNITS for cell in cells)
     return sum(family_of(cell.name, cell.unit) is not None for cell in cells), 2 * units < len(cells)
 
 
@@ -203,7 +203,7 @@ def with_units_row(sheet: TextSheet, row: int) -> TextSheet:
     made = []
     for place, heading in enumerate(sheet.headings):
         cell = cells[place].strip().strip("[]()").strip() if place < len(cells) else ""
-        if heading.unit is not None and cell and spelt(heading.unit) != spelt(cell):
+        if heading.unit is not None and cell and unit_and_per_kg(heading.unit) != unit_and_per_kg(cell):
             fault(
                 sheet, row + 1, place,
                 f"must be a number, or repeat the unit {heading.unit!r}, got {shown(cell)}",

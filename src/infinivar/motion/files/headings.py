@@ -97,7 +97,7 @@ def heading_of(text: str) -> Heading:
     if text.startswith("%") or text.endswith("%"):
         return Heading(text, text.strip("% "), "%")
     ratio = _QUOTIENT.fullmatch(text)
-    if ratio and any(units.measures(spelt(ratio[2])[0], unit) for unit in ROLES.values() if unit):
+    if ratio and any(units.measures(unit_and_per_kg(ratio[2])[0], unit) for unit in ROLES.values() if unit):
         return Heading(text, ratio[1].strip(), ratio[2].strip())
     parts = text.split("_")
     known = _LOUD if text.isupper() else _SUFFIXES
@@ -108,11 +108,11 @@ def heading_of(text: str) -> Heading:
     return Heading(text, text, None)
 
 
-def spelt(unit: str) -> tuple[str, bool]:
+def unit_and_per_kg(unit: str) -> tuple[str, bool]:
     """Return a unit as studies spell it, and whether it is per kilogram of body mass: "Nm/kg" is "N m" per kilogram."""
     base = _PER_KG.sub("", unit)
     per_kg, unit = base != unit, base.strip()
-    return units.spelt(unit), per_kg
+    return units.standard_unit(unit), per_kg
 
 
 def named_per_kg(name: str) -> bool:
@@ -128,7 +128,7 @@ def family_of(name: str, unit: str | None) -> str | None:
         return "heel_strike"
     if words & _NOT_THE_MOTION:
         return None
-    if "phase" in words or (words & _OF_A_CYCLE and unit is not None and spelt(unit)[0] == "%"):
+    if "phase" in words or (words & _OF_A_CYCLE and unit is not None and unit_and_per_kg(unit)[0] == "%"):
         return "phase"
     return next((family for family, named in _NAMED.items() if words & named), None)
 

@@ -14,7 +14,7 @@ from infinivar._core.encodings import text_of
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.text import few
 from infinivar.errors import InputError, ParameterError, nearest, printable, require
-from infinivar.motion.files.choice import SCALED, Chosen, by_heading, by_map, listed, place_of, spoken
+from infinivar.motion.files.choice import SCALED, Chosen, by_heading, by_map, listed, place_of, role_words
 from infinivar.motion.files.formats import MAGIC, ParquetSheet, delimited, looks_like_opensim, opensim
 from infinivar.motion.files.headings import folded
 from infinivar.motion.files.sheet import Source, fault, shown
@@ -89,7 +89,8 @@ def read_table(
     unknown = next((role for role in flip if role not in chosen), None)
     if unknown is not None:
         raise InputError(
-            f"{source.file}: {source.top}: has no column of {spoken(unknown)} to flip; found {', '.join(map(spoken, chosen))}"
+            f"{source.file}: {source.top}: has no column of {role_words(unknown)} to flip; "
+            f"found {', '.join(map(role_words, chosen))}"
         )
     leave_out = leave_out and ("time" in chosen or "phase" in chosen)
     raw, lines, said = source.numbers([one.place for one in chosen.values()], blank=leave_out)
@@ -121,9 +122,9 @@ def read_table(
         remarks=(
             *source.passed_over(seen),
             *clipped,
-            *(f"sign of the {spoken(role)} reversed" for role in flip),
+            *(f"sign of the {role_words(role)} reversed" for role in flip),
             *(
-                f"{spoken(role)} per kilogram times {units.show(body_mass or 0.0, 'kg')}"
+                f"{role_words(role)} per kilogram times {units.show(body_mass or 0.0, 'kg')}"
                 for role, one in chosen.items()
                 if one.per_kg
             ),
@@ -187,13 +188,13 @@ def read_named(
     """
     source = opened(file)
     _check_roles("columns", columns or {}, tuple(wanted))
-    asked = {
+    requested = {
         place: (name, unit) for name, entry in (columns or {}).items() for place, unit in [place_of(source, entry)]
     }
     found: dict[str, tuple[int, float]] = {}
     for place, heading in enumerate(source.headings):
-        name, unit = asked.get(place, ("_".join(folded(heading.name).split()), None))
-        if name not in wanted or (place not in asked and name in (columns or {})):
+        name, unit = requested.get(place, ("_".join(folded(heading.name).split()), None))
+        if name not in wanted or (place not in requested and name in (columns or {})):
             continue
         unit = unit or heading.unit
         where = f"{source.file}: {source.top}, column {shown(heading.text)}"
@@ -204,7 +205,7 @@ def read_named(
             example = f"{name} [{unit or '%'}]"
             raise InputError(f"{where}: must state its unit, such as {example!r}")
         try:
-            found[name] = place, units.parse(f"1 {units.spelt(unit)}", wanted[name])
+            found[name] = place, units.parse(f"1 {units.standard_unit(unit)}", wanted[name])
         except InputError as problem:
             raise InputError(f"{where}: {problem}") from problem
     missing = [name for name in required if name not in found]
@@ -249,7 +250,7 @@ def _left_out(source: Source, empty: Mapping[int, str]) -> tuple[str, ...]:
 
 def headings_in(table: RecordedTable) -> str:
     """Return what was found in a file and what was not used, for a message about a missing column."""
-    found = ", ".join(f"{shown(column.heading)} as {spoken(role)}" for role, column in table.columns.items())
+    found = ", ".join(f"{shown(column.heading)} as {role_words(role)}" for role, column in table.columns.items())
     other = f"; other headings: {listed(table.ignored)}" if table.ignored else ""
     return f"found {found}{other}"
 

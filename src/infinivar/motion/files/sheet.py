@@ -261,16 +261,16 @@ class TextSheet:
 
     def _check_count(self, number: int, cells: list[str], places: Sequence[int]) -> None:
         """Refuse a row with fewer cells than headings, or more unless they are empty."""
-        wanted = len(self.headings)
+        required = len(self.headings)
         counted = (
-            f"{self.top} has {wanted} heading{'' if wanted == 1 else 's'}, this line "
+            f"{self.top} has {required} heading{'' if required == 1 else 's'}, this line "
             f"{len(cells)} cell{'' if len(cells) == 1 else 's'}"
         )
-        if len(cells) < wanted:
+        if len(cells) < required:
             fault(self, number, max(len(cells), min(places)), f"has no cell: {counted}")
-        if any(cell.strip() for cell in cells[wanted:]):
+        if any(cell.strip() for cell in cells[required:]):
             hint = "; decimal commas need semicolons, tabs or blanks between columns" if self.mark == "," else ""
-            fault(self, number, wanted, f"has no heading: {counted}{hint}")
+            fault(self, number, required, f"has no heading: {counted}{hint}")
 
     def _number(self, number: int, place: int, cell: str, comma: bool) -> float:
         """Read one cell."""

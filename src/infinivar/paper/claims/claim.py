@@ -267,8 +267,10 @@ class Machine:
         found = shipped_study(self.set_name)
         if self.demand is not None:
             key, factor = self.demand
-            asked = needed(found.requirement, "requirement")
-            found = replace(found, requirement=replace(asked, **{key: factor * needed(getattr(asked, key), key)}))
+            requested = needed(found.requirement, "requirement")
+            found = replace(
+                found, requirement=replace(requested, **{key: factor * needed(getattr(requested, key), key)})
+            )
         if self._laws[:2] == ("", "shear") and self.cylinder_bearings is None:
             return found
         laws: dict[str, Any] = {"steering_model": self.steering_model}

@@ -76,9 +76,9 @@ def corners(pair: Pair, *, upper: float = UPPER, side: float = SIDE, most: float
     return Found(words, threshold, yes(shares[0] > most and max(shares[1:]) == 0.0))
 
 
-def parts(steady: DynamicMap, burnt: bool) -> dict[str, np.ndarray]:
+def parts(steady: DynamicMap, dissipated: bool) -> dict[str, np.ndarray]:
     """Losses of a drive. The amplifier dissipates energy of the load, so its loss counts only if `burnt` is set."""
-    return {name: loss for name, loss in steady.losses.items() if burnt or name != "amplifier"}
+    return {name: loss for name, loss in steady.losses.items() if dissipated or name != "amplifier"}
 
 
 def most_lost(
@@ -87,7 +87,7 @@ def most_lost(
     part: str,
     *,
     statistic: str = "mean",
-    burnt: bool = False,
+    dissipated: bool = False,
     of: str = "loss",
 ) -> Found:
     """D5 and D6: share of the losses whose names start with `part`, where the drive works below 10 Hz and above 10 %."""
@@ -96,11 +96,11 @@ def most_lost(
     threshold = "more than 50 %" if of != "largest" else "more than any other loss"
     if not where.any():
         return Found("works nowhere", threshold, "undecidable")
-    losses = parts(steady, burnt)
-    asked = np.asarray(sum(loss for name, loss in losses.items() if name.startswith(part)))
+    losses = parts(steady, dissipated)
+    requested = np.asarray(sum(loss for name, loss in losses.items() if name.startswith(part)))
     whole = np.asarray(steady.power_in if of == "power" else sum(losses.values()))
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = asked / whole
+        share = requested / whole
     if of == "largest":
         others = {name: pair.mean(loss / whole, where) for name, loss in losses.items() if not name.startswith(part)}
         next_to = max(others, key=lambda name: others[name])
@@ -109,7 +109,7 @@ def most_lost(
     middle = {
         "mean": lambda: pair.mean(share, where),
         "median": lambda: pair.median(share, where),
-        "of the sums": lambda: pair.mean(asked, where) / pair.mean(whole, where),
+        "of the sums": lambda: pair.mean(requested, where) / pair.mean(whole, where),
     }[statistic]()
     what = "the power drawn" if of == "power" else "its loss"
     return Found(f"{middle:.1%} of {what}", threshold, yes(middle > 0.5))

@@ -156,7 +156,7 @@ def _loss_choices(check: Callable[..., Found]) -> dict[str, Check]:
     return {
         "median instead of mean": partial(check, statistic="median"),
         "share of the summed loss instead of mean share": partial(check, statistic="of the sums"),
-        "dissipated braking energy counted as a loss": partial(check, burnt=True),
+        "dissipated braking energy counted as a loss": partial(check, dissipated=True),
         "share of the power drawn instead of the loss": partial(check, of="power"),
         '"most" as more than any other loss': partial(check, of="largest"),
     }
@@ -165,7 +165,7 @@ def _loss_choices(check: Callable[..., Found]) -> dict[str, Check]:
 def _listed(pair: Pair, drive: str) -> str:
     """The largest losses of a drive below 10 Hz and above 10 % of the power, as text."""
     steady: DynamicMap = getattr(pair, drive)
-    losses = parts(steady, burnt=False)
+    losses = parts(steady, dissipated=False)
     whole, where = np.asarray(sum(losses.values())), pair.below & steady.works
     shares = {name: pair.mean(loss / whole, where) for name, loss in losses.items()}
     largest = sorted(shares, key=lambda name: -shares[name])[:3]
@@ -253,7 +253,7 @@ def _why_resistance(machine: Machine) -> str:
     pair = Bench.of(machine).pair(cells="fine")
     steady = pair.conventional
     where = pair.below & steady.works
-    losses = parts(steady, burnt=False)
+    losses = parts(steady, dissipated=False)
     share = steady.losses["winding"] / np.asarray(sum(losses.values()))
     rising = [pair.mean(share, where & (steady.frequency == one)[:, None]) for one in steady.frequency]
     start = half_from(steady.frequency, rising)

@@ -108,12 +108,12 @@ def c1(machine: Machine) -> Finding:
     """Coverage of Motor 1 with three ratios."""
     threshold = "each below 100 %"
 
-    def found(drives: list[ConventionalDrive], asked: Machine = machine) -> Found:
-        shares = [_coverage(asked, drive) for drive in drives]
+    def found(drives: list[ConventionalDrive], requested: Machine = machine) -> Found:
+        shares = [_coverage(requested, drive) for drive in drives]
         return Found(
             ", ".join(f"{share:.0%}" for share in shares),
             threshold,
-            yes(all(_spare(asked, drive) < 0.0 for drive in drives)),
+            yes(all(_spare(requested, drive) < 0.0 for drive in drives)),
         )
 
     drives = [machine.conventional(name) for name in _SMALL]
@@ -144,7 +144,7 @@ def c1(machine: Machine) -> Finding:
             )
             for factor, words in ((1 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}"))
         ),
-        *demands(machine, lambda asked: found(drives, asked)),
+        *demands(machine, lambda requested: found(drives, requested)),
     ]
     why = f"Limits exceeded: {met}. The ratios are assumed; over all ratios the coverage is {any_ratio.computed}."
     return settle(found(drives), why, variants)
@@ -161,7 +161,7 @@ def c2(machine: Machine) -> Finding:
 
     variants = [
         *(row("value", f"with {machine.study.titles[name].split(', ')[-1]} only", found(name)) for name in _SMALL),
-        *demands(machine, lambda asked: found(least=asked.power), "power"),
+        *demands(machine, lambda requested: found(least=requested.power), "power"),
     ]
     value = found()
     why = (
@@ -177,15 +177,15 @@ def c3(machine: Machine) -> Finding:
     drag, _, most = _drags(machine)
     large = machine.conventional(_LARGE)
 
-    def found(drive: ConventionalDrive, asked: Machine = machine) -> Found:
-        return Found(f"{_coverage(asked, drive):.1%}", "100 %", yes(_spare(asked, drive) >= 0.0))
+    def found(drive: ConventionalDrive, requested: Machine = machine) -> Found:
+        return Found(f"{_coverage(requested, drive):.1%}", "100 %", yes(_spare(requested, drive) >= 0.0))
 
     variants = [
         row("value", "no drag at the load", found(_with_drag(large, 0.0))),
         row("value", f"drag at the load x {FACTOR:g}", found(_with_drag(large, FACTOR * drag))),
         row("value", "ratio 3.8:1", found(_with_ratio(large, 3.8))),
         row("value", "ratio 4.2:1", found(_with_ratio(large, 4.2))),
-        *demands(machine, lambda asked: found(large, asked)),
+        *demands(machine, lambda requested: found(large, requested)),
     ]
     tight = stated(result.tightest, "tightest")
     why = (
@@ -217,7 +217,7 @@ def c4(machine: Machine) -> Finding:
             row("value", f"drag at the load {words}", found(smallest_scale(machine, shipped, factor * drag)))
             for factor, words in ((1 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}"))
         ),
-        *demands(machine, lambda asked: found(smallest_scale(asked, shipped))),
+        *demands(machine, lambda requested: found(smallest_scale(requested, shipped))),
     ]
     why = (
         "The verdict depends on the fourth ratio, which the paper does not print: the smallest scale is "
@@ -263,15 +263,15 @@ def c6(machine: Machine) -> Finding:
     large = machine.conventional(_LARGE)
     drag, least, most = _drags(machine)
 
-    def found(drive: ConventionalDrive, asked: Machine = machine) -> Found:
-        value = _region_peak(asked, drive)
+    def found(drive: ConventionalDrive, requested: Machine = machine) -> Found:
+        value = _region_peak(requested, drive)
         return Found(value, "at most 0.65", yes(value <= 0.65))
 
     variants = [
         row("value", "no drag at the load", found(_with_drag(large, 0.0))),
         row("value", f"drag at the load / {FACTOR:g}", found(_with_drag(large, drag / FACTOR))),
         row("value", f"drag at the load x {FACTOR:g}", found(_with_drag(large, drag * FACTOR))),
-        *demands(machine, lambda asked: found(large, asked)),
+        *demands(machine, lambda requested: found(large, requested)),
     ]
     why = (
         f"The paper does not print the drag at the load; {drag:g} N were chosen to satisfy this claim. It holds from "
@@ -286,17 +286,17 @@ def c7(machine: Machine) -> Finding:
     drag, least, most = _drags(machine)
 
     def losses(
-        drive: ConventionalDrive, asked: Machine = machine
+        drive: ConventionalDrive, requested: Machine = machine
     ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-        point, weight = _over_region(asked, drive, 61)
+        point, weight = _over_region(requested, drive, 61)
         return {name: np.asarray(loss) for name, loss in point.losses.items()}, np.asarray(point.power_in), weight
 
-    def means(drive: ConventionalDrive, asked: Machine = machine) -> dict[str, float]:
-        parts, _, weight = losses(drive, asked)
+    def means(drive: ConventionalDrive, requested: Machine = machine) -> dict[str, float]:
+        parts, _, weight = losses(drive, requested)
         return {name: float(np.sum(weight * loss)) for name, loss in parts.items()}
 
-    def largest(drive: ConventionalDrive, asked: Machine = machine) -> Found:
-        mean = means(drive, asked)
+    def largest(drive: ConventionalDrive, requested: Machine = machine) -> Found:
+        mean = means(drive, requested)
         other = max((name for name in mean if name != "winding"), key=lambda name: mean[name])
         total = sum(mean.values())
         words = f"{mean['winding'] / total:.1%} of the loss, {other} {mean[other] / total:.1%}"
@@ -325,7 +325,7 @@ def c7(machine: Machine) -> Finding:
             largest(_with_drag(large, least)),
         ),
         row("value", f"drag at the load {most:.2f} N, the largest at which C3 holds", largest(_with_drag(large, most))),
-        *demands(machine, lambda asked: largest(large, asked)),
+        *demands(machine, lambda requested: largest(large, requested)),
     ]
     mean = means(large)
     parts = {name: mean[name] / sum(mean.values()) for name in ("winding", "guideway")}
@@ -340,13 +340,11 @@ def c7(machine: Machine) -> Finding:
 def b1(machine: Machine) -> Finding:
     """Coverage of the cobotic drive."""
 
-    def found(drive: CoboticDrive, asked: Machine = machine) -> Found:
-        point, _ = _over_region(asked, drive)
+    def found(drive: CoboticDrive, requested: Machine = machine) -> Found:
+        point, _ = _over_region(requested, drive)
         margin = np.asarray(point.margin)
         worst = int(np.argmin(margin))
-        words = (
-            f"{_coverage(asked, drive):.1%}, margin {margin[worst]:.2f} ({binding_at(point.utilisation, worst).words})"
-        )
+        words = f"{_coverage(requested, drive):.1%}, margin {margin[worst]:.2f} ({binding_at(point.utilisation, worst).words})"
         return Found(words, "100 %", yes(margin[worst] >= 1.0))
 
     _, force, _ = machine.requirement.sample(41)
@@ -356,7 +354,7 @@ def b1(machine: Machine) -> Finding:
     variants = [
         row("value", "reconstruction B", found(machine.cobotic("cobotic-b"))),
         *_cobotic_values(machine, found),
-        *demands(machine, lambda asked: found(machine.drive, asked)),
+        *demands(machine, lambda requested: found(machine.drive, requested)),
     ]
     why = (
         f"The paper does not print the preload. It was chosen so that the wheel slips at {slip:.0f} N, above the "
@@ -408,9 +406,9 @@ def b3(machine: Machine) -> Finding:
     large = machine.conventional(_LARGE)
 
     def found(
-        drive: CoboticDrive, rival: ConventionalDrive = large, least: float = 1.0, asked: Machine = machine
+        drive: CoboticDrive, rival: ConventionalDrive = large, least: float = 1.0, requested: Machine = machine
     ) -> Found:
-        speed, force, weight = asked.requirement.sample(121)
+        speed, force, weight = requested.requirement.sample(121)
         ours, theirs = (other.operate(speed=speed, force=force).power_in for other in (drive, rival))
         share = float(weight[np.asarray(ours < theirs)].sum())
         return Found(f"{share:.0%} of the region", f"at least {least:.0%}", yes(share >= least))
@@ -432,7 +430,7 @@ def b3(machine: Machine) -> Finding:
             for factor, words in ((1 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}"))
         ),
         *_cobotic_values(machine, found),
-        *demands(machine, lambda asked: found(a, asked=asked)),
+        *demands(machine, lambda requested: found(a, requested=requested)),
     ]
     idle = {letter: float(drive.operate(speed=1e-9, force=0.0).power_in) for letter, drive in (("A", a), ("B", b))}
     words = f"{both['A'].computed} (A), {both['B'].computed} (B)"
@@ -447,8 +445,8 @@ def b3(machine: Machine) -> Finding:
 def b4(machine: Machine) -> Finding:
     """Limits that bound the operating range of the cobotic drive."""
 
-    def found(drive: CoboticDrive, farthest: float = PEAK_REACH, asked: Machine = machine) -> Found:
-        requirement = asked.requirement
+    def found(drive: CoboticDrive, farthest: float = PEAK_REACH, requested: Machine = machine) -> Found:
+        requirement = requested.requirement
         reach = np.geomspace(1e-2, farthest, 150)
         point = drive.operate(speed=(reach * requirement.speed)[:, None], force=(reach * requirement.force)[None, :])
         met = {Limit(int(code)) for code in np.unique(point.limit)} - {Limit.OK}
@@ -465,7 +463,7 @@ def b4(machine: Machine) -> Finding:
         row("choice", "within 3 times the required force and speed", found(drive, 3.0)),
         row("choice", "within 100 times the required force and speed", found(drive, 100.0)),
         *_cobotic_values(machine, found),
-        *demands(machine, lambda asked: found(drive, asked=asked)),
+        *demands(machine, lambda requested: found(drive, requested=requested)),
     ]
     why = (
         f"With the cylinder at {abs(drive.cylinder_speed):g} rad/s the motor turns at {turning:.0f} rad/s. Its continuous torque "

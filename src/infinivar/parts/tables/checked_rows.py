@@ -73,7 +73,7 @@ class Fit:
 
 
 @dataclass(slots=True, kw_only=True)
-class Gathering:
+class Collector:
     """Rows read so far."""
 
     defaults: Mapping[str, str]
@@ -161,8 +161,8 @@ class _Keys:
         if "*" not in pattern:
             return self.rows.get(pattern, ())
         if pattern not in self._known:
-            wanted = re.compile(".*".join(map(re.escape, pattern.split("*"))), re.DOTALL)
-            self._known[pattern] = tuple(at for at, key in enumerate(self.rows) if wanted.fullmatch(key))
+            required = re.compile(".*".join(map(re.escape, pattern.split("*"))), re.DOTALL)
+            self._known[pattern] = tuple(at for at, key in enumerate(self.rows) if required.fullmatch(key))
         return self._known[pattern]
 
 

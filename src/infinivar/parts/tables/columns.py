@@ -153,8 +153,8 @@ def shown(value: float, unit: str, kind: str = "") -> str:
 
 def kind_by_columns(names: Iterable[str]) -> str | None:
     """Kind of table that has most of some columns which no other kind has; None if no kind has any."""
-    asked = set(names)
-    scores = {kind: len(asked & own) for kind, own in _own_columns().items()}
+    requested = set(names)
+    scores = {kind: len(requested & own) for kind, own in _own_columns().items()}
     best = max(scores, key=lambda kind: scores[kind])
     return best if scores[best] else None
 

@@ -11,7 +11,7 @@ from typing import Any
 from infinivar import units
 from infinivar._core.text import counted
 from infinivar.errors import InputError, nearest
-from infinivar.parts.tables.checked_rows import NOT_STATED, Gathering, checked_number
+from infinivar.parts.tables.checked_rows import NOT_STATED, Collector, checked_number
 from infinivar.parts.tables.columns import Column, kind_by_columns, number_columns, text_columns
 from infinivar.parts.tables.mgdb import Line
 
@@ -52,7 +52,9 @@ def _headings(cells: Sequence[str]) -> list[_Heading]:
     for cell in cells:
         parts = _HEADING.match(cell)
         name, unit = (parts[1], parts[2]) if parts else (cell.strip(), None)
-        found.append(_Heading(name.lower().replace(" ", "_"), units.spelt(unit) if unit else None, cell.strip()))
+        found.append(
+            _Heading(name.lower().replace(" ", "_"), units.standard_unit(unit) if unit else None, cell.strip())
+        )
     return found
 
 
@@ -71,27 +73,31 @@ def renamed(headings: Sequence[str], columns: Mapping[str, str], file: str) -> l
     """
     made = list(headings)
     for name, entry in columns.items():
-        asked = _headings([entry])[0]
+        requested = _headings([entry])[0]
         known = [one.written for one in _headings(headings)]
         place = next(
-            (place for place, one in enumerate(_headings(headings)) if one.written == entry or one.name == asked.name),
+            (
+                place
+                for place, one in enumerate(_headings(headings))
+                if one.written == entry or one.name == requested.name
+            ),
             None,
         )
         if place is None:
             raise InputError(
                 f"{file}:1: has no column {entry!r}{nearest(entry, known)}; it has {', '.join(map(repr, known))}"
             )
-        unit = asked.unit or _headings(headings)[place].unit
+        unit = requested.unit or _headings(headings)[place].unit
         made[place] = f"{name} [{unit}]" if unit else name
     return made
 
 
-def read_parts(gathering: Gathering, kind: str, lines: Sequence[Line], file: str) -> None:
+def read_parts(collector: Collector, kind: str, lines: Sequence[Line], file: str) -> None:
     """Take the rows of a file; the first line has the headings."""
     headings = _headings(lines[0][1])
-    columns = _columns(gathering, kind, headings, file)
+    columns = _columns(collector, kind, headings, file)
     lines = [lines[0], *_with_points(headings, columns, lines[1:])]
-    _remark_small_shares(gathering, columns, file, [dict(zip(headings, cells, strict=False)) for _, cells in lines[1:]])
+    _remark_small_shares(collector, columns, file, [dict(zip(headings, cells, strict=False)) for _, cells in lines[1:]])
     for line, cells in lines[1:]:
         if not any(cell.strip() for cell in cells):
             continue
@@ -104,9 +110,9 @@ def read_parts(gathering: Gathering, kind: str, lines: Sequence[Line], file: str
                 )
             row = _row(kind, said, columns)
         except InputError as problem:
-            gathering.refuse(file, line, said.get("key", ""), str(problem), kind)
+            collector.refuse(file, line, said.get("key", ""), str(problem), kind)
             continue
-        gathering.add(kind, row, file, line)
+        collector.add(kind, row, file, line)
 
 
 def _with_points(headings: Sequence[_Heading], columns: Mapping[str, Any], lines: Sequence[Line]) -> Sequence[Line]:
@@ -130,7 +136,7 @@ def _with_points(headings: Sequence[_Heading], columns: Mapping[str, Any], lines
     ]
 
 
-def _columns(gathering: Gathering, kind: str, headings: Sequence[_Heading], file: str) -> dict[str, tuple[Column, str]]:
+def _columns(collector: Collector, kind: str, headings: Sequence[_Heading], file: str) -> dict[str, tuple[Column, str]]:
     """Columns of numbers that the file has, with the unit of each; unknown columns become remarks.
 
     Raises
@@ -156,12 +162,12 @@ def _columns(gathering: Gathering, kind: str, headings: Sequence[_Heading], file
             found[heading.name] = column, unit
         elif heading.name not in texts:
             hint = nearest(heading.name, [*numbers, *texts])
-            gathering.remark(file, None, f"column {heading.written!r} is no column of {kind} and was left out{hint}")
+            collector.remark(file, None, f"column {heading.written!r} is no column of {kind} and was left out{hint}")
     return found
 
 
 def _remark_small_shares(
-    gathering: Gathering,
+    collector: Collector,
     columns: Mapping[str, tuple[Column, str]],
     file: str,
     rows: Sequence[Mapping[_Heading, str]],
@@ -173,7 +179,7 @@ def _remark_small_shares(
         cells = [cell.strip() for row in rows for heading, cell in row.items() if heading.name == name]
         known = [float(cell) for cell in cells if _NUMBER.fullmatch(cell)]
         if known and max(known) <= 1.0:
-            gathering.remark(
+            collector.remark(
                 file,
                 None,
                 f"column '{name} [%]' was read in percent, {max(known):g} as {max(known):g} %; if its values are fractions, "
@@ -213,7 +219,7 @@ def _number(name: str, cell: str, unit: str, column: Column) -> float:
         raise InputError(f"{problem}{written}") from None
 
 
-def read_pairs(gathering: Gathering, lines: Sequence[Line], file: str) -> None:
+def read_pairs(collector: Collector, lines: Sequence[Line], file: str) -> None:
     """Take the lines of a file with the columns motor and gearhead; * in a key stands for any text."""
     names = [heading.name for heading in _headings(lines[0][1])]
     for line, cells in lines[1:]:
@@ -221,6 +227,6 @@ def read_pairs(gathering: Gathering, lines: Sequence[Line], file: str) -> None:
             continue
         said = dict(zip(names, (cell.strip() for cell in cells), strict=False))
         if len(cells) != len(names) or not all(said.values()):
-            gathering.refuse(file, line, said.get("motor", ""), "must name a motor and a gearhead")
+            collector.refuse(file, line, said.get("motor", ""), "must name a motor and a gearhead")
         else:
-            gathering.fit(file, line, said["motor"], [said["gearhead"]])
+            collector.fit(file, line, said["motor"], [said["gearhead"]])

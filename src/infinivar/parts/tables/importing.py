@@ -22,7 +22,7 @@ from infinivar._core.text import counted
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts.catalogue import PARTS
 from infinivar.parts.tables import delimited, mgdb, tomls
-from infinivar.parts.tables.checked_rows import DATE, Fault, Gathering, Remark
+from infinivar.parts.tables.checked_rows import DATE, Collector, Fault, Remark
 from infinivar.parts.tables.columns import number_columns, text_columns
 from infinivar.parts.tables.table import PartSet, PartTable, part_set
 
@@ -121,18 +121,18 @@ def import_parts(
     if date and not DATE.fullmatch(date):
         raise InputError(f"date {date!r} must be a year, month or day, such as 2026, 2026-03 or 2026-03-31")
     today = f"imported {datetime.datetime.now(datetime.UTC).date().isoformat()}"
-    gathering = Gathering(defaults={"date": today if date is None else date, "kind": "catalogue"})
+    collector = Collector(defaults={"date": today if date is None else date, "kind": "catalogue"})
     for path in paths:
-        gathering.defaults = {**gathering.defaults, "source": source or path.name}
-        _read(gathering, path, columns or {})
-    if not any(gathering.rows.values()):
-        first = [str(fault) for fault in gathering.faults[:_MOST_SHOWN]]
+        collector.defaults = {**collector.defaults, "source": source or path.name}
+        _read(collector, path, columns or {})
+    if not any(collector.rows.values()):
+        first = [str(fault) for fault in collector.faults[:_MOST_SHOWN]]
         raise InputError("\n".join([f"{', '.join(map(printable, paths))}: no row could be read", *first]))
-    parts = gathering.finished(name or paths[0].stem)
+    parts = collector.finished(name or paths[0].stem)
     return PartImport(
         parts=replace(parts, path=paths[0] if len(paths) == 1 else None),
-        faults=tuple(gathering.faults),
-        remarks=gathering.remarks,
+        faults=tuple(collector.faults),
+        remarks=collector.remarks,
     )
 
 
@@ -143,7 +143,7 @@ def read_set(path: Path, name: str | None = None) -> PartImport:
     return import_parts(path, name=name or path.stem, date="")
 
 
-def _read(gathering: Gathering, path: Path, columns: Mapping[str, str]) -> None:
+def _read(collector: Collector, path: Path, columns: Mapping[str, str]) -> None:
     suffix = path.suffix.lower()
     if suffix == ".npz":
         raise InputError(f"{printable(path)}: is a stored set already; copy the file to where sets are looked up")
@@ -153,29 +153,29 @@ def _read(gathering: Gathering, path: Path, columns: Mapping[str, str]) -> None:
     read = text_of(printable(path), content)
     text = "\n".join(read.lines)
     if not read.encoding.startswith("UTF-8"):
-        gathering.remark(path.name, None, f"read as {read.encoding}")
+        collector.remark(path.name, None, f"read as {read.encoding}")
     if suffix == ".toml":
-        tomls.read(gathering, text, path.name)
+        tomls.read(collector, text, path.name)
         return
     lines = list(_lines(text, path))
     if not lines:
         raise InputError(f"{printable(path)}: is empty")
     if columns:
         lines[0] = (lines[0][0], delimited.renamed(lines[0][1], columns, printable(path)))
-    _read_csv(gathering, lines, path)
+    _read_csv(collector, lines, path)
 
 
-def _read_csv(gathering: Gathering, lines: list[mgdb.Line], path: Path) -> None:
+def _read_csv(collector: Collector, lines: list[mgdb.Line], path: Path) -> None:
     headings = [cell.strip() for cell in lines[0][1]]
     kind = mgdb.kind_of(headings)
     if kind is not None:
-        mgdb.read_parts(gathering, kind, lines, path.name)
+        mgdb.read_parts(collector, kind, lines, path.name)
     elif path.stem.lower().endswith("compatibility"):
-        mgdb.read_compatibility(gathering, lines, path.name)
+        mgdb.read_compatibility(collector, lines, path.name)
     elif (found := delimited.kind_of(headings, printable(path))) in PARTS:
-        delimited.read_parts(gathering, found, lines, path.name)
+        delimited.read_parts(collector, found, lines, path.name)
     else:
-        delimited.read_pairs(gathering, lines, path.name)
+        delimited.read_pairs(collector, lines, path.name)
 
 
 def _lines(text: str, path: Path) -> Iterator[mgdb.Line]:

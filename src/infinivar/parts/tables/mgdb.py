@@ -14,7 +14,7 @@ from typing import Any
 from infinivar._core.array_namespace import Array
 from infinivar._core.text import counted
 from infinivar.errors import InputError
-from infinivar.parts.tables.checked_rows import Gathering, number_of
+from infinivar.parts.tables.checked_rows import Collector, number_of
 from infinivar.parts.tables.columns import UNLIMITED
 
 Line = tuple[int, Sequence[str]]
@@ -79,13 +79,13 @@ def kind_of(headings: Sequence[str]) -> str | None:
     return next((kind for kind, known in _COLUMNS.items() if {*_TEXTS, *known} <= {*headings}), None)
 
 
-def read_parts(gathering: Gathering, kind: str, lines: Sequence[Line], file: str) -> None:
+def read_parts(collector: Collector, kind: str, lines: Sequence[Line], file: str) -> None:
     """Take the rows of a file of motors or gearboxes; the first line has the headings."""
     headings = [cell.strip() for cell in lines[0][1]]
     known = {**_TEXTS, **_COLUMNS[kind]}
     for name in headings:
         if name not in known:
-            gathering.remark(file, None, f"column {name!r} is not part of the format and was left out")
+            collector.remark(file, None, f"column {name!r} is not part of the format and was left out")
     for line, cells in lines[1:]:
         if not any(cell.strip() for cell in cells):
             continue
@@ -97,11 +97,11 @@ def read_parts(gathering: Gathering, kind: str, lines: Sequence[Line], file: str
                 )
             row, remarks = _row(kind, dict(zip(headings, cells, strict=True)))
         except InputError as problem:
-            gathering.refuse(file, line, key, str(problem), kind)
+            collector.refuse(file, line, key, str(problem), kind)
             continue
-        if gathering.add(kind, row, file, line):
+        if collector.add(kind, row, file, line):
             for text in remarks:
-                gathering.remark(file, line, text)
+                collector.remark(file, line, text)
 
 
 def _row(kind: str, cells: Mapping[str, str]) -> tuple[dict[str, Any], list[str]]:
@@ -130,7 +130,7 @@ def _row(kind: str, cells: Mapping[str, str]) -> tuple[dict[str, Any], list[str]
     return row, remarks
 
 
-def read_compatibility(gathering: Gathering, lines: Sequence[Line], file: str) -> None:
+def read_compatibility(collector: Collector, lines: Sequence[Line], file: str) -> None:
     """Take the lines of a file of compatibility."""
     for line, cells in lines:
         keys = [cell.strip() for cell in cells]
@@ -139,8 +139,8 @@ def read_compatibility(gathering: Gathering, lines: Sequence[Line], file: str) -
         motor, *gearheads = keys
         gearheads = [key for key in gearheads if key]
         if not motor:
-            gathering.refuse(file, line, "", "must begin with the key of a motor")
+            collector.refuse(file, line, "", "must begin with the key of a motor")
             continue
-        gathering.fit(file, line, motor, gearheads)
+        collector.fit(file, line, motor, gearheads)
         if not gearheads:
-            gathering.remark(file, line, "no gearhead fits the motor")
+            collector.remark(file, line, "no gearhead fits the motor")

@@ -212,11 +212,11 @@ def _meets(table: PartTable, one: Condition) -> tuple[np.ndarray, np.ndarray]:
     column = values(table, one.column)
     if not isinstance(one.value, str):
         return _NUMBERS[one.sign](column, one.value), ~np.isnan(column)
-    wanted, stated = one.value.casefold(), column != ""
+    required, stated = one.value.casefold(), column != ""
     texts = [str(text).casefold() for text in column]
     if one.sign == "~":
-        return np.array([wanted in text for text in texts], dtype=bool), stated
-    same = np.array([wanted == text for text in texts], dtype=bool)
+        return np.array([required in text for text in texts], dtype=bool), stated
+    same = np.array([required == text for text in texts], dtype=bool)
     return (same if one.sign == "=" else ~same), stated
 
 
@@ -259,21 +259,21 @@ def search_parts(
     check_kind(kind)
     chosen = [sets] if isinstance(sets, PartSet) else list(sets)
     fitting = None if fits is None else _fitting(chosen, kind, fits)
-    asked = [condition(kind, text) for text in ([conditions] if isinstance(conditions, str) else conditions)]
+    requested = [condition(kind, text) for text in ([conditions] if isinstance(conditions, str) else conditions)]
     for name in [*show, *([sort] if sort else [])]:
         _column(kind, name, "show" if name in show else "sort")
     if limit is not None and limit < 1:
         raise InputError(f"limit must be >= 1, got {limit}")
-    wanted: list[str] = [*(one.column for one in asked), *([] if sort is None else [sort]), *show]
-    columns = tuple(dict.fromkeys(wanted))
+    required: list[str] = [*(one.column for one in requested), *([] if sort is None else [sort]), *show]
+    columns = tuple(dict.fromkeys(required))
     hits: list[Hit] = []
-    unstated = dict.fromkeys((one.column for one in asked), 0)
+    unstated = dict.fromkeys((one.column for one in requested), 0)
     searched = 0
     for parts in chosen if fitting is None else [fitting[0]]:
         table = parts.tables[kind]
         kept = np.ones(len(table), dtype=bool) if fitting is None else np.isin(table.texts["key"], fitting[1])
         searched += int(kept.sum())
-        for one in asked:
+        for one in requested:
             meets, stated = _meets(table, one)
             unstated[one.column] = unstated[one.column] + int((kept & ~stated).sum())
             kept &= meets & stated

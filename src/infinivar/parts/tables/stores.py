@@ -15,7 +15,7 @@ from infinivar._core import files, plugins
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts import catalogue
 from infinivar.parts.tables import tomls
-from infinivar.parts.tables.checked_rows import Gathering
+from infinivar.parts.tables.checked_rows import Collector
 from infinivar.parts.tables.columns import check_kind, number_columns
 from infinivar.parts.tables.importing import SUFFIXES, PartImport, read_set
 from infinivar.parts.tables.table import PartSet
@@ -44,22 +44,22 @@ class Place:
 
 def users_folder() -> Path:
     """Folder of the user's own sets; INFINIVAR_PARTS names another."""
-    asked = os.environ.get(VARIABLE)
-    if asked:
-        return Path(asked)
+    requested = os.environ.get(VARIABLE)
+    if requested:
+        return Path(requested)
     return files.of_user("data") / "parts"
 
 
 @functools.cache
 def shipped() -> PartSet:
     """The shipped parts as tables."""
-    gathering = Gathering(defaults={})
+    collector = Collector(defaults={})
     for kind in catalogue.PARTS:
         for key, row in catalogue.rows(kind).items():
-            tomls.read_row(gathering, kind, key, row, f"{kind}.toml", None)
-    if gathering.faults:
-        raise RuntimeError("; ".join(map(str, gathering.faults)))
-    return gathering.finished(SHIPPED)
+            tomls.read_row(collector, kind, key, row, f"{kind}.toml", None)
+    if collector.faults:
+        raise RuntimeError("; ".join(map(str, collector.faults)))
+    return collector.finished(SHIPPED)
 
 
 def places(beside: Sequence[Path] = ()) -> list[Place]:
@@ -202,16 +202,16 @@ def entry(kind: str, name: str, beside: Sequence[Path] = ()) -> Mapping[str, Any
         If there is no such part; the message suggests the closest key, or says why its row was refused.
     """
     check_kind(kind)
-    wanted, colon, key = name.partition(":")
-    if not colon or wanted == SHIPPED:
+    required, colon, key = name.partition(":")
+    if not colon or required == SHIPPED:
         return catalogue.entry(kind, key if colon else name)
-    found = find(wanted, beside)
+    found = find(required, beside)
     table = found.parts.tables[kind]
     refused = next((fault for fault in found.faults if fault.what == key), None)
     if key not in table.part_keys:
         if refused is not None:
             raise InputError(f"{name!r} was refused: {refused}")
-        raise InputError(f"{name!r} is not among the {kind} of {wanted}{nearest(key, table.part_keys)}")
+        raise InputError(f"{name!r} is not among the {kind} of {required}{nearest(key, table.part_keys)}")
     return _entry(table.stated(key), kind, name)
 
 

@@ -17,7 +17,7 @@ from infinivar._core import toml
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts.catalogue import PARTS
 from infinivar.parts.gearhead import PARTS_OF_LAWS
-from infinivar.parts.tables.checked_rows import Gathering
+from infinivar.parts.tables.checked_rows import Collector
 from infinivar.parts.tables.columns import ONE, kind_by_columns, number_columns, text_columns
 
 _KINDS = ("stated", "catalogue", "derived", "fitted", "assumed")
@@ -27,7 +27,7 @@ _PAIRS = "pairs"
 _HEADER = re.compile(r"^\s*(\[[^\[].*\])\s*(?:#.*)?$")
 
 
-def read(gathering: Gathering, text: str, file: str) -> None:
+def read(collector: Collector, text: str, file: str) -> None:
     """Take the parts of a file.
 
     Raises
@@ -43,9 +43,9 @@ def read(gathering: Gathering, text: str, file: str) -> None:
     shared, tables = _top(raw, file)
     for kind, path, row in tables:
         line = lines.get(path)
-        read_row(gathering, kind, path[-1], {**shared, **row} if isinstance(row, dict) else row, file, line)
+        read_row(collector, kind, path[-1], {**shared, **row} if isinstance(row, dict) else row, file, line)
     for motor, gearheads in _pairs(raw, file):
-        gathering.fit(file, lines.get((_PAIRS,)), motor, gearheads)
+        collector.fit(file, lines.get((_PAIRS,)), motor, gearheads)
 
 
 def _top(raw: Mapping[str, Any], file: str) -> tuple[dict[str, Any], list[tuple[str, tuple[str, ...], Any]]]:
@@ -80,18 +80,18 @@ def _kind_of(key: str, row: Mapping[str, Any], file: str) -> str:
     return kind
 
 
-def read_row(gathering: Gathering, kind: str, key: str, row: Any, file: str, line: int | None) -> None:
+def read_row(collector: Collector, kind: str, key: str, row: Any, file: str, line: int | None) -> None:
     """Take the table of one part, or refuse it."""
     try:
         if not isinstance(row, Mapping):
             raise InputError("must be a table of values")
         made, remarks = _row(kind, row)
     except InputError as problem:
-        gathering.refuse(file, line, key, str(problem), kind)
+        collector.refuse(file, line, key, str(problem), kind)
         return
-    if gathering.add(kind, {**made, "key": key}, file, line):
+    if collector.add(kind, {**made, "key": key}, file, line):
         for text in remarks:
-            gathering.remark(file, line, text)
+            collector.remark(file, line, text)
 
 
 def _row(kind: str, raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:

@@ -27,7 +27,7 @@ _POINTS, _LEAST = 40_000, 16
 _CONSTANTS = ("torque_constant", "resistance")
 
 
-class Judged(NamedTuple):
+class BuildResults(NamedTuple):
     """Results of some builds, in their order."""
 
     demands: Mapping[TaskDemand, np.ndarray]
@@ -74,7 +74,7 @@ def _backwards(drive: Any, values: Mapping[str, Any]) -> dict[str, Any]:
     return {back: np.maximum(1.0 - lost * (1.0 - drive.gearhead.backdriving_efficiency), 0.0)}
 
 
-def judge(laws: Laws, tasks: Sequence[Task], shares: Mapping[str, float]) -> Judged:
+def judge(laws: Laws, tasks: Sequence[Task], shares: Mapping[str, float]) -> BuildResults:
     """Judge many builds as one drive.
 
     Parameters
@@ -103,7 +103,7 @@ def judge(laws: Laws, tasks: Sequence[Task], shares: Mapping[str, float]) -> Jud
         # What has no value where a wheel slips counts there by the slip alone.
         exceeded.setdefault(key, demand > 1.0)
         feasible &= ~exceeded[key] & ~np.isnan(demand)
-    return Judged(demands, exceeded, power, feasible)
+    return BuildResults(demands, exceeded, power, feasible)
 
 
 def points(task: Task) -> int:

@@ -80,10 +80,10 @@ def best_behind(behind: Behind, *, by_mass: bool, prune: bool, added: np.ndarray
     row, nearest, evaluated = np.full(count, -1), np.full(count, np.inf), 0
     for order in _by_bound(bound):
         bounds = np.take_along_axis(bound, order, axis=0)
-        wanted = np.isfinite(bounds) & ((bounds <= value) | (not prune))
-        if not wanted.any():
+        required = np.isfinite(bounds) & ((bounds <= value) | (not prune))
+        if not required.any():
             break
-        step, places = np.nonzero(wanted)
+        step, places = np.nonzero(required)
         tried = order[step, places]
         done = behind.evaluate(rows[tried], places)
         evaluated += len(tried)
@@ -218,17 +218,17 @@ def _by_mass(behind: Behind, *, prune: bool) -> _ByMass:
     power, worst = np.full(shape, np.inf), behind.worst[order]
     best, open_to, evaluated = np.full(shape[1], np.inf), np.isfinite(bound), 0
     while True:
-        wanted = open_to & ((bound < best) | (not prune))
-        wanted &= np.cumsum(wanted, axis=0) <= AT_ONCE
-        if not wanted.any():
+        required = open_to & ((bound < best) | (not prune))
+        required &= np.cumsum(required, axis=0) <= AT_ONCE
+        if not required.any():
             break
-        tried, places = np.nonzero(wanted)
+        tried, places = np.nonzero(required)
         done = behind.evaluate(behind.rows[order[tried]], places)
         evaluated += len(tried)
         power[tried, places] = np.where(done.feasible, done.power, np.inf)
         worst[tried, places] = np.where(done.feasible, np.minimum(done.worst, 1.0), np.maximum(done.worst, 1.0 + SPARE))
         best = power.min(axis=0)
-        last = np.where(wanted.any(axis=0), shape[0] - 1 - np.argmax(wanted[::-1], axis=0), -1)
+        last = np.where(required.any(axis=0), shape[0] - 1 - np.argmax(required[::-1], axis=0), -1)
         open_to &= np.arange(shape[0])[:, None] > last
     least = np.minimum.accumulate(power, axis=0)
     improved = np.where((power == least) & np.isfinite(power), np.arange(shape[0])[:, None], -1)

@@ -11,7 +11,7 @@ from infinivar._core import engine, extras
 from infinivar._core.threads import in_order
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.errors import InputError
-from infinivar.sizing.cobotic.wheels import FREE, Asked, Look, Points, Space, ask, look
+from infinivar.sizing.cobotic.wheels import FREE, Demanded, Look, Points, Space, ask, look
 from infinivar.sizing.geared.tasks import Task
 
 _TOGETHER = 32
@@ -27,7 +27,7 @@ class Compiled:
         self._known: dict[tuple[int, ...], Callable[..., Any]] = {}
         self._tasks: list[Task] = []
 
-    def ask(self, points: Points, task: Task) -> Asked:
+    def ask(self, points: Points, task: Task) -> Demanded:
         """As `ask` for designs whose bearings are of one kind, in NumPy arrays (k, n)."""
         return self._all(points, (-1, self._place(task)), lambda drive: ask(drive, task))
 

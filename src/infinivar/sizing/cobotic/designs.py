@@ -86,7 +86,7 @@ def _design(
     wheels = evaluate(evaluation.space, points, whole, life=evaluation.life, compiled=False)
     # Sides without a task, such as steering in a required region, have no candidate.
     chosen = [(side, row) for side, row in zip(evaluation.sides, rows, strict=False) if row >= 0]
-    demands = {**static_demands(evaluation.space.columns(points)), **evaluation.judged(wheels.demands)}
+    demands = {**static_demands(evaluation.space.columns(points)), **evaluation.with_slip_margin(wheels.demands)}
     power = 0.0 if chosen and evaluation.moving else math.nan
     for side, row in chosen:
         here, drawn = _of_side(evaluation, side, row, wheels, whole)

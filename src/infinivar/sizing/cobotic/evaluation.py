@@ -109,7 +109,7 @@ class Evaluation:
         candidates = max([1, *(len(side.rows) for side in self.sides)])
         return max(1, min(_POINTS_COMPILED // max(instants, 1), _BEHIND // candidates))
 
-    def judged(self, demands: Mapping[TaskDemand, np.ndarray]) -> dict[TaskDemand, np.ndarray]:
+    def with_slip_margin(self, demands: Mapping[TaskDemand, np.ndarray]) -> dict[TaskDemand, np.ndarray]:
         """Demands with the margin wanted against slip."""
         return {key: demand * self.slip_margin if key[1] == Limit.SLIP else demand for key, demand in demands.items()}
 
@@ -135,17 +135,17 @@ class Evaluation:
             static, shape = static_demands(drive), shape_excess(drive)
         else:
             seen = laws.look(points, self.first)
-            static, shape, known = named_static(seen.static, len(points.bearing)), seen.shape, seen.asked
+            static, shape, known = named_static(seen.static, len(points.bearing)), seen.shape, seen.demanded
         excess = np.max([np.broadcast_to(np.ravel(shape), points.bearing.shape), *static.values()], axis=0)
         value, held = 3.0 * TIER + _bounded(excess), excess <= 1.0
         self._block(static, ~held)
         if self.first and held.any():
             some = np.flatnonzero(held)
-            asked = None if known is None else [one.of(some) for one in known]
-            wheels = evaluate(self.space, points.of(some), self.first, life=None, asked=asked)
-            judged = self.judged(wheels.demands)
-            excess = _excess(judged, wheels)
-            self._block(judged, excess > 1.0)
+            demanded = None if known is None else [one.of(some) for one in known]
+            wheels = evaluate(self.space, points.of(some), self.first, life=None, demanded=demanded)
+            with_slip_margin = self.with_slip_margin(wheels.demands)
+            excess = _excess(with_slip_margin, wheels)
+            self._block(with_slip_margin, excess > 1.0)
             value[some], held[some] = 2.0 * TIER + 1e7 + _bounded(excess), excess <= 1.0
         return value, held
 
@@ -166,12 +166,12 @@ class Evaluation:
         wheels = joined(
             list(in_order(lambda some: evaluate(self.space, points.of(some), self.tasks, life=self.life), parts))
         )
-        judged = self.judged(wheels.demands)
-        excess = _excess(judged, wheels)
+        with_slip_margin = self.with_slip_margin(wheels.demands)
+        excess = _excess(with_slip_margin, wheels)
         result = _none(count)
         result.value[:] = 2.0 * TIER + _bounded(excess)
         rolls = excess <= 1.0
-        self._block(judged, ~rolls)
+        self._block(with_slip_margin, ~rolls)
         able = np.flatnonzero(rolls)
         if not able.size:
             return result
@@ -262,9 +262,9 @@ def _none(count: int) -> Value:
     return Value(np.full(count, np.inf), np.full(count, -1), np.full(count, -1), unknown, unknown.copy())
 
 
-def _excess(judged: Mapping[TaskDemand, np.ndarray], wheels: Wheels) -> np.ndarray:
+def _excess(with_slip_margin: Mapping[TaskDemand, np.ndarray], wheels: Wheels) -> np.ndarray:
     """Largest demand on wheels; where they slip beyond it, by the share of instants that do. (k,)"""
-    worst = np.max([np.zeros(len(wheels.slipping)), *judged.values()], axis=0)
+    worst = np.max([np.zeros(len(wheels.slipping)), *with_slip_margin.values()], axis=0)
     slips = ~np.isfinite(worst) | (wheels.slipping > 0.0)
     return np.where(slips, _NO_MOTION * (1.0 + wheels.slipping), worst)
 

@@ -286,7 +286,7 @@ def _evolved(objective: Any, space: _Space, start: np.ndarray, generations: int,
     ).population
 
 
-def find_thriftiest(
+def find_least_power(
     hunt: Hunt, stages: Sequence[Stage], seed: int, progress: Progress | None
 ) -> tuple[Record, np.ndarray]:
     """Search for the least power several times, and once more from what was found: record and history.

@@ -19,11 +19,11 @@ from infinivar.parts.gearhead import LossModel
 from infinivar.sizing.cobotic.bounds import MOTOR, STEERING, Side
 from infinivar.sizing.cobotic.designs import best_designs, front_designs, nearest_design
 from infinivar.sizing.cobotic.evaluation import Evaluation
-from infinivar.sizing.cobotic.evolution import Box, Hunt, Record, Stage, fill_front, find_lightest, find_thriftiest
+from infinivar.sizing.cobotic.evolution import Box, Hunt, Record, Stage, fill_front, find_least_power, find_lightest
 from infinivar.sizing.cobotic.result import CoboticDesign, CoboticSizing, Objective
 from infinivar.sizing.cobotic.wheels import FREE, Space, check_template, plain_bearings, values_of
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Pairs, pairs_of
-from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, judged, outer, tasks_of
+from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, judging_points, outer, tasks_of
 from infinivar.sizing.progress import Progress, part_of
 from infinivar.study.requirement import Requirement
 
@@ -137,7 +137,7 @@ def size_cobotic(
 
         evaluation.space.compiled = Compiled(evaluation.space)
     sides = evaluation.sides
-    whole = [judged(task) if isinstance(task, RegionTask) else task for task in evaluation.tasks]
+    whole = [judging_points(task) if isinstance(task, RegionTask) else task for task in evaluation.tasks]
     stages = _stages(template, whole, generations, first_samples)
     hunt = Hunt(evaluation, box, population, top)
     if not all(side.rows.size for side in sides):
@@ -145,7 +145,7 @@ def size_cobotic(
     elif objective == "front":
         record, history, designs = _front(hunt, stages, whole, seed, progress)
     else:
-        search = find_lightest if objective == "mass" else find_thriftiest
+        search = find_lightest if objective == "mass" else find_least_power
         record, history = search(hunt, stages, seed, progress)
         designs = best_designs(evaluation, record, whole, top)
     kept = np.array([(one.mass, one.power) for one in record.light.values()]).reshape(-1, 2)
@@ -173,7 +173,7 @@ def _front(
     """Search for the least power, the least mass and what is between: the designs of the first two, and all in one record."""
     evaluation, top = hunt.evaluation, hunt.top
     evaluation.objective = "energy"
-    record, history = find_thriftiest(hunt, stages, seed, part_of(progress, 0.0, 0.4))
+    record, history = find_least_power(hunt, stages, seed, part_of(progress, 0.0, 0.4))
     evaluation.objective = "mass"
     light, _ = find_lightest(hunt, [one.shorter(2) for one in stages], seed, part_of(progress, 0.4, 0.6))
     lightest = best_designs(evaluation, light, whole, top)

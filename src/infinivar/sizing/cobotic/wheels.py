@@ -117,7 +117,7 @@ def joined(parts: Sequence[Wheels]) -> Wheels:
 class Laws(Protocol):
     """The functions `ask` and `look` for many designs whose bearings are of one kind, in NumPy arrays."""
 
-    def ask(self, points: Points, task: Task) -> Asked: ...  # noqa: D102
+    def ask(self, points: Points, task: Task) -> Demanded: ...  # noqa: D102
 
     def look(self, points: Points, tasks: Sequence[Task]) -> Look: ...  # noqa: D102
 
@@ -293,7 +293,7 @@ def evaluate(
     *,
     life: float | None,
     compiled: bool = True,
-    asked: Sequence[Asked] | None = None,
+    demanded: Sequence[Demanded] | None = None,
 ) -> Wheels:
     """Evaluate wheel designs, whose bearings must be of one kind.
 
@@ -308,8 +308,8 @@ def evaluate(
     shafts, slipping = {}, np.zeros(count)
     for place, task in enumerate(tasks):
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            if asked is not None:
-                one = asked[place]
+            if demanded is not None:
+                one = demanded[place]
             elif compiled and space.compiled is not None:
                 one = space.compiled.ask(points, task)
             else:
@@ -326,7 +326,7 @@ def evaluate(
     return Wheels(demands=demands, slipping=slipping, shafts=shafts)
 
 
-class Asked(NamedTuple):
+class Demanded(NamedTuple):
     """What a task asks of wheel designs, by the laws of the drive; arrays of any library."""
 
     torque: Array
@@ -346,7 +346,7 @@ class Asked(NamedTuple):
     rolling: Array = 0.0
     """Mean loss by hysteresis. [W]"""
 
-    def of(self, places: np.ndarray) -> Asked:
+    def of(self, places: np.ndarray) -> Demanded:
         """Of some of many designs."""
 
         def some(part: Any) -> Any:
@@ -366,7 +366,7 @@ class Look(NamedTuple):
     """Demand over allowance of the limits that the preload alone can exceed. [-]"""
     shape: Array
     """See `shape_excess`. [-]"""
-    asked: tuple[Asked, ...]
+    demanded: tuple[Demanded, ...]
     """By the critical instants of each task."""
 
 
@@ -375,18 +375,18 @@ def look(drive: CoboticDrive, tasks: Sequence[Task]) -> Look:
     return Look(dict(drive.transmission.utilisation), shape_excess(drive), tuple(ask(drive, task) for task in tasks))
 
 
-def ask(drive: CoboticDrive, task: Task) -> Asked:
+def ask(drive: CoboticDrive, task: Task) -> Demanded:
     """What a task asks of wheel designs, one or many."""
     if isinstance(task, RegionTask):
         point = drive.operate(speed=task.speed, force=task.force)
         motor = {*drive.motor.utilisation(current=0.0, voltage=0.0, speed=0.0), Limit.REGENERATION, *GEAR_LIMITS}
         own = {limit: demand for limit, demand in point.utilisation.items() if limit not in motor}
-        return Asked(point.states["cylinder_torque_Nm"], own)
+        return Demanded(point.states["cylinder_torque_Nm"], own)
     rolled = drive.roll(task.instants.course, load_mass=task.duty.moved_mass)
     assert drive.steering is not None
     resisting = drive.steering.friction_torques(drive.transmission)
     xp = namespace(rolled.torque)
-    return Asked(
+    return Demanded(
         rolled.torque,
         dict(rolled.utilisation),
         rolled.steering.rate,
@@ -398,9 +398,9 @@ def ask(drive: CoboticDrive, task: Task) -> Asked:
     )
 
 
-def _demands(drive: CoboticDrive, task: Task, asked: Asked, life: float | None) -> dict[Demand, np.ndarray]:
+def _demands(drive: CoboticDrive, task: Task, demanded: Demanded, life: float | None) -> dict[Demand, np.ndarray]:
     """Largest demands on the wheel, and on what lies between it and the load."""
-    limits: dict[Demand, Any] = {(limit, "wheel"): demand for limit, demand in asked.utilisation.items()}
+    limits: dict[Demand, Any] = {(limit, "wheel"): demand for limit, demand in demanded.utilisation.items()}
     if isinstance(task, MotionTask):
         limits |= drive.inward(task.instants.course, task.duty.moved_mass).utilisation
     # All of these limits apply to the peak, in motion as well.
@@ -409,27 +409,27 @@ def _demands(drive: CoboticDrive, task: Task, asked: Asked, life: float | None) 
         if task.travel is not None:
             found[Limit.TRAVEL, "load"] = np.asarray(np.ptp(task.instants.position) / task.travel)
         if life is not None:
-            found[Limit.LIFE, AXLE] = _life(drive, np.asarray(asked.rolling), life)
+            found[Limit.LIFE, AXLE] = _life(drive, np.asarray(demanded.rolling), life)
     return found
 
 
-def _shaft(drive: CoboticDrive, task: Task, asked: Asked) -> Shaft:
+def _shaft(drive: CoboticDrive, task: Task, demanded: Demanded) -> Shaft:
     """What is asked of the motors, as arrays by design and instant."""
     turning = np.asarray(drive.cylinder_speed)
     count = len(turning)
     if isinstance(task, RegionTask):
         nothing, still = np.empty((count, 0)), np.zeros((count, 1))
-        torque = np.broadcast_to(asked.torque, (count, len(task.speed)))
+        torque = np.broadcast_to(demanded.torque, (count, len(task.speed)))
         if drive.amplifier.regeneration != "none":
             # At one speed, current and voltage rise with the torque: a nan, or the ends, are all that any motor can notice.
             torque = np.stack([torque.min(axis=-1), torque.max(axis=-1)], axis=-1)
         return Shaft(turning, torque, nothing, nothing, still, still, None)
     shape = count, len(task.instants.time)
     torque, rate, acceleration = (
-        np.broadcast_to(part, shape) for part in (asked.torque, asked.rate, asked.acceleration)
+        np.broadcast_to(part, shape) for part in (demanded.torque, demanded.rate, demanded.acceleration)
     )
-    patch, bell = (np.broadcast_to(part, (count, 1)) for part in (asked.patch, asked.bell))
-    moment = None if asked.moment is None else np.broadcast_to(asked.moment, shape)
+    patch, bell = (np.broadcast_to(part, (count, 1)) for part in (demanded.patch, demanded.bell))
+    moment = None if demanded.moment is None else np.broadcast_to(demanded.moment, shape)
     return Shaft(turning, torque, rate, acceleration, patch, bell, moment)
 
 

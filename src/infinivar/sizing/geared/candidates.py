@@ -286,9 +286,9 @@ def _nested(values: Mapping[str, float]) -> dict[str, Any]:
 
 def _table(name: str, columns: Mapping[str, Any], kind: str, loss_model: LossModel) -> dict[str, np.ndarray]:
     """Columns of a table that are fields of a part."""
-    wanted = (*_needed(kind, loss_model), *_optional(kind, loss_model), "mass", "inductance", "diameter")
+    required = (*_needed(kind, loss_model), *_optional(kind, loss_model), "mass", "inductance", "diameter")
     found = {}
-    for column in wanted:
+    for column in required:
         if column not in columns:
             continue
         try:

@@ -58,7 +58,7 @@ class Load(NamedTuple):
         return len(self.moving) + len(self.resting)
 
 
-class Judged(NamedTuple):
+class WithResistance(NamedTuple):
     """Candidates with the values that a task needs."""
 
     drive: ConventionalDrive
@@ -87,12 +87,12 @@ def load_of(found: Candidates, task: Task, radii: tuple[float, float]) -> Load:
     return Load(task, signals.moving, signals.resting, drives, brakes, dict(signals.others), radii, friction, inertia)
 
 
-def judged(found: Candidates, task: Task, rows: np.ndarray) -> Judged:
+def with_resistances(found: Candidates, task: Task, rows: np.ndarray) -> WithResistance:
     """Candidates with the values that a task needs."""
     assert found.template.pulley is not None
     heated, low, high = found.resistances(rows, task.coldest if isinstance(task, MotionTask) else np.nan)
     drive = closed_form.with_resistance(found.drives(rows, found.template.pulley), low)
-    return Judged(drive, closed_form.linear(drive), heated, low, high)
+    return WithResistance(drive, closed_form.linear(drive), heated, low, high)
 
 
 def limits(found: Candidates, load: Load, rows: np.ndarray) -> Iterator[tuple[Demand, Bounds]]:
@@ -105,7 +105,7 @@ def limits(found: Candidates, load: Load, rows: np.ndarray) -> Iterator[tuple[De
     full = Bounds(np.full(len(rows), low), np.full(len(rows), high))
     for key, demand in load.others.items():
         yield key, full if demand <= 1.0 else Bounds(full.high + 1.0, full.low)
-    who = judged(found, load.task, rows)
+    who = with_resistances(found, load.task, rows)
     largest = float(load.moving[:, 2].max(initial=0.0))
     turning = largest * np.ravel(who.drive.gearhead.ratio)
     yield (
@@ -201,12 +201,12 @@ def _rest(load: Load, current: Linear) -> tuple[np.ndarray, np.ndarray]:
     return current.brake, current.brake * load.friction + current.friction
 
 
-def _peak_current(load: Load, who: Judged, bound: np.ndarray) -> Bounds:
+def _peak_current(load: Load, who: WithResistance, bound: np.ndarray) -> Bounds:
     above, under = _sides(load, who.current)
     return _peaks(load, above, under, _rest(load, who.current), bound * (1.0 + SPARE))
 
 
-def _voltage(load: Load, who: Judged) -> Bounds:
+def _voltage(load: Load, who: WithResistance) -> Bounds:
     """Radii at which the voltage can be within the supply's, at the least or the largest resistance."""
     supply = np.ravel(who.drive.motor.voltage) * (1.0 + SPARE)
 
@@ -225,7 +225,7 @@ def _voltage(load: Load, who: Judged) -> Bounds:
     return found.either(at(who.high)) if (who.heated & (who.high != who.low)).any() else found
 
 
-def _thermal(found: Candidates, load: Load, who: Judged, rows: np.ndarray) -> Bounds:
+def _thermal(found: Candidates, load: Load, who: WithResistance, rows: np.ndarray) -> Bounds:
     """Radii within the continuous torque: of the root mean square in a motion, of every point in the required region."""
     bound = _allowance(who.drive, Limit.THERMAL) * (1.0 + SPARE)
     if not load.task.root_mean_square:
@@ -258,7 +258,7 @@ def _mean_square(
     )
 
 
-def _cool(load: Load, who: Judged, warm: Warmth) -> Bounds:
+def _cool(load: Load, who: WithResistance, warm: Warmth) -> Bounds:
     """Radii at which the lower bound of the winding temperature is permissible."""
     factor = warm.by_winding * who.low
     linear, square = friction_factors(who.drive)
@@ -323,7 +323,7 @@ def least_power(found: Candidates, load: Load, rows: np.ndarray, bounds: Bounds)
 
 
 def _least_power(found: Candidates, load: Load, rows: np.ndarray, bounds: Bounds) -> np.ndarray:
-    who = judged(found, load.task, rows)
+    who = with_resistances(found, load.task, rows)
     rest = (who.low * _resting_current(load, who.current).at(bounds.low)[0])[:, None]
     edges = bounds.low[:, None] * (bounds.high / bounds.low)[:, None] ** np.linspace(0.0, 1.0, _CELLS + 1)
     sides = [
@@ -359,7 +359,7 @@ def _least_power(found: Candidates, load: Load, rows: np.ndarray, bounds: Bounds
 
 
 def _positive(
-    load: Load, who: Judged, factors: tuple[np.ndarray, ...], radius: np.ndarray, chosen: np.ndarray
+    load: Load, who: WithResistance, factors: tuple[np.ndarray, ...], radius: np.ndarray, chosen: np.ndarray
 ) -> np.ndarray:
     """Where the power of the motor is positive at a radius of each candidate, among chosen instants. (k, n) of 0 and 1"""
     first, second, third, constant = factors

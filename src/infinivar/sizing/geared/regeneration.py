@@ -14,7 +14,7 @@ from infinivar.limits import Limit
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.extremes import braking_places
 from infinivar.sizing.geared.radius_bounds import Bounds
-from infinivar.sizing.geared.radius_limits import Judged, Load, constants, judged
+from infinivar.sizing.geared.radius_limits import Load, WithResistance, constants, with_resistances
 from infinivar.sizing.geared.tasks import RegionTask
 
 RETURNED = (Limit.REGENERATION, "motor")
@@ -42,14 +42,14 @@ def returning(found: Candidates, load: Load, rows: np.ndarray) -> list[Intervals
     size = max(1, _CELLS // (9 * len(points)))
     for start in range(0, len(rows), size):
         some = rows[start : start + size]
-        low, high, negative = _cells(points, load, judged(found, load.task, some))
+        low, high, negative = _cells(points, load, with_resistances(found, load.task, some))
         spans += [
             union(np.stack([low[one][negative[one]], high[one][negative[one]]], axis=-1)) for one in range(len(some))
         ]
     return spans
 
 
-def _cells(points: np.ndarray, load: Load, who: Judged) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _cells(points: np.ndarray, load: Load, who: WithResistance) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Ends of the radii between the zeros of current and voltage of each instant, and whether power is returned there.
 
     Source: the larger of the two forms of the current counts, see `radius_limits`.

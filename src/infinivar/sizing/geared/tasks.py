@@ -217,7 +217,7 @@ def outer(task: RegionTask) -> RegionTask:
     return _at(task, np.concatenate(some))
 
 
-def judged(task: RegionTask) -> RegionTask:
+def judging_points(task: RegionTask) -> RegionTask:
     """The whole edge of a required region, and a grid inside."""
     inside = np.arange(0, len(task.speed), 1 + len(task.speed) // _INSIDE)
     return _at(task, np.unique(np.concatenate([inside, *_edges(task)])))

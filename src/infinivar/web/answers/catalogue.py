@@ -61,9 +61,9 @@ def parts(payload: Mapping[str, Any]) -> Answer:
     """Parts of a kind that have all words of a query and meet its conditions, such as "maxon, mass < 0.3 kg"."""
     kind = word(payload, "kind", list(PARTS))
     query, limit = text(payload, "query", ""), whole(payload, "limit", 1, MOST_ROWS, 50)
-    asked = [one.strip() for one in re.split(r"[,;\n]", query) if one.strip()][:_MOST_CONDITIONS]
-    conditions = [one for one in asked if _CONDITION.search(one)]
-    said = [one.casefold() for phrase in asked if phrase not in conditions for one in phrase.split()]
+    requested = [one.strip() for one in re.split(r"[,;\n]", query) if one.strip()][:_MOST_CONDITIONS]
+    conditions = [one for one in requested if _CONDITION.search(one)]
+    said = [one.casefold() for phrase in requested if phrase not in conditions for one in phrase.split()]
     known = columns_of(kind)
     shown = [(name, unit) for name, unit in _COLUMNS[kind] if name in known]
     sets, problems = readable(list(_beside()))

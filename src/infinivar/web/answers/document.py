@@ -282,13 +282,13 @@ def with_keys(payload: Mapping[str, Any], drives: Any = None) -> tuple[Study, Ma
     return _studies[key]
 
 
-def _with_drives(tables: Tables, wanted: list[Any]) -> Tables:
+def _with_drives(tables: Tables, required: list[Any]) -> Tables:
     """The tables with these drives and those that they are like, without runs; all of them if motions concern every drive."""
     every = tables.get("drives")
     if not isinstance(every, dict) or not tables.get("requirement") or any(key in tables for key in _OF_EVERY_DRIVE):
         return tables
     needed: set[str] = set()
-    for name in wanted:
+    for name in required:
         while isinstance(name, str) and name in every and name not in needed:
             needed.add(name)
             name = every[name].get("like") if isinstance(every[name], dict) else None

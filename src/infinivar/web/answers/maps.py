@@ -70,11 +70,11 @@ def start(payload: Mapping[str, Any]) -> Answer:
     }
     if "count" not in payload:
         return Answer(header=header)
-    asked = {**header["study"], "count": whole(payload, "count", 8, MOST_CELLS)}
+    requested = {**header["study"], "count": whole(payload, "count", 8, MOST_CELLS)}
     names = list(begun.tables.get("drives", {}))
     shown = dict.fromkeys([*names[:1], *names[-1:]][: whole(payload, "most", 1, MOST_MAPS, MOST_MAPS)])
     try:
-        made = maps({**asked, "drives": list(shown)})
+        made = maps({**requested, "drives": list(shown)})
     except FaultyError:  # a file may have changed since: the page asks again, and is told
         return Answer(header=header)
     return Answer(header={**header, "maps": made.header}, arrays=made.arrays)
@@ -108,14 +108,14 @@ def _shipped() -> list[dict[str, str]]:
 def maps(payload: Mapping[str, Any]) -> Answer:
     """Maps of the drives asked for, by default of all."""
     count, known = whole(payload, "count", 8, MOST_CELLS, 60), texts(payload, "known")
-    asked = _asked(payload)
-    study = asked[0][1] if asked else study_of(payload)
+    requested = _asked(payload)
+    study = requested[0][1] if requested else study_of(payload)
     if not (study.duty or study.requirement):
         return Answer(header={"drives": {}, "reason": "machines have tasks instead of maps"})
     axes = of_study(study).axes(count)
     found: dict[str, Any] = {}
     arrays: dict[str, np.ndarray] = {"speed": axes[0], "force": axes[1]}
-    for name, study, key in asked:
+    for name, study, key in requested:
         tag = key_of(key, *axes)
         if known.get(name) == tag:
             found[name] = {"tag": tag, "same": True}

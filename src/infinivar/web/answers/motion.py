@@ -90,12 +90,12 @@ def plane(study: Study, asked: Mapping[str, Any], progress: Callable[[float], No
     return Answer(header=header, arrays=words.single(arrays))
 
 
-def _size(study: Study, asked: Mapping[str, Any]) -> tuple[float, float] | str:
+def _size(study: Study, requested: Mapping[str, Any]) -> tuple[float, float] | str:
     """Largest power and mass of the plane, or why there are none. [W], [kg]"""
     required = study.requirement
     if required is not None and required.power and study.load_mass:
         return float(required.power), float(study.load_mass)
-    wanted = motion_of(study, asked)[1] if study.duty and asked.get("motion") is not None else None
+    wanted = motion_of(study, requested)[1] if study.duty and requested.get("motion") is not None else None
     for name, duty in study.duty.items():
         if wanted in (None, name) and duty.moved_mass:
             course = duty.instants().course

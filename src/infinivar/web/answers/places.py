@@ -107,9 +107,9 @@ def place_of(study: Study, asked: Mapping[str, Any]) -> Place:
     return Place(name, title, drive, _number(asked, "speed"), _number(asked, "force"))
 
 
-def _number(asked: Mapping[str, Any], key: str) -> float:
+def _number(requested: Mapping[str, Any], key: str) -> float:
     """A speed or force of a request, which must be one of a machine: squares of larger ones exceed all numbers."""
-    value = payload.number(asked, key)
+    value = payload.number(requested, key)
     if abs(value) > _LARGEST:
         raise RefusedError(f"{key} must be from {-_LARGEST:g} to {_LARGEST:g}")
     return value

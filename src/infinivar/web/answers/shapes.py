@@ -125,9 +125,9 @@ def slow_down(scenes: Iterable[dict[str, Any]], slides: Iterable[dict[str, Any]]
     """The factor of 1, 2 or 5 times a power of ten by which a page slows all motion down, 1 at least."""
     turns = [abs(item["rate"]) for one in scenes for item in one["items"] if item["kind"] == "marks"]
     passes = [abs(one["rate"]) / one["span"] for one in slides if one["span"] > 0 and not one["wraps"]]
-    wanted = max([rate / _FASTEST_TURN for rate in turns] + [rate * _SHORTEST_PASS for rate in passes] + [1.0])
-    power = 10.0 ** math.floor(math.log10(wanted))
-    return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= wanted * (1.0 - 1e-9))
+    required = max([rate / _FASTEST_TURN for rate in turns] + [rate * _SHORTEST_PASS for rate in passes] + [1.0])
+    power = 10.0 ** math.floor(math.log10(required))
+    return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= required * (1.0 - 1e-9))
 
 
 def round_number(wanted: float) -> float:

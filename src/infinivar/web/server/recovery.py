@@ -29,9 +29,9 @@ _SUFFIX = ".json"
 
 def state_folder() -> Path:
     """Folder of the files; INFINIVAR_STATE names another."""
-    asked = os.environ.get("INFINIVAR_STATE")
-    if asked:
-        return Path(asked)
+    requested = os.environ.get("INFINIVAR_STATE")
+    if requested:
+        return Path(requested)
     return files.of_user("state")
 
 

@@ -67,8 +67,8 @@ def _many_connections() -> None:
         import resource
 
         least, most = resource.getrlimit(resource.RLIMIT_NOFILE)
-        wanted = _MOST_FILES if most == resource.RLIM_INFINITY else min(_MOST_FILES, most)
-        resource.setrlimit(resource.RLIMIT_NOFILE, (max(least, wanted), most))
+        required = _MOST_FILES if most == resource.RLIM_INFINITY else min(_MOST_FILES, most)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (max(least, required), most))
 
 
 def _listening(host: str, port: int | None) -> socket.socket:
@@ -195,11 +195,11 @@ def _stopping(server: Any) -> Iterator[None]:
         server.force_exit = server.should_exit
         server.should_exit = True
 
-    wanted = (signal.SIGINT, signal.SIGTERM)
+    required = (signal.SIGINT, signal.SIGTERM)
     try:
-        for one in wanted:
+        for one in required:
             loop.add_signal_handler(one, stop)
     except NotImplementedError:  # Windows
-        for one in wanted:
+        for one in required:
             signal.signal(one, lambda *_: loop.call_soon_threadsafe(stop))
     yield
