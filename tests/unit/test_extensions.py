@@ -16,12 +16,12 @@ from annotated_types import Gt
 import infinivar as iv
 import plugin_package
 from infinivar._core import plugins
+from infinivar._core.described import arrays
 from infinivar.contact import creep, probe
 from infinivar.drivetrain.drive import Drive, MovingDrive
 from infinivar.figures import style
 from infinivar.limits import binding, binding_demand, words_of
 from infinivar.motion.probe import check_motion
-from infinivar.report.datasets import steady_map as labelled_map
 from infinivar.study.extended_schema import extended_schema
 from infinivar.study.json_schema import json_schema
 from rendering import rendered
@@ -749,7 +749,7 @@ def test_a_limit_of_others_is_a_limit(installed, tmp_path):
     steady = iv.steady_map(coil_of(installed), [0.1, 0.2], [30.0, 90.0])
     assert steady.limit.tolist() == [[0, 100], [0, 100]]
     assert steady.plot() is not None
-    labels = labelled_map(steady).data["limit"][2]
+    labels = arrays(steady).data["limit"][2]
     meanings = dict(zip(labels["flag_meanings"].split(), labels["flag_values"].tolist(), strict=True))
     assert meanings["MAGNETS"] == 100
     assert meanings["SLIP"] == 1

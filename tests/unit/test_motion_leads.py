@@ -284,8 +284,8 @@ class TestAboutAJoint:
         assert iv.Requirement(force=1.0, speed=1.0).axis is LINEAR
 
     def test_words_and_units_are_those_of_a_joint(self):
+        from infinivar._core.described import arrays
         from infinivar.figures import losses, operating_map
-        from infinivar.report import datasets
 
         found = iv.compare(joint(self.well))
         (drive,) = found.results.values()
@@ -296,7 +296,7 @@ class TestAboutAJoint:
         axes = operating_map.draw_all(found).axes[0]
         assert axes.get_xlabel() == "moment on the load [N m]"
         assert axes.get_ylabel() == "angular speed of the load [rad/s]"
-        coordinates = datasets.drive_result(drive).coordinates
+        coordinates = arrays(drive).coordinates
         assert coordinates["force"][2] == {"units": "N m", "long_name": "moment on the load"}
         assert coordinates["speed"][2]["units"] == "rad s-1"
 
