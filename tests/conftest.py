@@ -81,7 +81,7 @@ def pytest_collection_finish():
 
 @pytest.fixture(scope="session")
 def study():
-    return made.shipped(STUDY)
+    return made.loaded(STUDY)
 
 
 @pytest.fixture

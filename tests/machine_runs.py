@@ -8,8 +8,9 @@ import numpy as np
 import infinivar as iv
 from internals import ArmLoad, PlatformLoad, SeparateMachine
 from machines import HEXAPOD, LEG, MACHINES, PLATFORM, REAL_WHEEL, cart
+from made import loaded
 
-DRIVE = iv.load_study("hand_controller").drives["motor1-gear1"]
+DRIVE = loaded("hand_controller").drives["motor1-gear1"]
 STEERING = replace(LEG.steering, patch_half_length=3e-4)
 
 

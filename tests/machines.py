@@ -7,8 +7,9 @@ import numpy as np
 
 import infinivar as iv
 from infinivar import ArmMachine, PlanarMachine, PlatformMachine, SerialArmMachine, SphereMachine, VectorHistory
+from made import loaded
 
-LEG = iv.load_study("hand_controller").drives["cobotic"]
+LEG = loaded("hand_controller").drives["cobotic"]
 PLATFORM = iv.Platform.hexapod()
 HEXAPOD = PlatformMachine(leg=LEG, platform=PLATFORM, mass=1.0, inertia=(1e-3, 1e-3, 2e-3))
 IDEAL_WHEEL = iv.RollingContact(

@@ -18,6 +18,7 @@ import sys
 from pathlib import Path
 
 import filelock
+import pytest
 
 import infinivar as iv
 
@@ -89,9 +90,17 @@ def kept(function):
 
 
 @functools.cache
-def shipped(name):
-    """A shipped study, which is cheaper to load than to keep."""
+def loaded(name):
+    """A shipped study, loaded once in a process: cheaper than to keep it."""
     return iv.load_study(name)
+
+
+@functools.cache
+def parameter_study(name):
+    """The study of a whole shipped parameter set."""
+    from internals import shipped_study  # loads NumPy, which must see what conftest sets
+
+    return shipped_study(name)
 
 
 WAYS = {
@@ -109,20 +118,25 @@ WAYS = {
 def made(what, place="", **options):
     """A result of a shipped study: `made("simulate", "hand_controller/cobotic/step")`."""
     name, *names = place.split("/") if place else [None]
-    return WAYS[what](None if name is None else shipped(name), names, options)
+    return WAYS[what](None if name is None else loaded(name), names, options)
 
 
 @kept
-def made_run(*arguments, files=None, figures=None):
-    """Outcome of a command with `--out`, and its folder, in which `files` lie before; figures are rendered in these formats."""
+def made_run(*arguments, files=None, figures=None, simulated=True):
+    """Outcome of a command with `--out`, and its folder, in which `files` lie before; figures are rendered in these formats.
+
+    Half of the time of a comparison over a cycle is its simulation, which is left out unless `simulated`.
+    """
     from rendering import rendered  # these load NumPy, which must see what conftest sets
     from run_cli import run
 
-    path = folder() / f"run-{named(hashlib.sha256(repr((arguments, files, figures)).encode()))}"
+    path = folder() / f"run-{named(hashlib.sha256(repr((arguments, files, figures, simulated)).encode()))}"
     shutil.rmtree(path, ignore_errors=True)  # of a run that was stopped
     path.mkdir()
     for name, text in files or ():
         (path / name).write_text(text, "utf-8")
-    with rendered(("png", "svg", "pdf") if figures is None else figures):
+    with rendered(("png", "svg", "pdf") if figures is None else figures), pytest.MonkeyPatch.context() as patch:
+        if not simulated:
+            patch.setattr("infinivar.analysis.cycles.tracking.LONGEST", 0.0)
         outcome = run(*arguments, "--out", path, folder=path)
     return outcome, path

@@ -11,6 +11,7 @@ from rendering import rendered
 from run_cli import run
 
 STUDY = Path(__file__).parents[2] / "studies" / "hand_controller.toml"
+KNEE = STUDY.with_name("knee_walking.toml")
 
 
 @pytest.fixture
@@ -55,9 +56,16 @@ def reproduced():
 def walked():
     """One `infinivar compare` of the shipped knee study, with its duty cycle: outcome, folder, printed JSON.
 
-    Of the figures only those of the page are rendered, here and in `pressed`.
+    The cycle is not simulated. Of the figures only those of the page are rendered, here and below.
     """
-    outcome, folder = made_run("compare", STUDY.with_name("knee_walking.toml"), "--json", figures=("svg",))
+    outcome, folder = made_run("compare", KNEE, "--json", figures=("svg",), simulated=False)
+    return outcome, folder, json.loads(outcome.out)
+
+
+@pytest.fixture(scope="session")
+def followed():
+    """The same with the cycle simulated."""
+    outcome, folder = made_run("compare", KNEE, "--json", figures=("svg",))
     return outcome, folder, json.loads(outcome.out)
 
 

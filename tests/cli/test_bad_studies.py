@@ -9,6 +9,7 @@ import pytest
 
 from faults.rows import PIECES, told, with_value
 from folders import results
+from sampled import sampled
 
 GOOD = PIECES["good"]
 
@@ -110,7 +111,7 @@ def test_results_of_a_good_run_survive_a_bad_one(infinivar, write, tmp_path):
     assert {(tmp_path / "out" / name).read_text("utf-8") for name in results(tmp_path / "out")} == {"before"}
 
 
-@pytest.mark.parametrize("json_too", [[], ["--json"]])
+@sampled("json_too", [[], ["--json"]], every=2)
 def test_console_script(write, tmp_path, json_too):
     """The installed program says the same: exit code 2, the message on stderr, nothing on stdout."""
     done = subprocess.run(

@@ -377,9 +377,9 @@ def test_a_drive_that_is_not_there(infinivar, tmp_path):
 
 
 @pytest.mark.slow
-def test_quick_leaves_out_what_it_says_and_changes_no_number(infinivar, tmp_path, walked):
+def test_quick_leaves_out_what_it_says_and_changes_no_number(infinivar, tmp_path, followed):
     """Verdicts and numbers are those of the full run; nothing is written, and the last line says what is missing."""
-    _, _, full = walked
+    _, _, full = followed
     quick = json.loads(infinivar("compare", "knee_walking", "--quick", "--json").out)
     assert quick.pop("files") == []
     assert quick["drives"] == full["drives"]

@@ -56,9 +56,10 @@ def shown_and_real(text, folder):
             yield body, real
 
 
-DAILY = ("theory", "compiled", "study-file", "extending", "measurements", "catalogue", "planar-cart",
+DAILY = ("theory", "compiled", "study-file", "extending", "measurements", "planar-cart",
          "two-joint-arm", "explorer")  # fmt: skip
 SLOW = (
+    "catalogue",
     "errata",
     "mechanisms",
     "legs",

@@ -316,7 +316,7 @@ def completions(folder, *words):
         (("infinivar", "compare", "handy.toml", "--drive", "cob"), []),
     ],
     ids=lambda words: words[-1] if isinstance(words, tuple) else "",
-    every=3,
+    every=6,
 )
 def test_tab_completes_commands_studies_drives_and_scenarios(tmp_path, words, offered):
     (tmp_path / "handy.toml").touch()

@@ -26,10 +26,16 @@ def test_large_forces_are_written_out(pressed):
     assert "1500 kg" in found["report.html"].text.replace("\u00a0", " ")
 
 
-def test_every_page_is_set_well(pressed, compared, walked):
-    folders = [*pressed[1], compared[1], walked[1]]
-    assert sum(len(pages(folder)) for folder in folders) >= 4
-    for folder in folders:
+def test_every_page_is_set_well(compared, walked):
+    for folder in (compared[1], walked[1]):
+        assert pages(folder)
+        is_set_well(folder)
+
+
+@pytest.mark.slow
+def test_pages_with_large_forces_are_set_well(pressed):
+    for folder in pressed[1]:
+        assert pages(folder)
         is_set_well(folder)
 
 

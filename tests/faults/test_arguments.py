@@ -9,6 +9,7 @@ import pytest
 import infinivar as iv
 from faults.rows import sections
 from infinivar.contact import creep
+from made import loaded
 
 MEASURED = {
     "wheel_radius": 0.03,
@@ -21,7 +22,7 @@ MEASURED = {
 WHEEL = iv.RollingContact(**MEASURED)
 BALL = iv.RollingContact(**MEASURED, surface="sphere")
 WITH_FLOW_LOSS = replace(WHEEL, creep_law="faulring")
-STUDY = iv.load_study("hand_controller")
+STUDY = loaded("hand_controller")
 LEG, SEPARATE = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
 DRIVE, PLATFORM = iv.LeggedDrive.of(LEG, 6), iv.Platform.hexapod()
 PAIR = iv.LeggedDrive.of(LEG, 2)

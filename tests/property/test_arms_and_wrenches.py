@@ -14,8 +14,9 @@ from scipy.optimize import linprog
 import infinivar as iv
 from infinivar import Configuration, LeggedDrive, Legs, Limit, PlanarArm, Platform, WrenchSet
 from internals import jacobian
+from made import loaded
 
-LEG = iv.load_study("hand_controller").drives["cobotic"]
+LEG = loaded("hand_controller").drives["cobotic"]
 MACHINE = LeggedDrive.of(LEG, 6)
 PLATFORM = Platform.hexapod()
 HOME = PLATFORM.at([0.0, 0.0, PLATFORM.home])

@@ -11,9 +11,10 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from internals import SESSION_PARTS as PARTS
 from internals import cobotic_part, geared_part, round_of
+from made import loaded
 from sampled import examples
 
-DRIVES = iv.load_study("hand_controller").drives
+DRIVES = loaded("hand_controller").drives
 PAIRS = [iv.DisplayPair(cobotic=DRIVES[name], conventional=DRIVES["motor2-gear4"]) for name in ("cobotic", "cobotic-b")]
 pairs = st.sampled_from(PAIRS)
 forces = st.floats(0.0, 50.0)

@@ -15,8 +15,9 @@ import infinivar as iv
 from infinivar import Configuration, Legs, Limit, Platform
 from internals import CREEP_LAWS as LAWS
 from internals import legs as formulas
+from made import loaded
 
-HARD = iv.load_study("hand_controller").drives["cobotic"].transmission
+HARD = loaded("hand_controller").drives["cobotic"].transmission
 QUADRANTS = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
 seeds = st.integers(0, 2**32 - 1)
 

@@ -15,11 +15,12 @@ from internals import course_on_path as on_path
 from internals import course_through as through
 from internals import power_audit as audit
 from machine_studies import PLANAR, SPHERE
+from made import loaded
 
-LEGS = iv.load_study("six_leg_display").drives
-ARMS = iv.load_study("two_joint_arm").drives
-LINES = iv.load_study("hand_controller").drives
-SERVO = iv.load_study("guided_cart").drives["cart"].steering
+LEGS = loaded("six_leg_display").drives
+ARMS = loaded("two_joint_arm").drives
+LINES = loaded("hand_controller").drives
+SERVO = loaded("guided_cart").drives["cart"].steering
 CART = replace(
     iv.Study.from_dict(tomllib.loads(PLANAR), name="p").drives["cart"], mass=8.0, inertia=0.6, steering=SERVO
 )

@@ -13,12 +13,13 @@ import infinivar as iv
 from infinivar import Limit, Mechanism, RollingContact
 from infinivar.contact import fastsim, kalker
 from internals import slopes
+from made import loaded
 
 LAWS = ("linear", "vermeulen-johnson", "polach", "fastsim", "exact")
 QUADRANTS = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
 seeds = st.integers(0, 2**32 - 1)
 
-HARD = iv.load_study("hand_controller").drives["cobotic"].transmission
+HARD = loaded("hand_controller").drives["cobotic"].transmission
 GEOMETRY = HARD.geometry
 
 

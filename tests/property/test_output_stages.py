@@ -11,10 +11,10 @@ from test_motion import ROUNDING, assert_balanced, courses, inertias, with_rotor
 
 import infinivar as iv
 from internals import AUDIT_CLOSURE as CLOSURE
-from internals import shipped_study
+from made import parameter_study
 from sampled import sampled
 
-SHIPPED = shipped_study("faulring2006")
+SHIPPED = parameter_study("faulring2006")
 
 
 @st.composite

@@ -16,12 +16,13 @@ from infinivar import Limit, PlanarCarriage, PlanarCobot, planar_motion
 from infinivar import array_namespace as namespace
 from infinivar.contact import creep
 from internals import drift, instant_centre, jacobian, turning
+from made import loaded
 from sampled import examples
 
 LAWS = ("linear", "vermeulen-johnson", "polach", "fastsim", "exact")
 POINTS = ((0.3, 0.0), (-0.2, 0.25), (-0.2, -0.25))
 seeds = st.integers(0, 2**32 - 1)
-GEOMETRY = iv.load_study("hand_controller").drives["cobotic"].transmission.geometry
+GEOMETRY = loaded("hand_controller").drives["cobotic"].transmission.geometry
 
 
 def wheel(law="exact", resistance=0.5, stiffness=100.0, **changes):

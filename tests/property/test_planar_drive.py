@@ -9,10 +9,11 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from infinivar import Limit
 from internals import driving_creepage
+from made import loaded
 
 LAWS = ("linear", "vermeulen-johnson", "polach", "fastsim", "exact")
 POINTS = ((0.3, 0.0), (-0.2, 0.25), (-0.2, -0.25))
-GEOMETRY = iv.load_study("hand_controller").drives["cobotic"].transmission.geometry
+GEOMETRY = loaded("hand_controller").drives["cobotic"].transmission.geometry
 RADIUS, SLIP, STIFFNESS, RESISTANCE = 0.03, 40.0, 4000.0, 0.5
 
 

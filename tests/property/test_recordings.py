@@ -7,10 +7,10 @@ import pytest
 from scipy.signal import butter, filtfilt
 
 from infinivar import DutyCycle, Hold, Reaches, Recording, Sinusoid, Walking, duty_cycle
-from internals import shipped_study
+from made import parameter_study
 from motions import recorded
 
-DRIVES = shipped_study("faulring2006").drives
+DRIVES = parameter_study("faulring2006").drives
 GEARED, STIFF = DRIVES["motor2-gear4"], DRIVES["cobotic-b"]
 REACH = DutyCycle(motion=Reaches(distance=0.2, time=0.6, pause=1.0), force=-25.0, load_mass=0.8)
 

@@ -22,11 +22,12 @@ from infinivar import (
     duty_cycle,
     two_ways,
 )
-from internals import coulomb, shipped_study
+from internals import coulomb
+from made import parameter_study
 from motions import moves_and_dwells, recorded
 from sampled import sampled
 
-STUDY = shipped_study("faulring2006")
+STUDY = parameter_study("faulring2006")
 COBOTIC, STIFF, GEARED = (STUDY.drives[name] for name in ("cobotic", "cobotic-b", "motor2-gear4"))
 DRIVES = {"cobotic": COBOTIC, "cobotic-b": STIFF, "geared": GEARED}
 
@@ -104,7 +105,7 @@ def agree(random, folder, names):
 def test_a_motion_takes_the_same_by_shape_recorded_and_simulated(tmp_path, seed):
     """2 %: what smoothing at 10 Hz, rows 10 ms apart and controllers that stop a load leave.
 
-    40 motions with -m slow, 200 with -m full.
+    20 motions with -m slow, 200 with -m full.
     """
     by_file, simulated, as_turning = agree(np.random.default_rng(seed), tmp_path, ("cobotic", "geared"))
     assert max(by_file) < 0.02
@@ -114,7 +115,7 @@ def test_a_motion_takes_the_same_by_shape_recorded_and_simulated(tmp_path, seed)
     assert max(as_turning) < 0.02
 
 
-@pytest.mark.parametrize("count", [pytest.param(40, marks=pytest.mark.slow), pytest.param(200, marks=pytest.mark.full)])
+@pytest.mark.parametrize("count", [pytest.param(20, marks=pytest.mark.slow), pytest.param(200, marks=pytest.mark.full)])
 def test_many_motions_take_the_same_three_ways(tmp_path, count):
     found = [agree(np.random.default_rng(1000 + seed), tmp_path, ("cobotic", "geared")) for seed in range(count)]
     by_file, simulated, as_turning = ([one for three in found for one in three[which]] for which in range(3))

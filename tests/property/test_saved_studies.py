@@ -14,13 +14,14 @@ from hypothesis import strategies as st
 
 import infinivar as iv
 from infinivar import units
-from internals import TEMPLATE, described, hints, in_kinds, part_of, shipped_studies, shipped_study
+from internals import TEMPLATE, described, hints, in_kinds, part_of, shipped_studies
 from internals import permitted_bounds as permitted
 from internals import study_schema as schema
 from internals import study_toml as toml
+from made import parameter_study
 from sampled import examples, sampled
 
-SHIPPED = shipped_study("faulring2006")
+SHIPPED = parameter_study("faulring2006")
 
 
 # Plain values

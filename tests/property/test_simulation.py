@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 import infinivar as iv
 from infinivar import ConstantForce, Cruise, Reach, Scenario, Sinusoid, SinusoidalForce, Step
 from internals import AUDIT_CLOSURE as CLOSURE
-from internals import CoboticControl, ConventionalControl, shipped_study
+from internals import CoboticControl, ConventionalControl
+from made import parameter_study
 from sampled import examples, sampled
 
-SHIPPED = shipped_study("faulring2006")
+SHIPPED = parameter_study("faulring2006")
 
 
 @st.composite

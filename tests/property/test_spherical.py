@@ -11,13 +11,14 @@ import infinivar as iv
 from infinivar import Limit
 from internals import LAYOUTS as KNOWN
 from internals import DrivenContact, efficiency_by_ratio
+from made import loaded
 from sampled import sampled
 
 LAWS = ("linear", "vermeulen-johnson", "polach", "fastsim", "exact")
 LAYOUTS = ("tetrahedral", "cubic")
 RADIUS, WHEEL, SLIP, DRIVE, STEER = 0.03, 0.012, 60.0, 9000.0, 7000.0
 ANGLES = np.radians([20, 45, 70, -20, -45, -70, 110, 200, -100])
-GEOMETRY = iv.load_study("hand_controller").drives["cobotic"].transmission.geometry
+GEOMETRY = loaded("hand_controller").drives["cobotic"].transmission.geometry
 
 
 def measured(law="linear", **changes):

@@ -10,10 +10,11 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar.contact import spin
-from internals import Steering, relative_velocities, shipped_study, spin_calls, turning
+from internals import Steering, relative_velocities, spin_calls, turning
+from made import parameter_study
 
 RNG_SEED = 17
-SHEAR = shipped_study("faulring2006").drives["cobotic"]
+SHEAR = parameter_study("faulring2006").drives["cobotic"]
 DRIVE = replace(SHEAR, transmission=replace(SHEAR.transmission, steering_model="spin"))
 ELEMENT = DRIVE.transmission
 SPEED = DRIVE.cylinder_speed

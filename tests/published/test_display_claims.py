@@ -10,10 +10,11 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from internals import sampled_loop, varied_sessions
+from made import loaded
 
 pytestmark = pytest.mark.slow
 
-DRIVES = iv.load_study("hand_controller").drives
+DRIVES = loaded("hand_controller").drives
 PAIR = iv.DisplayPair(cobotic=DRIVES["cobotic"], conventional=DRIVES["motor2-gear4"])
 
 

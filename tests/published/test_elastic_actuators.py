@@ -12,8 +12,9 @@ import infinivar as iv
 from infinivar import Linkage, Output, Spring, TorsionSpring
 from internals import LINEAR, chain
 from internals import FourierSeries as Series
+from made import loaded
 
-STUDY = iv.load_study("studies/hand_controller.toml")
+STUDY = loaded("hand_controller")
 COBOTIC, GEARED = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
 DRIVES = {"cobotic": COBOTIC, "geared": GEARED}
 

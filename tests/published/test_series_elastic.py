@@ -14,8 +14,9 @@ from numpy.testing import assert_allclose
 from scipy.optimize import minimize_scalar
 
 import infinivar as iv
+from made import loaded
 
-STUDY = iv.load_study("ankle_walking")
+STUDY = loaded("ankle_walking")
 WALKING = STUDY.duty["walking"]
 ARM = 0.05
 LEVER = replace(STUDY.drives["geared"], output=iv.Output(linkage=iv.Linkage(arm=ARM)))

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
+from made import loaded
 
 ROOT = Path(__file__).parents[2]
 MGDB = ROOT.parent / "shared" / "reference" / "mgdb"
@@ -23,7 +24,7 @@ SETS = [
         for maker in ("maxon", "faulhaber")
     ),
 ]
-REGION = iv.load_study("hand_controller").requirement
+REGION = loaded("hand_controller").requirement
 LEAST = {
     "shipped": {"geared": (0.120, 0.0451, 0.162), "cobotic": (0.066, 0.0153, 0.133)},
     "maxon": {"geared": (0.072, 0.0158, 0.092), "cobotic": (0.033, 0.0068, 0.060)},

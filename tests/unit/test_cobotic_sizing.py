@@ -37,9 +37,10 @@ from internals import evaluate_wheels as evaluate
 from internals import outer_region as outer
 from internals import prepared_search as prepared
 from internals import wheel_values as values_of
+from made import loaded
 from part_tables import part_tables
 
-KNEE = iv.load_study("knee_walking")
+KNEE = loaded("knee_walking")
 SPIN = KNEE.drives["cobotic"]
 SHEAR = replace(SPIN, transmission=replace(SPIN.transmission, steering_model="shear", steering_range=1.2))
 NO_RETURN = replace(

@@ -7,9 +7,10 @@ import pytest
 
 import infinivar as iv
 from internals import of_cobotic
+from made import loaded
 from small_catalogue import SLOW
 
-KNEE = iv.load_study("knee_walking")
+KNEE = loaded("knee_walking")
 WALKING = replace(KNEE, requirement=None)
 RANGES = {"preload": (1800.0, 2600.0), "wheel_radius": (0.018, 0.03), "crown_radius": (0.025, 0.025)}
 ASKED = {"generations": 2, "ranges": RANGES, "steering_ratios": (16.0,)}

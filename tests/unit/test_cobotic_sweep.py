@@ -8,9 +8,10 @@ import pytest
 
 import infinivar as iv
 from internals import size_cobotic
+from made import loaded
 from part_tables import part_tables
 
-KNEE = iv.load_study("knee_walking")
+KNEE = loaded("knee_walking")
 DRIVE = KNEE.drives["cobotic"]
 AXLE = DRIVE.transmission.geometry.axle_bearing
 AXLES = (AXLE, replace(AXLE, name="6001", bore=0.012, dynamic_rating=5400.0, static_rating=2360.0))

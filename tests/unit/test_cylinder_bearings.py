@@ -11,8 +11,9 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from infinivar import CylinderBearings, InputError, ParameterError, PulleyBearings, power, two_ways
 from internals import WheelLoad, built_part, experiment, known_values, predict, protocol
+from made import loaded
 
-KNEE = iv.load_study("knee_walking")
+KNEE = loaded("knee_walking")
 BARE = replace(KNEE.drives["cobotic"], cylinder_bearings=None)
 WALKING = KNEE.duty["walking"]
 PART = built_part(iv.Bearing, "6004")

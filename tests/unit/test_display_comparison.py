@@ -15,9 +15,10 @@ from internals import RESTING, STOPPED, TURNING, cobotic_part, display_choices, 
 from internals import SESSION_PARTS as PARTS
 from internals import displays_figure as bars
 from internals import shared_motor_figure as map_figure
+from made import loaded
 from sampled import sampled
 
-DRIVES = iv.load_study("hand_controller").drives
+DRIVES = loaded("hand_controller").drives
 LEG, LEG_B, GEARED = (DRIVES[name] for name in ("cobotic", "cobotic-b", "motor2-gear4"))
 PAIR = iv.DisplayPair(cobotic=LEG, conventional=GEARED)
 ONLY_HOLDING = {"free": 0.0, "contact": 0.0, "hold": 1.0, "explore": 0.0}

@@ -26,6 +26,7 @@ from internals import built_rows as built
 from internals import compiled_structure as structure
 from internals import draw_builds as draw
 from internals import judge_builds as judge
+from made import loaded
 
 SLIDE = {
     "duty": {
@@ -44,7 +45,7 @@ SLIDE = {
         }
     },
 }
-KNEE = iv.load_study("knee_walking")
+KNEE = loaded("knee_walking")
 WALKING = replace(KNEE, requirement=None)
 
 

@@ -35,8 +35,9 @@ from internals import FourierSeries as Series
 from internals import cycle_demands as demands
 from internals import cylinder_policy, shipped_study
 from internals import policy_schedule as schedule
+from made import parameter_study
 
-STUDY = shipped_study("faulring2006")
+STUDY = parameter_study("faulring2006")
 COBOTIC, GEARED = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
 RNG_SEED = 31
 KNEE = {"joint": "knee", "body_mass": 75.0, "stride_time": 1.1, "lever_arm": 0.05}

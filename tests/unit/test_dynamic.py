@@ -10,10 +10,11 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar import Definition, Limit, dynamic_map, shaking
-from internals import Varying, shipped_study
+from internals import Varying
 from internals import shaking_amplitude as amplitude
+from made import parameter_study
 
-STUDY = shipped_study("faulring2006")
+STUDY = parameter_study("faulring2006")
 FREQUENCY, FRACTION = np.geomspace(0.1, 30, 12), np.linspace(0.05, 1, 8)
 STORED = Definition(measure="round trip", returned="store", storage_efficiency=1.0)
 TINY = 1e-12

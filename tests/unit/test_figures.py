@@ -25,15 +25,15 @@ from internals import (
     fig09_architectures,
     fig17_dynamic_performance,
     operating_map,
-    shipped_study,
     style,
     work_through,
 )
 from internals import duty_cycle_figure as duty_cycle
 from internals import losses_figure as losses
+from made import parameter_study
 from sampled import sampled
 
-STUDY = shipped_study("faulring2006")
+STUDY = parameter_study("faulring2006")
 SPEED, FORCE = np.linspace(-1.0, 1.0, 80), np.linspace(-45.0, 45.0, 90)
 BOTH = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
 

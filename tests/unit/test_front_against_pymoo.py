@@ -8,11 +8,12 @@ import pytest
 
 import infinivar as iv
 from internals import size_cobotic, size_geared
+from made import loaded
 from part_tables import part_tables
 
 pytestmark = pytest.mark.slow
 
-KNEE = iv.load_study("knee_walking")
+KNEE = loaded("knee_walking")
 LOW, HIGH = 0.003, 0.05
 SAMPLES = 100
 

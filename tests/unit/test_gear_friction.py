@@ -10,12 +10,13 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from infinivar import ConstantForce, DutyCycle, Hold, Reaches, Scenario, duty_cycle, gearheads, two_ways
 from internals import DERIVATIVE_METHODS as METHODS
-from internals import friction_budget, gradient, shipped_study, stribeck_friction
+from internals import friction_budget, gradient, stribeck_friction
 from internals import gear_friction_terms as terms
 from internals import loss_outcome as loss
+from made import parameter_study
 from sampled import sampled
 
-GEARED = shipped_study("faulring2006").drives["motor2-gear4"]
+GEARED = parameter_study("faulring2006").drives["motor2-gear4"]
 IDENTIFIED = {key: gear for key, gear in gearheads().items() if gear.friction is not None}
 
 

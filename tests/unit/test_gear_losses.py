@@ -9,11 +9,12 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from infinivar import ConstantForce, DutyCycle, Hold, Reaches, Rest, Scenario, duty_cycle, two_ways
 from internals import DERIVATIVE_METHODS as METHODS
-from internals import evaluated, gradient, shipped_study
+from internals import evaluated, gradient
 from internals import loss_outcome as loss
+from made import parameter_study
 from sampled import sampled
 
-STUDY = shipped_study("faulring2006")
+STUDY = parameter_study("faulring2006")
 COBOTIC, GEARED = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
 
 

@@ -24,10 +24,11 @@ from internals import geared_sample as sample
 from internals import regeneration_returning as returning
 from internals import regeneration_windows as windows
 from internals import union_of_windows as union
+from made import loaded
 from part_tables import part_tables
 from sampled import sampled
 
-KNEE = iv.load_study("knee_walking")
+KNEE = loaded("knee_walking")
 PULLEY = KNEE.drives["geared"]
 RADII = (0.002, 0.06)
 REACH = iv.DutyCycle(motion=iv.Reaches(distance=0.2, time=0.6, pause=1.5), load_mass=0.8, force=-25.0)

@@ -30,12 +30,13 @@ from internals import geared_least_power as least_power
 from internals import geared_limits as limits
 from internals import geared_sample as sample
 from internals import radius_below as below
+from made import loaded
 from part_tables import part_tables
 from sampled import sampled
 
 ROOT = Path(__file__).parents[2]
-KNEE = iv.load_study(ROOT / "studies" / "knee_walking.toml")
-ANKLE = iv.load_study(ROOT / "studies" / "ankle_walking.toml")
+KNEE = loaded("knee_walking")
+ANKLE = loaded("ankle_walking")
 PULLEY = KNEE.drives["geared"]
 HEAVY_PULLEY = replace(PULLEY, pulley=Pulley(radius=0.008, friction_torque=0.02), output_inertia=3e-5)
 SHAKE = iv.DutyCycle(motion=iv.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-20.0)

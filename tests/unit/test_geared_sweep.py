@@ -8,10 +8,11 @@ import pytest
 import infinivar as iv
 from infinivar import Limit
 from internals import size_geared
+from made import loaded
 from sampled import sampled
 from small_catalogue import SHELF
 
-KNEE = iv.load_study("knee_walking")
+KNEE = loaded("knee_walking")
 WALKING = replace(KNEE, requirement=None)
 RADII = (0.003, 0.05)
 WARM = """

@@ -22,8 +22,9 @@ from infinivar import (
 )
 from internals import angular_velocity, as_machine, is_machine, refuse_machine, rotated
 from internals import power_audit as audit
+from made import loaded
 
-STUDY = iv.load_study("hand_controller")
+STUDY = loaded("hand_controller")
 LEG, SEPARATE = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
 GEOMETRY = PlatformGeometry(
     rod_length=0.14, base_radius=0.08, joint_radius=0.04, base_spread=0.15, joint_spread=0.2, lowest=-0.05, highest=0.05

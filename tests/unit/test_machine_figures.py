@@ -13,8 +13,9 @@ from internals import planar_cobot_figure as planar_cobot
 from internals import wheels_figure as wheels
 from internals import workspace_figure as workspace
 from internals import wrench_set_figure as wrench_set
+from made import loaded
 
-MACHINE = iv.LeggedDrive.of(iv.load_study("hand_controller").drives["cobotic"], 6)
+MACHINE = iv.LeggedDrive.of(loaded("hand_controller").drives["cobotic"], 6)
 PLATFORM = iv.Platform.hexapod()
 HOME = PLATFORM.at([0.0, 0.0, PLATFORM.home])
 RISING = np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0])

@@ -14,9 +14,10 @@ from internals import machine_tasks_figure as machine_tasks
 from internals import wheels_figure as wheels
 from machine_studies import EVERY, PLANAR, PLATFORM
 from machines import MACHINES
+from made import loaded
 
-CART = iv.load_study("planar_cart").drives["three-wheels"]
-HEXAPOD = iv.load_study("six_leg_display").drives["one-motor"]
+CART = loaded("planar_cart").drives["three-wheels"]
+HEXAPOD = loaded("six_leg_display").drives["one-motor"]
 
 
 def made(text, name="mine"):

@@ -10,10 +10,11 @@ import infinivar as iv
 from infinivar import ArmDrive, MachinePath, MachineScenario, MachineTask, ParameterError
 from internals import energy_flow, simulated
 from internals import machine_run_figure as machine_run
+from made import loaded
 from sampled import sampled
 
-STUDIES = {name: iv.load_study(name) for name in ("two_joint_arm", "six_leg_display", "sphere_joint")}
-GEARED = iv.load_study("hand_controller").drives["motor2-gear4"]
+STUDIES = {name: loaded(name) for name in ("two_joint_arm", "six_leg_display", "sphere_joint")}
+GEARED = loaded("hand_controller").drives["motor2-gear4"]
 
 AT_REST = [
     ("two_joint_arm", "one-motor", "hold"),

@@ -13,10 +13,11 @@ from internals import FRICTION_STICK_SPEED as STICK_SPEED
 from internals import coulomb, evaluate_machine, machine_sensitivity, simulated
 from internals import course_on_path as on_path
 from machine_studies import PLANAR
+from made import loaded
 
-HAND = iv.load_study("hand_controller").drives
-SERVO = iv.load_study("guided_cart").drives["cart"].steering
-SIX, TWO = iv.load_study("six_leg_display"), iv.load_study("two_joint_arm")
+HAND = loaded("hand_controller").drives
+SERVO = loaded("guided_cart").drives["cart"].steering
+SIX, TWO = loaded("six_leg_display"), loaded("two_joint_arm")
 SWING = MachinePath(angle=iv.Sinusoid(angle=0.6, frequency=1.5), load_inertia=0.01)
 RADIUS = 0.05
 

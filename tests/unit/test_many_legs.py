@@ -11,8 +11,9 @@ from infinivar import Configuration, LeggedDrive, Limit, Platform
 from internals import CREEP_LAWS as LAWS
 from internals import run_up_energy
 from internals import workspaces as workspace
+from made import loaded
 
-STUDY = iv.load_study("hand_controller")
+STUDY = loaded("hand_controller")
 LEG, OTHER, SEPARATE = (STUDY.drives[name] for name in ("cobotic", "cobotic-b", "motor2-gear4"))
 MACHINE, PLATFORM = LeggedDrive.of(LEG, 6), Platform.hexapod()
 HOME = PLATFORM.at([0.0, 0.0, PLATFORM.home])

@@ -12,8 +12,9 @@ from infinivar import Limit, Linkage, Output
 from internals import LINEAR, MAP_REACH, ROTARY, StudyError, of_drives, of_study, study_from, words_of
 from internals import least_loss_analysis as least
 from internals import plane_path as path
+from made import loaded
 
-SHIPPED = iv.load_study("reach_and_hold")
+SHIPPED = loaded("reach_and_hold")
 DRIVES = {name: SHIPPED.drives[name] for name in ("cobotic", "geared")}
 ALONE = iv.DutyCycle(title="reach", motion=iv.Reaches(distance=0.1, time=0.5), load_mass=0.8)
 REACH = replace(ALONE, time_share=0.25)

@@ -10,9 +10,10 @@ from infinivar import Limit, Screw
 from internals import candidates, margin_of, nearest_geared, shortfalls
 from internals import nearest_of_margins as nearest_of
 from internals import tightest_of_margins as tightest_of
+from made import loaded
 from part_tables import part_tables
 
-KNEE = iv.load_study("knee_walking")
+KNEE = loaded("knee_walking")
 GEARED = KNEE.drives["geared"]
 WALK = KNEE.duty["walking"]
 SAMPLES = 200

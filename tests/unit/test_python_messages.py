@@ -8,12 +8,13 @@ import sys
 import pytest
 
 import infinivar as iv
+from made import loaded
 
-STUDY = iv.load_study("hand_controller")
+STUDY = loaded("hand_controller")
 DRIVE, GEARED = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
 SINE = iv.Sinusoid(distance=0.02, frequency=1.0)
 CYCLE = iv.DutyCycle(motion=SINE)
-ARM = iv.load_study("two_joint_arm")
+ARM = loaded("two_joint_arm")
 MACHINE = next(iter(ARM.drives.values()))
 TASK, PATH = next(iter(ARM.tasks.values())), next(iter(ARM.paths.values()))
 

@@ -12,9 +12,10 @@ import infinivar as iv
 from infinivar import DutyCycle, ParameterError, Recording, duty_cycle, policies, two_ways
 from infinivar.parts import heat
 from internals import FourierSeries as Series
-from internals import RunSeries, mixed_use, outcomes, shipped_study
+from internals import RunSeries, mixed_use, outcomes
+from made import parameter_study
 
-DRIVES = shipped_study("faulring2006").drives
+DRIVES = parameter_study("faulring2006").drives
 PERIOD, CUTOFF = 1.25, 10.0
 TURN = 2.0 * math.pi / PERIOD
 

@@ -11,9 +11,10 @@ import infinivar as iv
 import machine_runs
 import machine_studies
 from infinivar import Result
-from internals import compare_machines, mixed_use, shipped_study
+from internals import compare_machines, mixed_use
 from internals import stored_values as stored
 from locks import SAVED, assert_locked
+from made import parameter_study
 from small_catalogue import SLIDE, slides
 
 WHEEL = iv.RollingContact(
@@ -25,7 +26,7 @@ PLATFORM = iv.Platform.hexapod()
 HOME = PLATFORM.at([0.0, 0.0, PLATFORM.home])
 RISING = np.array([0.0, 0.0, 0.05, 0.0, 0.0, 0.0])
 ARM = iv.ArmModel.named("vanbeek2015")
-STUDY = shipped_study("faulring2006")
+STUDY = parameter_study("faulring2006")
 LEG, SEPARATE = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
 LEGS = iv.LeggedDrive.of(LEG, 6)
 

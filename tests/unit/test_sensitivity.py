@@ -389,7 +389,10 @@ class TestSensitivity:
         ("variant", "every"),
         [
             ("conventional", 4),
-            *(pytest.param(one, 1, marks=pytest.mark.slow) for one in ("conventional", "shipped", "detailed")),
+            *(
+                pytest.param(*one, marks=pytest.mark.slow)
+                for one in (("conventional", 1), ("shipped", 3), ("detailed", 1))
+            ),
         ],
     )
     def test_many_designs_at_once_are_the_designs_one_by_one(self, study, variant, every):

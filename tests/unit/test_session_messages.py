@@ -11,10 +11,11 @@ import infinivar as iv
 from infinivar import Commands
 from internals import collocation, measures
 from machines import HEXAPOD, LEG, REAL_WHEEL, cart
+from made import loaded
 
 CART = cart(REAL_WHEEL, steering=replace(LEG.steering, patch_half_length=3e-4))
 SLIDE = iv.SlideMachine(leg=LEG, masses=[0.3])
-GEARED = iv.GearedSlideMachine(drive=iv.load_study("hand_controller").drives["motor1-gear1"], masses=[0.5])
+GEARED = iv.GearedSlideMachine(drive=loaded("hand_controller").drives["motor1-gear1"], masses=[0.5])
 FLOOR = iv.HalfSpace(point=[0.0, 0.0], direction=[0.0, 1.0])
 
 

@@ -9,8 +9,9 @@ import infinivar as iv
 from infinivar import calibrate
 from internals import calibration_model as model
 from internals import experiment, protocol
+from made import loaded
 
-STUDY = iv.load_study("hand_controller")
+STUDY = loaded("hand_controller")
 RUNS = {"ratios": (20.0, 4.0), "loads": (0.2, 0.5)}
 
 

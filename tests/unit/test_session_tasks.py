@@ -11,10 +11,11 @@ import infinivar as iv
 from internals import SETTLING_LENGTH, controller_of
 from internals import session_figure as figure
 from machines import HEXAPOD, LEG, MACHINES, REAL_WHEEL, cart
+from made import loaded
 
 CART = cart(REAL_WHEEL, steering=replace(LEG.steering, patch_half_length=3e-4))
 COBOTIC = iv.SlideMachine(leg=LEG, masses=[0.5] * 3)
-GEARED = iv.GearedSlideMachine(drive=iv.load_study("hand_controller").drives["motor1-gear1"], masses=[0.5] * 3)
+GEARED = iv.GearedSlideMachine(drive=loaded("hand_controller").drives["motor1-gear1"], masses=[0.5] * 3)
 ARM = iv.ArmModel.named("vanbeek2015")
 LINE = iv.LineCurve(start=[0.0, 0.0, 0.0], end=[0.1, 0.1, 0.0])
 FLOOR = iv.HalfSpace(point=[0.0, 0.0, -0.0005], direction=[0.0, 0.0, 1.0])

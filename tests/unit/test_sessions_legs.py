@@ -23,9 +23,10 @@ from internals import GuidedPlant as Plant
 from internals import PlatformLoad, SeparateMachine, System, creep_drift, nearest_within, wall_force
 from internals import controllers_begun as begun
 from machines import HEXAPOD, LEG, MACHINES, PLATFORM, ideal_leg
+from made import loaded
 from sampled import sampled
 
-DRIVE = iv.load_study("hand_controller").drives["motor1-gear1"]
+DRIVE = loaded("hand_controller").drives["motor1-gear1"]
 FRICTIONLESS = replace(
     DRIVE,
     motor=replace(DRIVE.motor, no_load_current=0.0),

@@ -18,10 +18,11 @@ from internals import (
     study_of,
 )
 from internals import pool_of_parts as pool
+from made import loaded
 from part_tables import part_tables
 from small_catalogue import SHELF, changed
 
-KNEE = iv.load_study("knee_walking")
+KNEE = loaded("knee_walking")
 WALKING = replace(KNEE.with_drives("geared"), requirement=None)
 """With the requirement no pair of the shelf is feasible."""
 RADII = (0.003, 0.05)

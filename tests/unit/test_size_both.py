@@ -11,10 +11,11 @@ import pytest
 import infinivar as iv
 from infinivar import Limit
 from internals import AXLE_BEARING, STEERING_MOTOR, motion_file, of_cobotic, scenario_of, value_at, with_values
+from made import loaded
 from small_catalogue import SLOW, changed
 
 ROOT = Path(__file__).parents[2]
-KNEE = iv.load_study(ROOT / "studies" / "knee_walking.toml")
+KNEE = loaded("knee_walking")
 WALKING = replace(KNEE, requirement=None)
 RANGES = {"preload": (1800.0, 2600.0), "wheel_radius": (0.018, 0.03), "crown_radius": (0.025, 0.025)}
 ASKED = {"generations": 5, "radius": (0.003, 0.05), "ranges": RANGES, "steering_ratios": (16.0,), "top": 4}

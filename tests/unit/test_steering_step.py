@@ -6,10 +6,11 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar import steering_steps
-from internals import RELAXED, shipped_study
+from internals import RELAXED
 from internals import steering_step_figure as steering_step
+from made import parameter_study
 
-STUDY = shipped_study("faulring2006")
+STUDY = parameter_study("faulring2006")
 
 
 CELLS = 10

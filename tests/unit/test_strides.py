@@ -9,10 +9,11 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar import DutyCycle, InputError, ParameterError, Recording
-from internals import find_strides, shipped_study
+from internals import find_strides
 from internals import resampled_strides as resampled
+from made import parameter_study
 
-DRIVES = shipped_study("faulring2006").drives
+DRIVES = parameter_study("faulring2006").drives
 
 
 def course(phase):

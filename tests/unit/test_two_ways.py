@@ -10,8 +10,9 @@ from scipy.optimize import brentq
 import infinivar as iv
 from infinivar import TwoWays
 from internals import ConventionalControl, sampled_springs
+from made import loaded
 
-HAND, KNEE, REACH = (iv.load_study(name) for name in ("hand_controller", "knee_walking", "reach_and_hold"))
+HAND, KNEE, REACH = (loaded(name) for name in ("hand_controller", "knee_walking", "reach_and_hold"))
 GEARED = [drive for name, drive in HAND.drives.items() if "motor" in name]
 DRIVEN = {
     "geared": [*GEARED, KNEE.drives["geared"], REACH.drives["geared"]],

@@ -11,8 +11,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
+from made import loaded
 
-LEG = iv.load_study("hand_controller").drives["cobotic"]
+LEG = loaded("hand_controller").drives["cobotic"]
 RNG = np.random.default_rng(7)
 NO_PIN = "pin is not installed: the extra infinivar[robots] has it"
 

@@ -24,10 +24,11 @@ from internals import (
 )
 from internals import sizing_html as html
 from internals import sizing_text as text
+from made import loaded
 from sampled import sampled
 from small_catalogue import SHELF
 
-KNEE = iv.load_study("knee_walking")
+KNEE = loaded("knee_walking")
 WALKING = replace(KNEE, requirement=None)
 WALK = KNEE.duty["walking"]
 

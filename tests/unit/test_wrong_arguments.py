@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from internals import shipped_study
+from made import parameter_study
 
-STUDY = shipped_study("faulring2006")
+STUDY = parameter_study("faulring2006")
 CYCLE = {"motion": iv.Hold(time=1.0)}
 
 

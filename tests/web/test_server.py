@@ -311,19 +311,20 @@ def test_many_clients_at_once(served, asked):
 
 
 @pytest.mark.slow
-def test_twenty_clients_for_a_minute(tmp_path, asked):
+def test_twenty_clients_for_long(tmp_path, asked):
+    """Memory does not grow with the maps: twenty seconds of them would show what a minute would."""
     with serving(folder=tmp_path) as one:
         sliders(one, asked, 20, 5.0, "first")
         before = one.memory()
-        times, wrong = sliders(one, asked, 20, 60.0)
+        times, wrong = sliders(one, asked, 20, 20.0)
         after = one.memory()
         median, late = statistics.median(times), statistics.quantiles(times, n=20)[-1]
         print(
-            f"\n20 clients, {len(times)} maps of 60 x 60 in 60 s: median {1e3 * median:.0f} ms, 95 % within {1e3 * late:.0f} ms; "
+            f"\n20 clients, {len(times)} maps of 60 x 60 in 20 s: median {1e3 * median:.0f} ms, 95 % within {1e3 * late:.0f} ms; "
             f"memory {before / 2**20:.0f} MiB before, {after / 2**20:.0f} MiB after"
         )
         assert not wrong
-        assert after < 1.3 * before + (64 << 20)
+        assert after < 1.1 * before + (32 << 20)
 
 
 def test_a_recovery_file_that_is_damaged_does_not_matter(tmp_path):
