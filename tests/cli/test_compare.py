@@ -55,11 +55,11 @@ def test_json_has_the_promised_keys(compared):
     _, folder, said = compared
     assert list(said) == [
         "study",
-        "drives",
-        "verdict",
-        "warnings",
         "feasible",
         "best",
+        "verdict",
+        "warnings",
+        "drives",
         "hangs_on",
         "least_loss",
         "files",

@@ -14,6 +14,7 @@ NAMES = [
         "guided_cart",
         "hand_controller",
         "knee_walking",
+        "omniwheel_platform",
         "one_axis_display",
         "planar_cart",
         "reach_and_hold",

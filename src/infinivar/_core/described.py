@@ -218,7 +218,8 @@ def dictionary(found: Any) -> dict[str, Any]:
             made |= content
         else:
             made[name + suffix(entry.unit) if entry.key in (None, "+") else entry.key] = content
-    return made
+    # Verdicts and single numbers first, what is long last.
+    return {key: made[key] for key in sorted(made, key=lambda key: isinstance(made[key], dict | list))}
 
 
 def table(found: Any) -> tuple[list[dict[str, Any]], str] | None:
