@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
+from internals import moving_machine
 
 STUDY = "omniwheel_platform"
 
@@ -48,6 +49,22 @@ def test_slip_on_the_ground_by_hand():
     expected = 2 / 3 * 15.0 * np.abs(np.cos(np.radians([90, 210, 330]))) / (0.4 * 20.0 * 9.80665 / 3)
     for place, demand in enumerate(expected, 1):
         assert_allclose(point.demands[iv.Limit.SLIP, f"wheel {place} on the ground"], demand, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["three-motors", "mecanum"])
+def test_the_ground_carries_the_wrench(name):
+    """Forces of the ground on all wheels hold what the machine exerts on its load, whatever rubs; tolerance: rounding."""
+    pose, twist, wrench = drawn(np.random.default_rng(3), 2000)
+    drive = drives()[name]
+    along, across = drive.on_ground(drive.perform(pose=pose, twist=twist, wrench=wrench), pose, twist)
+    axle = pose[:, 2, None] + np.add(drive.headings, drive.wheels.roller_angles)
+    force = along * np.array([np.cos(axle), np.sin(axle)]) + across * np.array([-np.sin(axle), np.cos(axle)])
+    points, turn = np.asarray(drive.wheels.positions), pose[:, 2, None]
+    arm = np.array([np.cos(turn) * points[:, 0] - np.sin(turn) * points[:, 1],
+                    np.sin(turn) * points[:, 0] + np.cos(turn) * points[:, 1]])  # fmt: skip
+    moment = arm[0] * force[1] - arm[1] * force[0]
+    total = np.stack([force[0].sum(-1), force[1].sum(-1), moment.sum(-1)], axis=-1)
+    assert_allclose(total, wrench, atol=1e-10)
 
 
 def test_kinetic_energy_changes_by_the_forces_alone():
@@ -108,3 +125,28 @@ def test_the_path_takes_what_a_simulation_draws():
 def test_faults_name_the_field(change, said):
     with pytest.raises(iv.ParameterError, match=said):
         dataclasses.replace(drives()["three-motors"], **change)
+
+
+@pytest.mark.parametrize("name", ["three-motors", "one-motor"])
+def test_a_platform_moves_and_is_drawn(name, tmp_path):
+    """A short motion: the balance closes, frames have each wheel along its rolling direction, the scene is a body in the plane."""
+    drive = drives()[name]
+    time = np.linspace(0.0, 0.05, 21)
+    away = np.sin(20.0 * time) ** 2
+    motion = iv.VectorHistory(time=time, values=np.stack([2e-3 * away, 0.0 * away, 0.01 * away], axis=-1))
+    run = iv.simulate_machine(drive.moving(), iv.MachineScenario(duration=0.05, motion=motion))
+    assert run.complete
+    assert run.closure < 1e-6
+    assert {"wheels", "rollers"} <= set(run.lost)
+    frames = moving_machine.data(run, np.array([0.0, 0.05]))["machine"]
+    turn = run.columns["angle_rad"][-1] + np.asarray(drive.headings)
+    expected = 1e3 * drive.wheel_radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    assert_allclose(frames["halves"][-1], expected, atol=1e-9)
+    pytest.importorskip("mujoco")
+    run.to_mujoco(tmp_path / "platform.xml")
+    assert (tmp_path / "platform.xml").read_text("utf-8").count("zaxis") >= 3
+
+
+def test_a_machine_without_a_graph_says_so():
+    with pytest.raises(iv.ParameterError, match="there is none of a platform on omniwheels"):
+        iv.machine_graph(drives()["one-motor"].moving())

@@ -10,9 +10,10 @@ import numpy as np
 from infinivar.analysis.machine_tasks import TaskResult
 from infinivar.analysis.sphere_map import sphere_map
 from infinivar.drivetrain.drive import type_words
-from infinivar.figures import arm, machine, planar_cobot, sphere, wrench_set
+from infinivar.figures import arm, machine, omniwheels, planar_cobot, sphere, wrench_set
 from infinivar.figures import sphere_map as sphere_figure
 from infinivar.machines.kinds.arm import ArmDrive
+from infinivar.machines.kinds.omniwheels import OmniwheelDrive
 from infinivar.machines.kinds.planar import PlanarDrive
 from infinivar.machines.kinds.platform import PlatformDrive
 from infinivar.machines.kinds.sphere import SphereDrive
@@ -99,7 +100,25 @@ def _platform(name: str, title: str, drive: PlatformDrive, task: TaskResult | No
     )
 
 
+def _omniwheels(
+    name: str, title: str, drive: OmniwheelDrive, task: TaskResult | None, assumed: str
+) -> Iterator[Drawing]:
+    if task is not None:
+        yield (
+            f"machine-{name}",
+            lambda: omniwheels.draw_all(drive, task.pose, task.twist, task.wrench),
+            f"{title}, task {task.title}, from above: wheels along their rolling directions, the axles of the rollers that "
+            "stand on the ground, and the forces on the machine.",
+        )
+
+
 _DRAWN: dict[str, Callable[..., Iterator[Drawing]]] = {
     kind.WORD: drawn
-    for kind, drawn in ((SphereDrive, _sphere), (PlanarDrive, _planar), (ArmDrive, _arm), (PlatformDrive, _platform))
+    for kind, drawn in (
+        (SphereDrive, _sphere),
+        (PlanarDrive, _planar),
+        (ArmDrive, _arm),
+        (PlatformDrive, _platform),
+        (OmniwheelDrive, _omniwheels),
+    )
 }

@@ -110,9 +110,10 @@ def draw_force(ax: Axes, head: np.ndarray, along: np.ndarray) -> None:
 
 
 def planar(parts: Parts, outline: Wheeled) -> dict[str, Any]:
-    """Body and wheels of a planar cobot: around (t, m, 2), spots and halves (t, k, 2) [mm], slips (t, k)."""
+    """Body and wheels in the plane: around (t, m, 2), spots and halves (t, k, 2) [mm], slips (t, k)."""
     spots, radius = outline.spots, outline.radii
-    pose = parts.configuration
+    pose, shape = parts.configuration, (len(parts.time), len(spots))
+    angles = parts.steering if outline.headings is None else np.broadcast_to(outline.headings, shape)
 
     def turned(points: np.ndarray) -> np.ndarray:
         cosine, sine = np.cos(pose[:, 2])[:, None], np.sin(pose[:, 2])[:, None]
@@ -120,12 +121,12 @@ def planar(parts: Parts, outline: Wheeled) -> dict[str, Any]:
         return 1e3 * np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
 
     centre = 1e3 * pose[:, None, :2]
-    headings = np.stack([np.cos(parts.steering), np.sin(parts.steering)], axis=-1)
+    headings = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     return {
         "around": centre + turned(planar_cobot.outline(spots, planar_cobot.size_of(spots, radius))),
         "spots": centre + turned(spots),
         "halves": turned(radius[:, None] * headings),
-        "slips": parts.sliding,
+        "slips": parts.sliding if parts.sliding.shape == shape else np.zeros(shape, dtype=bool),
     }
 
 

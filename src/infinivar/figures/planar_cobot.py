@@ -100,7 +100,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
         rim = spot + scale * numbers["limit"][place] * np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=-1)
         ax.plot(*rim.T, color=_CONTACT, lw=0.8, ls=(0, (1, 2)), zorder=2)
         draw_wheel(ax, spot, numbers["radius"][place] * heading)
-        _arrow(ax, spot, spot + scale * force[place], _CONTACT)
+        arrow(ax, spot, spot + scale * force[place], _CONTACT)
         out = (spot - middle) / (np.linalg.norm(spot - middle) or 1.0)
         words = f"wheel {place + 1}: {np.linalg.norm(force[place]):.3g} N,\n{100.0 * numbers['slip'][place]:.0f} % of slip limit"
         at = spot + 1.12 * scale * numbers["limit"][place] * np.array([0.0, 1.0 if out[1] > 0.3 else -1.0])
@@ -163,10 +163,10 @@ def _motion(ax: Axes, numbers: Mapping[str, Any], size: float, scale: float) -> 
     origin = np.zeros(2)
     velocity = np.asarray(numbers["twist"][:2])
     if np.any(velocity):
-        _arrow(ax, origin, 0.5 * size * velocity / np.linalg.norm(velocity), _VELOCITY)
+        arrow(ax, origin, 0.5 * size * velocity / np.linalg.norm(velocity), _VELOCITY)
     for name, _, colour in _applied(numbers):
         if np.any(numbers[name][:2]):
-            _arrow(ax, origin, scale * numbers[name][:2], colour)
+            arrow(ax, origin, scale * numbers[name][:2], colour)
     ax.plot(0.0, 0.0, marker="o", ms=3, color="black", zorder=5)
 
 
@@ -190,7 +190,8 @@ def _said(numbers: Mapping[str, Any], name: str, words: str) -> str:
     return f"{words} {force:.3g} N, with {moment:.3g} N m"
 
 
-def _arrow(ax: Axes, start: np.ndarray, end: np.ndarray, colour: str) -> None:
+def arrow(ax: Axes, start: np.ndarray, end: np.ndarray, colour: str) -> None:
+    """Draw an arrow from a point (2,) to another."""
     arrow = {"arrowstyle": "-|>", "color": colour, "lw": 1.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11}
     ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=arrow, zorder=4)
 

@@ -112,6 +112,7 @@ class OmniwheelMachine(OnCylinder):
 
     leg: CoboticDrive
     load: OmniwheelLoad
+    ungraphed: ClassVar[str] = "machine must have a bond graph: there is none of a platform on omniwheels"
 
     def __post_init__(self) -> None:
         """Validate the leg."""
@@ -343,14 +344,12 @@ class OmniwheelDrive(Linked):
 
     def _rubbed(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, pushed: np.ndarray) -> TaskPoint:
         """The point with the losses of wheels and rollers, and slip on the ground; `pushed` accelerates the rims (..., n)."""
-        lost, resisted = {}, []
-        for name, _, speed, force in self._rubs(pose, twist):
-            lost[name] = force * np.abs(speed) + 0.0 * point.part_losses
-            resisted.append(force * np.sign(speed))
+        lost = {
+            name: force * np.abs(speed) + 0.0 * point.part_losses for name, _, speed, force in self._rubs(pose, twist)
+        }
         demands: dict[Demand, np.ndarray] = {}
         if self.grip is not None:
-            rim = point.part_forces / self.wheel_radius - resisted[0] - pushed
-            traction = np.hypot(rim / np.cos(self.wheels.roller_angles), resisted[1])
+            traction = np.hypot(*self.on_ground(point, pose, twist, pushed))
             for place, part in enumerate(point.parts):
                 demands[Limit.SLIP, f"{part} on the ground"] = traction[..., place] / (self.grip * self.load_of_wheel)
         return replace(
@@ -359,3 +358,25 @@ class OmniwheelDrive(Linked):
             part_losses=point.part_losses + sum(lost.values()),
             demands={**point.demands, **demands},
         )
+
+    def on_ground(
+        self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, pushed: Array = 0.0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Forces of the ground on the wheels, along the axles of the rollers and across them.
+
+        Parameters
+        ----------
+        point : TaskPoint              Of these poses and twists.
+        pose, twist : (..., 3) float
+        pushed : (..., n) float        What accelerates the wheels about their axles, at the rim. [N]
+
+        Returns
+        -------
+        along, across : (..., n) float   [N]
+
+        Source: balance of moments about the axle, and of forces on the roller; see `infinivar.transmission.omniwheels`.
+        """
+        rolling, roller = (force * np.sign(speed) for _, _, speed, force in self._rubs(pose, twist))
+        angle = np.asarray(self.wheels.roller_angles)
+        rim = point.part_forces / self.wheel_radius - rolling - pushed
+        return (rim - roller * np.sin(angle)) / np.cos(angle), -roller

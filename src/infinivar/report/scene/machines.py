@@ -62,9 +62,10 @@ def _planar(scene: Scene, parts: Parts, cobot: Wheeled, turning: float) -> Exten
     wide = float(radii.max())
     size = planar_cobot.size_of(spots, radii)
     around = planar_cobot.outline(spots, size)
-    mass = cobot.mass - LEAST * len(spots)
-    moment = cobot.inertia - LEAST * float(np.sum(spots**2))
-    centre = np.append(-LEAST * spots.sum(axis=0) / mass, 0.0)
+    own = LEAST if cobot.headings is None else 0.0  # of a wheel that turns against the body
+    mass = cobot.mass - own * len(spots)
+    moment = cobot.inertia - own * float(np.sum(spots**2))
+    centre = np.append(-own * spots.sum(axis=0) / mass, 0.0)
     body = scene.body(scene.world, "body", [0.0, 0.0, 0.0], mass, [0.5 * moment, 0.5 * moment, moment], centre=centre)
     pose = parts.configuration
     for place, (name, kind, axis) in enumerate((("x", "slide", _X), ("y", "slide", _Y), ("angle", "hinge", _Z))):
@@ -77,6 +78,10 @@ def _planar(scene: Scene, parts: Parts, cobot: Wheeled, turning: float) -> Exten
     scene.handle(body, held, 0.45 * wide)
     for place, (spot, radius) in enumerate(zip(spots, radii, strict=True)):
         hub = [*spot, -4.2 * wide + radius]
+        if cobot.headings is not None:
+            across = [-np.sin(cobot.headings[place]), np.cos(cobot.headings[place]), 0.0]
+            scene.geom(body, "cylinder", "wheel", pos=hub, size=[float(radius), _WIDE * float(radius)], zaxis=across)
+            continue
         _wheel(scene, body, f"wheel_{place + 1}", hub, [*_X, *_Y], float(radius), parts.steering[:, place], turning)
     middle = 0.5 * (pose[:, :2].min(axis=0) + pose[:, :2].max(axis=0))
     reach = 0.5 * float(np.max(np.ptp(pose[:, :2], axis=0))) + 1.2 * size
