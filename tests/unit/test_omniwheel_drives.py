@@ -129,7 +129,7 @@ def test_faults_name_the_field(change, said):
 
 @pytest.mark.parametrize("name", ["three-motors", "one-motor"])
 def test_a_platform_moves_and_is_drawn(name, tmp_path):
-    """A short motion: the balance closes, frames have each wheel along its rolling direction, the scene is a body in the plane."""
+    """A short motion: the balance closes, frames have each wheel along its rolling direction, the scene is written."""
     drive = drives()[name]
     time = np.linspace(0.0, 0.05, 21)
     away = np.sin(20.0 * time) ** 2

@@ -80,7 +80,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
         out = (spot - middle) / (np.linalg.norm(spot - middle) or 1.0)
         at = spot + 0.62 * size * out
         box = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
-        ax.text(*at, words, ha="center", va="center", fontsize=7, zorder=6, bbox=box)
+        ax.text(at[0], at[1], words, ha="center", va="center", fontsize=7, zorder=6, bbox=box)
     velocity = numbers["twist"][:2]
     if np.any(velocity):
         arrow(ax, np.zeros(2), 0.5 * size * velocity / np.linalg.norm(velocity), _VELOCITY)
