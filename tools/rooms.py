@@ -29,7 +29,9 @@ def main() -> None:
         print(f"{room:<14}{count:>7} code lines{files[room]:>5} files")
     print(f"{'together':<14}{sum(lines.values()):>7} code lines{sum(files.values()):>5} files")
     kinds = {node.name for file, tree in trees.items() if within(file, *KINDS) for node in tree.body if is_class(node)}
-    kinds -= {node.name for file, tree in trees.items() if not within(file, *KINDS) for node in tree.body if is_class(node)}
+    kinds -= {
+        node.name for file, tree in trees.items() if not within(file, *KINDS) for node in tree.body if is_class(node)
+    }
     asked = {file: questions(tree, kinds) for file, tree in trees.items() if not within(file, MACHINES)}
     asked = {file: count for file, count in asked.items() if count}
     print(f"questions about kinds of machine outside their room: {sum(asked.values())} in {len(asked)} files")
