@@ -68,6 +68,12 @@ class Moved(NamedTuple):
     inertia: np.ndarray
     bias: np.ndarray
 
+    def forces(self, acceleration: np.ndarray) -> np.ndarray:
+        """Forces that give the bodies accelerations (..., d), in the order of their rows. (..., d)"""
+        shape = acceleration.shape
+        pushed = np.matmul(self.inertia.reshape(*shape, shape[-1]), acceleration[..., None])[..., 0]
+        return pushed + self.bias.reshape(shape)
+
 
 def rigid_body(mass: float, principal: np.ndarray, turn: np.ndarray, twist: np.ndarray) -> Moved:
     """A body of which the reference point is the centre of mass, in fixed axes.

@@ -23,16 +23,42 @@ from infinivar.transmission.rotary_linear import RotaryLinearIVT
 _NEARLY = 0.99
 """Reach of a rod over its length, beyond which a run that stops has reached the end of it."""
 
+_ROUNDING = 1e-12
+"""Speed over the largest of its kind that is rounding. [-]"""
+
 
 class Rubbing(NamedTuple):
-    """Coulomb friction of a load at m rows, at k speeds that are linear in the twist."""
+    """Coulomb friction of a load at k speeds that are linear in the twist."""
 
     name: str
     """Of the loss."""
     jacobian: np.ndarray
-    """(m, k, d)"""
+    """(..., k, d)"""
     force: np.ndarray
     """(k,) [N]"""
+
+    def against(self, twist: np.ndarray, stick_speed: float | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Friction that opposes the speeds at twists (..., d), and the speeds. (..., k) each
+
+        Without a stick speed it is a step, and what moves by rounding alone rests.
+        """
+        speed = np.matmul(self.jacobian, twist[..., None])[..., 0]
+        if stick_speed is None:
+            moves = np.abs(speed) > _ROUNDING * np.max(np.abs(speed), axis=-1, keepdims=True)
+            speed = np.where(moves, speed, 0.0)
+        return np.asarray(coulomb(speed, self.force, stick_speed)), speed
+
+
+def rubbed(
+    rubbing: Sequence[Rubbing], twist: np.ndarray, stick_speed: float | None = None
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Wrench of a load's own friction at twists (..., d), and its losses by name (..., k)."""
+    wrench, losses = np.zeros_like(twist), {}
+    for one in rubbing:
+        against, speed = one.against(twist, stick_speed)
+        wrench = wrench - np.matmul(against[..., None, :], one.jacobian)[..., 0, :]
+        losses[one.name] = against * speed
+    return wrench, losses
 
 
 class Linkage(NamedTuple):
@@ -53,16 +79,6 @@ class Linkage(NamedTuple):
     """Of the links on the cylinder; of an arm, where pulleys may set them anywhere, in the middle. (m, n) [m]"""
     rubbing: tuple[Rubbing, ...] = ()
     """Friction of the load itself."""
-
-    def rub(self, twist: np.ndarray, stick_speed: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Wrench of the load's own friction at twists (m, d), and its losses by name (m,)."""
-        wrench, losses = np.zeros_like(twist), {}
-        for name, jacobian, force in self.rubbing:
-            speed = np.matmul(jacobian, twist[..., None])[..., 0]
-            against = coulomb(speed, force, stick_speed)
-            wrench -= np.matmul(against[:, None, :], jacobian)[:, 0]
-            losses[name] = (against * speed).sum(axis=-1)
-        return wrench, losses
 
 
 class Load:
@@ -240,14 +256,15 @@ class LeggedMechanics(_OnLinks):
         generalised[:, -1] = -radius * found.y.sum(axis=-1)
         rubbing_cylinder = self._turned(rates[:, -1], found, link)
         generalised[:, -1] -= sum(rubbing_cylinder.values())
-        own, of_load = link.rub(rates[:, :-1], self.stick_speed)
+        own, of_load = rubbed(link.rubbing, rates[:, :-1], self.stick_speed)
         generalised[:, :-1] += own
         resisting = -found.moment + 0.0 * angles
 
         def losses() -> dict[str, np.ndarray]:
             lost = contact_losses(found.losses, found.slip_demand)
             lost["guideway"] = (rubbing * link.speed).sum(axis=-1)
-            return lost | {name: torque * rates[:, -1] for name, torque in rubbing_cylinder.items()} | of_load
+            lost |= {name: torque * rates[:, -1] for name, torque in rubbing_cylinder.items()}
+            return lost | {name: loss.sum(axis=-1) for name, loss in of_load.items()}
 
         def demand() -> np.ndarray:
             parts = [found.slip_demand]
@@ -318,5 +335,6 @@ class SeparateMechanics(_OnLinks):
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
         """Friction of the load; the motors act on the links, see `LinkMotors`."""
         link: Linkage = place.kinematics
-        own, losses = link.rub(rates, self.stick_speed)
+        own, lost = rubbed(link.rubbing, rates, self.stick_speed)
+        losses = {name: loss.sum(axis=-1) for name, loss in lost.items()}
         return Forces(own, 0.0 * angles, lambda: losses, lambda: link.demand)

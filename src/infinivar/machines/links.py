@@ -142,8 +142,11 @@ class Carried:
     """(5, ..., d)"""
     load: np.ndarray
     """Exerted by the links: on the load, and on the moving machine. (3, ..., d)"""
-    delivered: np.ndarray
-    """Power to the load. (...,) [W]"""
+
+    @functools.cached_property
+    def delivered(self) -> np.ndarray:
+        """Power to the load. (...,) [W]"""
+        return np.sum(self.course.wrench[2] * self.course.twist[2], axis=-1)
 
     @functools.cached_property
     def speed(self) -> np.ndarray:

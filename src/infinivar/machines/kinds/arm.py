@@ -292,6 +292,7 @@ class ArmDrive(Linked):
     """
 
     WORD: ClassVar[str] = "arm"
+    MASSES: ClassVar[tuple[str, ...]] = ("member_masses",)
     one_of: ClassVar[tuple[str, ...]] = ("leg", "separate")
     """Fields of which exactly one is given."""
 
@@ -418,31 +419,21 @@ class ArmDrive(Linked):
         """
         angles, rates, torques, configuration = self._placed(course.pose, course.twist, course.wrench)
         load = torques[1:4]
-        if self._carries:
+        if not self._massless:
             arm = ArmLoad(
                 arm=self.arm,
                 pulleys=np.full(self.links, self.pulley_radius),
                 masses=np.array(self.member_masses),
                 tip_mass=0.0,
             )
-            shape, n = rates[1:4].shape, self.links
+            n = self.links
             members = arm.inertia(angles[1:4].reshape(-1, n), rates[1:4].reshape(-1, n))
-            pushed = np.matmul(members.inertia.reshape(*shape, n), course.rate(rates)[..., None])[..., 0]
-            load = load + pushed + members.bias.reshape(shape)
-        delivered = np.sum(course.wrench[2] * course.twist[2], axis=-1)
-        return Carried(course=course, configuration=configuration, twist=rates, load=load, delivered=delivered)
+            load = load + members.forces(course.rate(rates))
+        return Carried(course=course, configuration=configuration, twist=rates, load=load)
 
     def along(self, carried: Carried) -> TaskPoint:
         """See `infinivar.machines.links`."""
         return self._along(carried, self.pulley_radius, "joint", ("N m", "rad/s"))
-
-    @property
-    def _carries(self) -> bool:
-        return self.member_masses is not None
-
-    @property
-    def _massless(self) -> str:
-        return "member_masses is missing"
 
     def _placed(
         self, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray

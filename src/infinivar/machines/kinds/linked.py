@@ -155,20 +155,17 @@ class Linked(MachineDrive):
     __slots__ = ()
 
     WORD: ClassVar[str]
+    MASSES: ClassVar[tuple[str, ...]]
+    """Fields of the masses that move with the links."""
     session: ClassVar[tuple[str, ...]] = ("load_mass", "load_inertia")
     leg: CoboticDrive | None
     separate: ConventionalDrive | None
     legs: LeggedDrive | None
 
     @property
-    def _carries(self) -> bool:
-        """Whether the masses that move with the links are stated."""
-        raise NotImplementedError
-
-    @property
     def _massless(self) -> str:
-        """Why they are not."""
-        raise NotImplementedError
+        """The first mass that moves with the links and is not stated; empty if all are."""
+        return next((name for name in self.MASSES if getattr(self, name) is None), "")
 
     @property
     def commands(self) -> tuple[str, ...]:
@@ -178,7 +175,7 @@ class Linked(MachineDrive):
     @property
     def lacking(self) -> Mapping[str, str]:
         """What of its motion `follow` does not count, with the reason."""
-        moves = {} if self._carries else {"moving masses": self._massless}
+        moves = {"moving masses": f"{self._massless} is missing"} if self._massless else {}
         own = lacking_of_drive(self.separate) if self.leg is None else lacking_of_leg(self.leg)
         return {**own, **moves}
 

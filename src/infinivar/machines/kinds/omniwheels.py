@@ -23,7 +23,7 @@ from infinivar.machines.bodies import Moved
 from infinivar.machines.course import MachineCourse
 from infinivar.machines.hand import Grip, PointGrip
 from infinivar.machines.kinds.linked import Linked, OnCylinder, SeparateMachine, check_leg
-from infinivar.machines.linkage import LeggedMechanics, Linkage, Load, Rubbing
+from infinivar.machines.linkage import LeggedMechanics, Linkage, Load, Rubbing, rubbed
 from infinivar.machines.links import Carried, moved
 from infinivar.machines.machine import TaskPoint, rows
 from infinivar.machines.many_legs import LeggedDrive
@@ -70,14 +70,14 @@ class OmniwheelLoad(Load):
     def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
         """Kinematics and inertia."""
         angle, turning = pose[:, 2], twist[:, 2, None]
-        rims, rollers = (in_fixed_axes(one, angle) for one in (self.wheels.rim_rows, self.wheels.roller_rows))
+        rubbing = _rubbing(self.wheels, angle, self.rolling_force, self.roller_force)
+        rims = rubbing[0].jacobian
         across = np.swapaxes(rims, -1, -2)
         # Rows turn with the body: their rate is that of their first two columns, a vector in the plane.
         rise = turning * (rims[..., 0] * twist[:, 1, None] - rims[..., 1] * twist[:, 0, None])
         inertia = np.diag([self.mass, self.mass, self.inertia]) + self.rim_mass * np.matmul(across, rims)
         bias = self.rim_mass * np.matmul(across, rise[..., None])[..., 0]
         speed = np.matmul(rims, twist[..., None])[..., 0]
-        ones = np.ones(self.links)
         return Linkage(
             self.ratio * rims,
             self.ratio * speed,
@@ -85,10 +85,7 @@ class OmniwheelLoad(Load):
             twist,
             Moved(inertia, bias),
             np.zeros((len(pose), 0)),
-            rubbing=(
-                Rubbing("wheels", rims, self.rolling_force * ones),
-                Rubbing("rollers", rollers, self.roller_force * ones),
-            ),
+            rubbing=rubbing,
         )
 
     def grip(self, coordinates: int) -> Grip:
@@ -104,6 +101,15 @@ class OmniwheelLoad(Load):
             inertia=self.inertia,
             headings=np.asarray(self.wheels.headings, dtype=float),
         )
+
+
+def _rubbing(wheels: Omniwheels, angle: Array, rolling_force: float, roller_force: float) -> tuple[Rubbing, Rubbing]:
+    """Friction of rims and rollers of a body turned by angles (...,)."""
+    ones = np.ones(len(wheels.rim_rows))
+    return (
+        Rubbing("wheels", in_fixed_axes(wheels.rim_rows, angle), rolling_force * ones),
+        Rubbing("rollers", in_fixed_axes(wheels.roller_rows, angle), roller_force * ones),
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -138,6 +144,7 @@ class OmniwheelDrive(Linked):
     """
 
     WORD: ClassVar[str] = "omniwheels"
+    MASSES: ClassVar[tuple[str, ...]] = ("mass", "inertia")
     one_of: ClassVar[tuple[str, ...]] = ("leg", "separate")
     """Fields of which exactly one is given."""
 
@@ -235,7 +242,7 @@ class OmniwheelDrive(Linked):
     def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
         """As `infinivar.machines.machine.Machine.perform`; at rest friction does not help to hold the load."""
         pose, twist, wrench = rows(self, pose, twist, wrench)
-        load = wrench + self._against(pose, twist)
+        load = wrench - rubbed(self._rubbing(pose), twist)[0]
         point = moved(
             self.configuration(pose),
             self.legs,
@@ -255,37 +262,23 @@ class OmniwheelDrive(Linked):
         Source: Newton and Euler in fixed axes.
         """
         pose, twist, acceleration = np.broadcast_arrays(course.pose, course.twist, course.acceleration)
-        load = course.wrench[1:4] + self._against(pose[1:4], twist[1:4])
-        if self._carries:
-            shape = twist[1:4].shape
+        load = course.wrench[1:4] - rubbed(self._rubbing(pose[1:4]), twist[1:4])[0]
+        if not self._massless:
             body = self._load().at(pose[1:4].reshape(-1, 3), twist[1:4].reshape(-1, 3)).moved
-            pushed = np.matmul(body.inertia, acceleration[1:4].reshape(-1, 3, 1))[..., 0] + body.bias
-            load = load + pushed.reshape(shape)
-        return Carried(
-            course=course,
-            configuration=self.configuration(course.pose),
-            twist=course.twist,
-            load=load,
-            delivered=np.sum(course.wrench[2] * course.twist[2], axis=-1),
-        )
+            load = load + body.forces(acceleration[1:4])
+        return Carried(course=course, configuration=self.configuration(course.pose), twist=course.twist, load=load)
 
     def along(self, carried: Carried) -> TaskPoint:
         """See `infinivar.machines.links`."""
         point = self._along(carried, self.lever, "wheel", _UNITS)
         course = carried.course
         rims = self.wheels.at(course.pose[..., 2]).link_speeds(course.twist)
-        pushed = self.wheel_inertia / self.wheel_radius**2 * course.rate(rims)[1] if self._carries else np.zeros(())
+        pushed = (
+            self.wheel_inertia / self.wheel_radius**2 * course.rate(rims)[1] if not self._massless else np.zeros(())
+        )
         made = self._rubbed(point, course.pose[2], course.twist[2], pushed)
         lost = sum(made.losses[name] for name in OmniwheelLoad.losses)
         return replace(made, stored={**made.stored, "machine": made.stored["machine"] - lost})
-
-    @property
-    def _carries(self) -> bool:
-        return self.mass is not None and self.inertia is not None
-
-    @property
-    def _massless(self) -> str:
-        return f"{'mass' if self.mass is None else 'inertia'} is missing"
 
     def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> OmniwheelMachine | SeparateMachine:
         """The platform with its inertia, and that of a load, for `infinivar.simulate_machine`.
@@ -321,32 +314,14 @@ class OmniwheelDrive(Linked):
             wheel_radius=self.wheel_radius,
         )
 
-    def _rubs(self, pose: np.ndarray, twist: np.ndarray) -> tuple[tuple[str, np.ndarray, np.ndarray, float], ...]:
-        """Name, rows (..., n, 3), speeds (..., n) and force of wheels and rollers that rub."""
-        found = []
-        for name, body, share in (
-            ("wheels", self.wheels.rim_rows, self.rolling_friction),
-            ("rollers", self.wheels.roller_rows, self.roller_friction),
-        ):
-            jacobian = in_fixed_axes(body, pose[..., 2])
-            speed = np.matmul(jacobian, twist[..., None])[..., 0]
-            # Rounding must not make a roller that rests rub with its full force.
-            largest = np.max(np.abs(speed), axis=-1, keepdims=True)
-            found.append(
-                (name, jacobian, np.where(np.abs(speed) > 1e-12 * largest, speed, 0.0), share * self.load_of_wheel)
-            )
-        return tuple(found)
-
-    def _against(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-        """Wrench that overcomes the friction of wheels and rollers. (..., 3)"""
-        signs = ((force * np.sign(speed), jacobian) for _, jacobian, speed, force in self._rubs(pose, twist))
-        return sum((np.matmul(one[..., None, :], jacobian)[..., 0, :] for one, jacobian in signs), np.zeros(()))
+    def _rubbing(self, pose: np.ndarray) -> tuple[Rubbing, Rubbing]:
+        """Friction of wheels and rollers at poses (..., 3)."""
+        load = self.load_of_wheel
+        return _rubbing(self.wheels, pose[..., 2], self.rolling_friction * load, self.roller_friction * load)
 
     def _rubbed(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, pushed: np.ndarray) -> TaskPoint:
         """The point with the losses of wheels and rollers, and slip on the ground; `pushed` accelerates the rims (..., n)."""
-        lost = {
-            name: force * np.abs(speed) + 0.0 * point.part_losses for name, _, speed, force in self._rubs(pose, twist)
-        }
+        lost = {name: loss + 0.0 * point.part_losses for name, loss in rubbed(self._rubbing(pose), twist)[1].items()}
         demands: dict[Demand, np.ndarray] = {}
         if self.grip is not None:
             traction = np.hypot(*self.on_ground(point, pose, twist, pushed))
@@ -376,7 +351,7 @@ class OmniwheelDrive(Linked):
 
         Source: balance of moments about the axle, and of forces on the roller; see `infinivar.transmission.omniwheels`.
         """
-        rolling, roller = (force * np.sign(speed) for _, _, speed, force in self._rubs(pose, twist))
+        rolling, roller = (one.against(twist)[0] for one in self._rubbing(pose))
         angle = np.asarray(self.wheels.roller_angles)
         rim = point.part_forces / self.wheel_radius - rolling - pushed
         return (rim - roller * np.sin(angle)) / np.cos(angle), -roller

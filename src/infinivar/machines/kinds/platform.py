@@ -221,6 +221,7 @@ class PlatformDrive(Linked):
     """
 
     WORD: ClassVar[str] = "platform"
+    MASSES: ClassVar[tuple[str, ...]] = ("mass", "inertia")
     one_of: ClassVar[tuple[str, ...]] = ("leg", "separate")
     """Fields of which exactly one is given."""
 
@@ -300,32 +301,16 @@ class PlatformDrive(Linked):
         Source: Newton and Euler.
         """
         load = course.wrench[1:4]
-        if self._carries:
+        if not self._massless:
             pose, twist = np.broadcast_arrays(course.pose[1:4], course.twist[1:4])
             turn = rotation_matrix(pose[..., 3:].reshape(-1, 3))
             body = rigid_body(self.mass, np.array(self.inertia), turn, twist.reshape(-1, 6))  # type: ignore[arg-type]
-            pushed = np.matmul(body.inertia.reshape(*twist.shape, 6), course.acceleration[1:4, ..., None])[..., 0]
-            load = load + pushed + body.bias.reshape(twist.shape)
-        delivered = np.sum(course.wrench[2] * course.twist[2], axis=-1)
-        return Carried(
-            course=course,
-            configuration=self.configuration(course.pose),
-            twist=course.twist,
-            load=load,
-            delivered=delivered,
-        )
+            load = load + body.forces(np.broadcast_to(course.acceleration[1:4], twist.shape))
+        return Carried(course=course, configuration=self.configuration(course.pose), twist=course.twist, load=load)
 
     def along(self, carried: Carried) -> TaskPoint:
         """See `infinivar.machines.links`."""
         return self._along(carried)
-
-    @property
-    def _carries(self) -> bool:
-        return self.mass is not None and self.inertia is not None
-
-    @property
-    def _massless(self) -> str:
-        return f"{'mass' if self.mass is None else 'inertia'} is missing"
 
     def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> PlatformMachine | SeparateMachine:
         """The platform with its inertia, and that of a load, for `infinivar.simulate_machine`.
