@@ -388,7 +388,6 @@ from infinivar.transmission.kinematics import Steering, contact_balance, relativ
 from infinivar.transmission.legs import creep_drift, reflected_mass
 from infinivar.transmission.mechanism_forward import slopes
 from infinivar.transmission.omniwheels import Omniwheels, in_fixed_axes
-from infinivar.transmission.omniwheels import regular as regular_omniwheels
 from infinivar.transmission.planar import drift, driving_creepage, instant_centre
 from infinivar.transmission.platform import rotated, rotation_matrix
 from infinivar.transmission.rates import Varying, steering_rates

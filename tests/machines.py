@@ -7,6 +7,7 @@ import numpy as np
 
 import infinivar as iv
 from infinivar import ArmMachine, PlanarMachine, PlatformMachine, SerialArmMachine, SphereMachine, VectorHistory
+from internals import Omniwheels
 from made import loaded
 
 LEG = loaded("hand_controller").drives["cobotic"]
@@ -16,6 +17,16 @@ IDEAL_WHEEL = iv.RollingContact(
     wheel_radius=0.02, preload=500.0, friction=0.2, creep_stiffness=1e6, rolling_torque=0.0, bearing_torque=0.0
 )
 REAL_WHEEL = replace(IDEAL_WHEEL, creep_stiffness=2e4, rolling_torque=0.005, bearing_torque=0.002)
+
+
+def ring_of_omniwheels(count, radius):
+    """Wheels at equal distances on a circle, which roll along it."""
+    places = 2 * np.pi * np.arange(count) / count
+    return Omniwheels(
+        positions=np.stack([radius * np.cos(places), radius * np.sin(places)], axis=-1),
+        headings=places + np.pi / 2,
+        roller_angles=np.zeros(count),
+    )
 
 
 def ideal_leg(stiffness=1e7):

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from infinivar import ParameterError
-from internals import Omniwheels, in_fixed_axes, regular_omniwheels
+from internals import Omniwheels, in_fixed_axes
+from machines import ring_of_omniwheels
 
 _POINTS = 20_000
 
@@ -56,7 +57,7 @@ def test_powers_balance_in_all_quadrants(seed):
 
 
 def test_a_ring_of_omniwheels_turns_all_rims_alike_and_its_rollers_not():
-    ring = regular_omniwheels(5, 0.3)
+    ring = ring_of_omniwheels(5, 0.3)
     here = ring.at(np.array(0.7))
     np.testing.assert_allclose(here.link_speeds([0.0, 0.0, 2.0]), 0.6, rtol=1e-14)
     np.testing.assert_allclose(ring.roller_rows[:, 2], 0.0, atol=1e-15)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from internals import Omniwheels, regular_omniwheels
+from internals import Omniwheels
+from machines import ring_of_omniwheels
 
 
 @pytest.mark.source("siegwart2004", "Eq 3.19", "Eq 3.20")
@@ -45,7 +46,7 @@ def test_four_mecanum_wheels_have_the_usual_matrix():
 
 def test_three_wheels_at_120_degrees_share_a_force_by_two_thirds():
     """The rims of a regular ring push with 2/n of a force times its component: sum of squares, closed form."""
-    ring = regular_omniwheels(3, 0.2)
+    ring = ring_of_omniwheels(3, 0.2)
     forces = ring.at(np.array(0.0)).link_forces([-9.0, 0.0, 0.0])
     places = 2 * np.pi * np.arange(3) / 3 + np.pi / 2
     np.testing.assert_allclose(forces, 2 / 3 * 9.0 * np.cos(places), atol=1e-14)

@@ -1,6 +1,7 @@
 """Tests reach the package's inside through one list, so that moving a file changes a line there and no test."""
 
 import ast
+import functools
 from pathlib import Path
 
 import internals
@@ -10,8 +11,13 @@ PUBLIC = ("infinivar", "infinivar.bondgraph", "infinivar.cli", "infinivar.contac
 """Packages whose names users import."""
 
 
+@functools.cache
 def imports():
     """File, module and name of each import of a name in the tests."""
+    return tuple(_imports())
+
+
+def _imports():
     for path in TESTS.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             if isinstance(node, ast.ImportFrom):

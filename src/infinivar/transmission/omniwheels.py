@@ -110,25 +110,6 @@ class Omniwheels:
         return Configuration(jacobian=ratio * in_fixed_axes(self.rim_rows, angle))
 
 
-def regular(count: int, radius: float, roller_angle: float = 0.0) -> Omniwheels:
-    """Wheels at equal distances on a circle, which roll along it, counterclockwise.
-
-    Parameters
-    ----------
-    count : int             Of wheels, >= 3; the first on x of the body.
-    radius : float          Of the circle, > 0. [m]
-    roller_angle : float    Of each wheel. [rad]
-    """
-    require(count >= 3, "count", count, ">= 3")
-    require(radius > 0, "radius", radius, "> 0", "m")
-    places = 2.0 * np.pi * np.arange(count) / count
-    return Omniwheels(
-        positions=np.stack([radius * np.cos(places), radius * np.sin(places)], axis=-1),  # type: ignore[arg-type]
-        headings=tuple(places + 0.5 * np.pi),
-        roller_angles=(roller_angle,) * count,
-    )
-
-
 def in_fixed_axes(rows: np.ndarray, angle: Array) -> np.ndarray:
     """Rows by a twist in fixed axes, of rows (n, 3) by one in axes of a body turned by an angle. (..., n, 3)"""
     cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
