@@ -17,7 +17,7 @@ from infinivar._core.fields import brief, check, component, given, quantities, q
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import axis_of, needed
-from infinivar.errors import ParameterError, require
+from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.machines.bodies import Moved
 from infinivar.machines.course import MachineCourse
@@ -202,9 +202,10 @@ class OmniwheelDrive(Linked):
         object.__setattr__(self, "legs", self._legs(self.links))
         if self.wheel_load is None and self.mass is None:
             for name in ("rolling_friction", "roller_friction", "grip"):
-                require(
-                    not getattr(self, name), name, f"{getattr(self, name)} without a load", "with wheel_load or mass"
-                )
+                if getattr(self, name):
+                    raise ParameterError(
+                        f"wheel_load is missing: {name} needs it, or mass, whose weight the wheels share"
+                    )
 
     @property
     def links(self) -> int:
