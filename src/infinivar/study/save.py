@@ -5,6 +5,7 @@ from __future__ import annotations
 import collections
 import dataclasses
 import os
+import re
 import tempfile
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -27,7 +28,7 @@ from infinivar.study import extensions, toml
 from infinivar.study.check import check_study
 from infinivar.study.load import study_from_dict
 from infinivar.study.messages import StudyError, quoted
-from infinivar.study.provenance import DEFAULT, Provenance, Rows, by_field, recorded, same, text_of, texts_of, unscaled
+from infinivar.study.provenance import DEFAULT, Provenance, Rows, by_field, recorded, same, text_of, unscaled
 from infinivar.study.schema import (
     DRIVES,
     ORIGIN,
@@ -405,9 +406,7 @@ def _field(field: dataclasses.Field[Any] | None, key: Key, value: Any, path: str
 def _raw(key: Key, value: Any, texts: Iterable[str], path: str) -> Any:
     """The first form of a value that the key reads as the same value."""
     assert key.read is not None
-    if key.several is not None:
-        texts = ()
-    for raw in [[Inline(texts_of(one)) for one in value]] if key.several is not None else _candidates(value, texts):
+    for raw in _candidates(value, texts) if key.several is None else _lists(texts):
         try:
             if same(key.read(raw).value, value):
                 return raw
@@ -426,6 +425,12 @@ def _candidates(value: Any, texts: Iterable[str]) -> Iterator[Any]:
         yield from ([next(_forms(one)) for one in text.split(", ")] for text in texts)
     else:
         yield from (raw for text in texts for raw in _forms(text))
+
+
+def _lists(texts: Iterable[str]) -> Iterator[list[Inline]]:
+    """What TOML holds for several tables, whose texts are these, as `text_of` writes them."""
+    for text in texts:
+        yield [Inline(re.findall(r"(\w+) = (.*?)(?:, (?=\w+ = )|$)", one)) for one in text.split("; ")]
 
 
 def _forms(text: str) -> Iterator[Any]:
