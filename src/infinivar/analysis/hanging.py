@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from infinivar._core.described import derived, finite, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, Result, result
+from infinivar._core.text import aligned
 from infinivar.errors import InputError
 from infinivar.study.choices import Variant
 from infinivar.units import plain
@@ -20,12 +19,6 @@ MOST = 10
 
 _NAMED = 3
 """Answers that a verdict names for one winner; of more, all but the first two are counted."""
-
-_WIDTH, _GAP = 98, "  "
-"""Columns of a printed table, which commands indent by two, and the usual gap between its columns."""
-
-_BREAKS = re.compile(r"[^\s-]*(?:-|\s+|$)")
-"""Pieces of a cell between which it may be wrapped."""
 
 _SAME = 1e-9
 """Relative change of a figure below which a choice has no effect."""
@@ -172,45 +165,14 @@ class Hanging(Result):
 
         Where it would be wider than 98 columns, the widest cells are wrapped between words and behind hyphens.
         """
-        return _aligned((self.heading, *self.cells)) if self.rows else ()
+        figures = range(3, 3 + len(self.titles))
+        return tuple(aligned((self.heading, *self.cells), figures)) if self.rows else ()
 
 
 def _or(said: list[str]) -> str:
     if len(said) > _NAMED:
         said = [*said[: _NAMED - 1], f"{len(said) - _NAMED + 1} more"]
     return said[0] if len(said) == 1 else f"{', '.join(said[:-1])} or {said[-1]}"
-
-
-def _aligned(table: tuple[tuple[str, ...], ...]) -> tuple[str, ...]:
-    """Lines of a table whose columns share the width; figures stay in one line, under heads that are wrapped."""
-    pieces = [
-        [[cell] if row and 2 < place < len(cells) - 1 else _BREAKS.findall(cell) for place, cell in enumerate(cells)]
-        for row, cells in enumerate(table)
-    ]
-    columns = list(zip(*pieces, strict=True))
-    widths = [max(len("".join(cell)) for cell in column) for column in columns]
-    least = [max(len(piece.rstrip()) for cell in column for piece in cell) for column in columns]
-    gap = _GAP if sum(least) + len(_GAP) * (len(least) - 1) <= _WIDTH else " "
-    while sum(widths) + len(gap) * (len(widths) - 1) > _WIDTH and widths != least:
-        place = max(range(len(widths)), key=lambda one: (widths[one] > least[one], widths[one]))
-        widths[place] -= 1
-    lines = []
-    for row in pieces:
-        cells = [_wrapped(cell, width) for cell, width in zip(row, widths, strict=True)]
-        lines += [
-            gap.join(f"{part:<{width}}" for part, width in zip(parts, widths, strict=True)).rstrip()
-            for parts in itertools.zip_longest(*cells, fillvalue="")
-        ]
-    return tuple(lines)
-
-
-def _wrapped(pieces: list[str], width: int) -> list[str]:
-    lines = [""]
-    for piece in pieces:
-        if len((lines[-1] + piece).rstrip()) > width:
-            lines.append("")
-        lines[-1] += piece
-    return [line.rstrip() for line in lines]
 
 
 def hang(

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from infinivar._core.fields import value_at
-from infinivar._core.text import counted
+from infinivar._core.text import aligned, counted
 from infinivar.analysis.hanging import told
 from infinivar.analysis.robustness.verdicts import percent
 from infinivar.figures import sizing as figure
 from infinivar.figures import style
 from infinivar.motion.scenario import Scenario
 from infinivar.report import sizing_doubt
+from infinivar.report.numbers import capitalise
 from infinivar.report.output import all_or_nothing, check_inputs
 from infinivar.report.page import render, to_json
 from infinivar.sizing.design import (
@@ -36,15 +37,15 @@ from infinivar.sizing.geared.sampled import TaskDemand
 from infinivar.sizing.records import SearchRecord, WheelRecord, limit_lines
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.studies import motion_file, scenario_of, study_of
-from infinivar.sizing.what_if import amount, needed_words, present_words
+from infinivar.sizing.what_if import WhatIf, amount, needed_words, present_words
 from infinivar.study.inputs import input_files
 from infinivar.study.study import Study
-from infinivar.units import plain
+from infinivar.units import plain, show
 
 _KIND = "size"
 _WRITTEN = re.compile(r"sizing\.(html|json)|sizing-designs\.\w+|(design|front)-\d{2,}\.toml")
 """Files of every search; those named after templates and motions come on top."""
-LISTED = 10
+LISTED = 5
 """Most designs that are printed in a terminal."""
 TIGHTEST = 5
 """Limits of the best designs that are set side by side."""
@@ -133,43 +134,86 @@ def _studies(
 
 
 def text(sizing: Sizing) -> Iterator[str]:
-    """Yield the lines for a terminal."""
-    verdict = sizing.verdict
-    yield f"{verdict[:1].upper()}{verdict[1:]}"
-    yield from told(sizing.hangs_on)
+    """Yield the lines for a terminal: the answer, the best of each template, and what it hangs on; the report has the rest."""
+    yield from _answer(sizing)
     for group, title, designs in (
-        ("design", f"Least {sizing.objective[0]}:", sizing.designs),
-        ("front", "Front of mass and energy, least power first:", sizing.front),
+        ("design", f"Least {sizing.objective[0]}", sizing.designs),
+        ("front", "Front of mass and energy", sizing.front),
     ):
-        if designs:
-            yield title
-            for place, design in enumerate(designs[:LISTED], 1):
-                yield f"  {file_of(group, place).removesuffix('.toml')}: {sizing.words_of(design)}"
-            if len(designs) > LISTED:
-                yield f"  ... and {len(designs) - LISTED} more"
+        if len(designs) > 1:
+            yield ""
+            yield from _listed(sizing, group, title, designs)
+    for lines in (
+        told(sizing.hangs_on),
+        *(_changes(one) for one in sizing.what_if.values()),
+        () if sizing.doubt is None else sizing_doubt.text(sizing.doubt),
+        _searched(sizing),
+    ):
+        block = [*lines]
+        yield from ["", *block] if block else ()
+
+
+def _answer(sizing: Sizing) -> Iterator[str]:
+    """The verdict, and a table with a column for the best design like each template."""
+    if sizing.best is None:
+        yield capitalise(sizing.verdict)
+        return
+    if sizing.hangs_on is not None and sizing.hangs_on.prefix:
+        yield sizing.hangs_on.prefix.strip()
+    like = [sizing.best.template] if len(sizing.searches) > 1 else []
+    yield f"{capitalise(sizing.least)}: {', '.join([*like, *sizing.best.results])}"
+    yield ""
+    facts = {name: _facts(design) for name, design in sizing.best_of.items()}
     if len(sizing.searches) > 1:
-        yield "Best of each:"
-        for name in sizing.searches:
-            yield f"  {best_words(sizing, name)}"
-    for one in sizing.what_if.values():
-        yield f"{one.headline}:"
-        for line in one.lines:
-            yield f"  {line}"
+        facts = {name: {**said, "study file": best_file(name)} for name, said in facts.items()}
+    words = dict.fromkeys(word for said in facts.values() for word in said)
+    yield from aligned([("", *facts), *((word, *(said.get(word, "–") for said in facts.values())) for word in words)])
     for name, search in sizing.searches.items():
-        yield from _fates(name, search) if isinstance(search, SearchRecord) else _wheel_fates(name, search)
-    if sizing.doubt is not None:
-        yield from sizing_doubt.text(sizing.doubt)
-    for one in sizing.cautions:
-        yield f"Note: {one}"
+        if name not in facts:
+            nearest = search.nearest
+            miss = "" if nearest is None else f"; nearest miss: {exceeded_words(nearest)}"
+            yield f"{name}: no feasible design{miss}"
 
 
-def best_words(sizing: Sizing, name: str) -> str:
-    """The best design like a template, or the nearest miss."""
-    best = sizing.best_of.get(name)
-    if best is not None:
-        return f"{best_file(name).removesuffix('.toml')}: {best.verdict}"
-    nearest = sizing.searches[name].nearest
-    return f"{name}: no feasible design" + ("" if nearest is None else f"; nearest miss: {exceeded_words(nearest)}")
+def _facts(design: SizedDrive) -> dict[str, str]:
+    """What a design needs, weighs and keeps, its parts and its values, by their names."""
+    figures = zip(("mean power", "mass"), _figures(design), strict=False)
+    limit = {} if design.tightest is None else {"tightest limit": limit_words(design.tightest)}
+    parts = {role_words(role): part.title for role, part in design.parts.items()}
+    return {**dict(figures), **limit, **parts, **{path_words(path): value.words for path, value in design.free.items()}}
+
+
+def _figures(design: SizedDrive) -> tuple[str, str, str]:
+    """Mean power, mass and margin; "–" where there is none."""
+    power = show(design.power, "W", 3) if math.isfinite(design.power) else "–"
+    mass = show(design.mass, "kg", 3) if math.isfinite(design.mass) else "not stated"
+    return power, mass, "–" if design.tightest is None else _allowance(design, design.tightest)
+
+
+def _listed(sizing: Sizing, group: str, title: str, designs: tuple[SizedDrive, ...]) -> Iterator[str]:
+    """Lines of a table with a row for each of the first designs."""
+    several = len(sizing.searches) > 1
+    table = [(title, *(["drive"] if several else []), "power", "mass", "margin", "parts")]
+    for place, design in enumerate(designs[:LISTED], 1):
+        like = [design.template] if several else []
+        table.append((file_of(group, place).removesuffix(".toml"), *like, *_figures(design), design.title))
+    yield from aligned(table, whole=range(1, len(table[0]) - 1))
+    if len(designs) > LISTED:
+        yield f"... and {len(designs) - LISTED} more in the report"
+
+
+def _changes(change: WhatIf) -> Iterator[str]:
+    """Lines on what would have to change for another outcome."""
+    yield f"{change.headline}:"
+    yield from (f"  {line}" for line in change.lines)
+
+
+def _searched(sizing: Sizing) -> Iterator[str]:
+    """Lines on what was searched, and what excluded it where nothing is feasible; then the notes."""
+    for name, search in sizing.searches.items():
+        lines = [*(_fates(name, search) if isinstance(search, SearchRecord) else _wheel_fates(name, search))]
+        yield from lines[:1] if name in sizing.best_of else lines
+    yield from (f"Note: {one}" for one in sizing.cautions)
 
 
 def _fates(name: str, search: SearchRecord) -> Iterator[str]:

@@ -9,7 +9,7 @@ from infinivar.analysis.robustness.verdicts import percent
 from infinivar.sizing.builds.result import Doubt
 
 _LISTED = 5
-"""Most runners-up, and most of the front, that are printed in a terminal."""
+"""Most runners-up that are printed in a terminal."""
 
 
 def text(doubt: Doubt) -> Iterator[str]:
@@ -24,10 +24,6 @@ def text(doubt: Doubt) -> Iterator[str]:
     never = len(doubt.designs) - 1 - len(doubt.runners_up)
     if never:
         yield f"  ... and {never} more that {'is' if never == 1 else 'are'} best in no build"
-    for one in doubt.front[:_LISTED]:
-        yield f"  {one.name}: {one.verdict}"
-    if len(doubt.front) > _LISTED:
-        yield f"  ... and {len(doubt.front) - _LISTED} more of the front"
     if doubt.stated:
         yield f"  spreads stated in the study: {'; '.join(doubt.stated)}"
     if doubt.assumed:

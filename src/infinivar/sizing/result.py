@@ -91,12 +91,17 @@ class Sizing(Result):
         ]
         return f"{' and '.join(found)} of {', '.join(one.name for one in self.sets)}"
 
+    @property
+    def least(self) -> str:
+        """What the designs have least of, and of what, such as "least mass of 7 pairs of shelf"."""
+        return f"least {self.objective[0]} of {self.searched}"
+
     @derived()
     def verdict(self) -> str:
         """One line on the outcome."""
         if self.best is not None:
             prefix = "" if self.hangs_on is None else self.hangs_on.prefix
-            return f"{prefix}least {self.objective[0]} of {self.searched}: {self.words_of(self.best)}"
+            return f"{prefix}{self.least}: {self.words_of(self.best)}"
         unjudged = [one.unjudged if isinstance(one, SearchRecord) else {} for one in self.searches.values()]
         if sum(sum(one.values()) for one in unjudged) == sum(one.candidates for one in self.searches.values()):
             reasons = ", ".join(f"{reason} ({number:,})" for one in unjudged for reason, number in one.items())
