@@ -302,6 +302,18 @@ class TestDrawing:
         assert rate / slow <= 9.0 + 1e-9
         assert f"{slow:.0e}"[0] in "125"
 
+    def test_omniwheels_turn_as_their_rims_roll_and_their_legs_are_beside(self, studies):
+        study = studies["omniwheel_platform"]
+        task = next(name for name, one in study.tasks.items() if np.any(one.twist.row(("x", "y", "angle"))))
+        drive = study.drives["one-motor"]
+        found = drawing.drawing(study, {"drive": "one-motor", "task": task})
+        marks = [one["rate"] for one in found["scenes"][0]["items"] if one["kind"] == "marks"]
+        rims = drive.part_speeds(np.zeros(3), study.tasks[task].twist.row(("x", "y", "angle")))
+        np.testing.assert_allclose(marks, rims / drive.wheel_radius, atol=1e-12)
+        wheels = [one for one in found["scenes"][1]["items"] if one["look"] == "wheel"]
+        assert len(wheels) == drive.links
+        assert next(one["text"] for one in found["scenes"][0]["items"] if one["kind"] == "text").startswith("wheel 1: ")
+
     def test_a_machine_out_of_reach_says_so(self, studies):
         study = studies["two_joint_arm"]
         from dataclasses import replace

@@ -53,8 +53,7 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
     size = _SIZE * (float(np.max(np.ptp(path, axis=0))) or 1.0)
     for place in np.unique(np.linspace(0, len(time) - 1, _BODIES).round().astype(int)):
         ahead = size * np.array([np.cos(numbers["angle"][place]), np.sin(numbers["angle"][place])])
-        arrow = {"arrowstyle": "-|>", "color": "#444444", "lw": 1.0, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8}
-        above.annotate("", xy=tuple(path[place] + ahead), xytext=tuple(path[place]), arrowprops=arrow)
+        style.arrow(above, path[place], path[place] + ahead, "#444444", lw=1.0, size=8, zorder=3)
     above.plot(*path[0], marker="o", ms=4, color="black")
     above.set_aspect("equal", adjustable="datalim")
     above.set_xlabel("x [m]")

@@ -58,6 +58,9 @@ SOURCE_COLOURS = {
 }
 """One colour per source of energy, the same in every figure."""
 
+BLANK = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
+"""Box behind words that may stand on lines."""
+
 FORMATS = ("png", "svg", "pdf")
 
 _SETTINGS: dict[Any, Any] = {
@@ -95,6 +98,14 @@ def figure(width: float, height: float, rows: int = 1, columns: int = 1, **optio
 
     made = Figure(figsize=(width, height), layout="constrained")
     return made, made.subplots(rows, columns, **options)
+
+
+def arrow(
+    ax: Any, tail: Any, head: Any, colour: str, *, lw: float = 1.8, size: float = 11.0, gap: float = 0.0, **options: Any
+) -> None:
+    """Draw an arrow from a point (2,) to another, or a gap before it, with a head of a size."""
+    drawn = {"arrowstyle": "-|>", "color": colour, "lw": lw, "shrinkA": 0, "shrinkB": gap, "mutation_scale": size}
+    ax.annotate("", xy=tuple(head), xytext=tuple(tail), arrowprops=drawn, **{"zorder": 4, **options})
 
 
 def label_plane(ax: Any, axis: Axis) -> None:

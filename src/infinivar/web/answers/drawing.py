@@ -12,6 +12,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import axis_of, is_machine
 from infinivar.errors import InputError
+from infinivar.machines.pictures.strokes import CIRCLE, hull, off, rim, round_number
 from infinivar.parts.belt import Belt, Rack
 from infinivar.parts.linkage import Linkage
 from infinivar.parts.motor import Motor
@@ -170,10 +171,8 @@ def _end_view(element: RotaryLinearIVT, speed: float, point: OperatingPoint) -> 
     yield shapes.spokes((0.0, 0.0), radius, speed, clockwise=True, count=10)
     yield shapes.circle((0.0, 0.0), 0.04 * radius, "axis")
     width = 0.28 * wheel * sine
-    disc = np.stack([wheel * cosine * np.sin(shapes.ROUND), wheel * np.cos(shapes.ROUND)], axis=-1) + hub
-    yield shapes.poly(
-        shapes.hull(np.concatenate([shapes.off(disc, -width, 0.0), shapes.off(disc, width, 0.0)])), "wheel"
-    )
+    disc = rim(hub, wheel, (0.0, 1.0), (cosine, 0.0))
+    yield shapes.poly(hull(np.concatenate([off(disc, -width, 0.0), off(disc, width, 0.0)])), "wheel")
     yield shapes.marks(
         (hub, hub),
         ((0.0, 0.35 * wheel), (0.0, wheel)),
@@ -194,16 +193,16 @@ def _patch_scene(pressed: PressedContact, angle: float, element: RotaryLinearIVT
     """The contact ellipse from above, magnified to half of the cylinder's radius, in axes of the drawing beside it."""
     a, b = MM * float(pressed.patch.a), MM * float(pressed.patch.b)
     radius = MM * element.cylinder_radius
-    scale = shapes.round_number(0.55 * radius / max(a, b))
+    scale = round_number(0.55 * radius / max(a, b))
     heading = np.array([math.sin(angle), math.cos(angle)])
     lateral = np.array([math.cos(angle), -math.sin(angle)])
     turn = float(pressed.rotation)
     first = math.cos(turn) * heading + math.sin(turn) * lateral
     second = -math.sin(turn) * heading + math.cos(turn) * lateral
-    edge = scale * (a * np.cos(shapes.ROUND)[:, None] * first + b * np.sin(shapes.ROUND)[:, None] * second)
+    edge = scale * CIRCLE @ np.stack([a * first, b * second])
     reach = 1.5 * scale * max(a, b)
     low = -0.85 * reach
-    bar = shapes.round_number(1.4 * max(a, b))
+    bar = round_number(1.4 * max(a, b))
     items = [
         shapes.poly([(-reach, 0.0), (reach, 0.0)], "axis", closed=False),
         shapes.poly([-0.9 * reach * heading, 0.9 * reach * heading], "heading", closed=False),
@@ -388,11 +387,11 @@ def _linkage_scene(linkage: Linkage) -> dict[str, Any]:
             shapes.poly([origin, tip], "rod", closed=False),
             shapes.poly([fixed, tip], "cable", closed=False),
             shapes.circle(fixed, 0.03 * MM * base, "joint"),
-            shapes.text(shapes.off(fixed, 0.0, -0.13 * MM * base), "fixed pivot"),
-            shapes.text(shapes.off(origin, 0.0, -0.13 * MM * base), "joint"),
+            shapes.text(off(fixed, 0.0, -0.13 * MM * base), "fixed pivot"),
+            shapes.text(off(origin, 0.0, -0.13 * MM * base), "joint"),
             shapes.circle(tip, 0.03 * MM * base, "joint"),
             shapes.text(
-                shapes.off(0.5 * (fixed + tip), 0.0, 0.08 * MM * base),
+                off(0.5 * (fixed + tip), 0.0, 0.08 * MM * base),
                 f"actuator {words.quantity(MM * linkage.position(0.0), 'mm')}",
             ),
         ]
@@ -409,8 +408,8 @@ def _linkage_scene(linkage: Linkage) -> dict[str, Any]:
             shapes.poly([joint, far], "rod", closed=False),
             shapes.poly([near, far], "cable", closed=False),
             *(shapes.circle(one, size, "joint") for one in (joint, near, far)),
-            shapes.text(shapes.off(joint, 0.0, -3.0 * size), "joint"),
-            shapes.text(shapes.off(origin, 0.0, -3.0 * size), "drive"),
+            shapes.text(off(joint, 0.0, -3.0 * size), "joint"),
+            shapes.text(off(origin, 0.0, -3.0 * size), "drive"),
         ]
     reach = max(abs(one) for one in shapes.scene("", items)["frame"])
     items.append(shapes.circle(origin, 0.03 * reach, "joint"))

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from infinivar.machines.pictures.strokes import off
 from infinivar.transmission.operating_point import OperatingPoint
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 from infinivar.web.answers import shapes, words
@@ -40,9 +41,7 @@ def wheel_from_above(
     axle = np.array([math.cos(angle), -math.sin(angle)])
     middle = np.array([at, 0.0])
     reach = 1.9 * radius
-    yield shapes.poly(
-        [shapes.off(middle, 0.0, -0.6 * reach), shapes.off(middle, 0.0, reach)], "angle", closed=False, slide=slide
-    )
+    yield shapes.poly([off(middle, 0.0, -0.6 * reach), off(middle, 0.0, reach)], "angle", closed=False, slide=slide)
     yield shapes.poly([middle - 0.6 * reach * heading, middle + reach * heading], "heading", closed=False, slide=slide)
     corners = [middle + along * radius * heading + across * width * axle for along, across in _CORNERS]
     yield shapes.poly(corners, "wheel", slide=slide)
@@ -68,7 +67,7 @@ def wheel_from_above(
         high = 1.12 * MM * element.cylinder_radius
         yield shapes.text((at, high), f"{label}: {words_of}", slide=slide)
         return
-    place = shapes.off(middle, side * 0.12 * reach, 1.02 * reach)
+    place = off(middle, side * 0.12 * reach, 1.02 * reach)
     yield shapes.text(place, words_of, anchor="start" if side > 0 else "end", slide=slide)
 
 

@@ -12,10 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from infinivar.machines.pictures.strokes import Arrow, Disc, Label, Line, Picture, Stroke, bounds
+
 Vector = Sequence[float] | np.ndarray
 Item = dict[str, Any]
 
-ROUND = np.linspace(0.0, 2.0 * math.pi, 49)
+MM = 1e3
 _FASTEST_TURN = 9.0
 """Rate at which the fastest shape of a drawing turns at most, as painted. [rad/s]"""
 
@@ -110,12 +112,21 @@ def key(look: str, words: str) -> dict[str, str]:
 
 
 def scene(
-    title: str, items: Iterable[Item], *, note: str = "", margin: float = 0.04, keys: Iterable[dict[str, str]] = ()
+    title: str,
+    items: Iterable[Item],
+    *,
+    note: str = "",
+    margin: float = 0.04,
+    keys: Iterable[dict[str, str]] = (),
+    around: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> dict[str, Any]:
-    """Items with their frame around them, and the key of their arrows."""
+    """Items with their frame around them, or around corners [m], and the key of their arrows."""
     items = list(items)
-    points = np.array([point for item in items for point in _extent(item)])
-    low, high = points.min(axis=0), points.max(axis=0)
+    if around is None:
+        points = np.array([point for item in items for point in _extent(item)])
+        low, high = points.min(axis=0), points.max(axis=0)
+    else:
+        low, high = (MM * one for one in around)
     pad = margin * float(np.max(high - low))
     frame = [*(low - pad), *(high + pad)]
     return {"title": title, "note": note, "frame": [_round(one) for one in frame], "items": items, "keys": list(keys)}
@@ -130,45 +141,30 @@ def slow_down(scenes: Iterable[dict[str, Any]], slides: Iterable[dict[str, Any]]
     return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= required * (1.0 - 1e-9))
 
 
-def round_number(wanted: float) -> float:
-    """The largest of 1, 2 or 5 times a power of ten that is not above a number > 0."""
-    power = 10.0 ** math.floor(math.log10(wanted))
-    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= wanted * (1.0 + 1e-9))
+def painted(picture: Picture) -> dict[str, Any]:
+    """A picture of a machine as a scene, with room for what must be seen."""
+    keys = (key(look, words) for look, words in picture.keys if look in _ARROWS)
+    return scene(picture.title, map(_painted, picture.strokes), keys=keys, around=bounds(picture.strokes))
 
 
-class View:
-    """Points in space as a viewer far away sees them: to the right and up; z is up."""
-
-    def __init__(self, azimuth: float, elevation: float) -> None:
-        """Take the direction from which the viewer looks, from x towards y and above the plane. [degrees]"""
-        around, above = math.radians(azimuth), math.radians(elevation)
-        self.viewer = np.array(
-            [math.cos(above) * math.cos(around), math.cos(above) * math.sin(around), math.sin(above)]
-        )
-        self._right = np.array([-math.sin(around), math.cos(around), 0.0])
-        self._up = np.cross(self.viewer, self._right)
-
-    def __call__(self, points: Any) -> np.ndarray:
-        """Places (..., 2) of points (..., 3)."""
-        points = np.asarray(points, dtype=float)
-        return np.stack([points @ self._right, points @ self._up], axis=-1)
-
-    def toward(self, vector: Any) -> float:
-        """How far a vector points to the viewer."""
-        return float(np.asarray(vector, dtype=float) @ self.viewer)
+_ARROWS = frozenset({"force", "load-force", "contact-force", "velocity"})
 
 
-def hull(points: Any) -> np.ndarray:
-    """Corners of the convex hull of points in the plane, in order."""
-    from scipy.spatial import ConvexHull
-
-    points = np.asarray(points, dtype=float)
-    return points[ConvexHull(points).vertices]
-
-
-def off(point: Vector, right: float, up: float) -> np.ndarray:
-    """The point to the right of another and above it."""
-    return np.asarray(point, dtype=float) + np.array([right, up])
+def _painted(stroke: Stroke) -> Item:
+    """A stroke in millimetres."""
+    match stroke:
+        case Line():
+            return poly(MM * np.asarray(stroke.points), stroke.look, closed=stroke.closed)
+        case Disc():
+            return circle(MM * np.asarray(stroke.centre), MM * stroke.radius, stroke.look)
+        case Arrow():
+            return arrow(MM * np.asarray(stroke.start), MM * np.asarray(stroke.end), stroke.look)
+        case Label():
+            return text(MM * np.asarray(stroke.at), stroke.words, anchor=stroke.anchor)
+    ends, cosine, sine = (
+        tuple(MM * np.asarray(one) for one in pair) for pair in (stroke.ends, stroke.cosine, stroke.sine)
+    )
+    return marks(ends, cosine, sine, stroke.rate, count=stroke.count, look=stroke.look, face=stroke.face)  # type: ignore[arg-type]
 
 
 def xy(point: Vector) -> list[float]:
