@@ -189,7 +189,6 @@ from infinivar.machines.kinds.arm import ArmLoad
 from infinivar.machines.kinds.linked import SeparateMachine, motor_mass
 from infinivar.machines.kinds.platform import PlatformLoad
 from infinivar.machines.machine import as_machine
-from infinivar.machines.pictures import jointed as arm_picture
 from infinivar.machines.pictures import rollers as sphere_picture
 from infinivar.machines.pictures import wheeled as wheeled_picture
 from infinivar.machines.system import Defaults, Forces, Place, System

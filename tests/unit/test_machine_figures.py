@@ -7,7 +7,7 @@ from scipy.optimize import linprog
 
 import infinivar as iv
 from internals import arm_figure as arm
-from internals import arm_picture, drift, sphere_picture
+from internals import drift, sphere_picture
 from internals import machine_figure as machine
 from internals import pictures_figure as pictures
 from internals import wheeled_picture as wheeled
@@ -75,7 +75,7 @@ def test_drawn_machine():
     length = np.linalg.norm(rods, axis=1)
     assert_allclose(length, PLATFORM.rod_length, rtol=1e-12)
     pulls = numbers["tension"][:, None] * rods / length[:, None]
-    moments = np.cross(there.upper - there.origin, pulls)
+    moments = np.cross(there.upper - position, pulls)
     assert_allclose(np.concatenate([pulls.sum(axis=0), moments.sum(axis=0)]), -wrench, rtol=1e-9)
     assert_allclose(np.hypot(*there.contacts[:, :2].T), there.cylinder_radius, rtol=1e-12)
     turning = np.cross([0.0, 0.0, float(point.cylinder_speed)], there.contacts)
@@ -166,8 +166,8 @@ def test_drawn_sphere(layout):
     """The forces drawn on the sphere are tangential and in equilibrium, with those of idlers; headings roll with the sphere."""
     ivt = sphere(layout)
     point = ivt.operate(steering_angle=0.5, sphere_speed=20.0, load=15.0)
-    found = sphere_picture.turned(ivt, point)
-    normals, force = found.normals, found.force
+    found = sphere_picture.placed(ivt, point)
+    normals, force = found.normals, np.asarray(point.contact_force)
     assert_allclose(np.sum(normals * force, axis=1), 0.0, atol=1e-12)
     assert_allclose(np.cross(normals, force).sum(axis=0), 0.0, atol=1e-6)
     surface = np.cross(point.sphere_velocity, normals)
@@ -224,11 +224,12 @@ def test_drawn_arm():
     drive = next(one for one in study.drives.values() if one.leg is not None)
     pose, twist, wrench = np.array([0.35, 0.2]), np.array([0.05, -0.1]), np.array([6.0, 3.0])
     operated = drive.perform(pose=pose, twist=twist, wrench=wrench)
-    found = arm_picture.held(drive, operated, pose, twist, wrench)
-    assert_allclose(found.points[-1], pose, atol=1e-12)
-    assert_allclose(np.linalg.norm(np.diff(found.points, axis=0), axis=1), drive.lengths)
-    levers = pose - found.points[:-1]
-    assert_allclose(found.torque, levers[:, 0] * wrench[1] - levers[:, 1] * wrench[0], rtol=1e-9)
+    picture = drive.picture(operated, pose, twist, wrench)
+    points = next(one.points for one in picture.strokes if one.look == "member")
+    assert_allclose(points[-1], pose, atol=1e-12)
+    assert_allclose(np.linalg.norm(np.diff(points, axis=0), axis=1), drive.lengths)
+    levers = pose - points[:-1]
+    assert_allclose(operated.part_forces, levers[:, 0] * wrench[1] - levers[:, 1] * wrench[0], rtol=1e-9)
     sets = arm.data(drive, pose, twist, wrench)
     outline, limits = sets["at rest"]
     most = drive.legs.legs.transmission.slip_force * drive.pulley_radius
@@ -241,10 +242,11 @@ def test_drawn_arm():
     assert not np.any(beyond.limit == iv.Limit.OK)
     made = arm.draw_all(drive, operated, pose, twist, wrench)
     assert len(made.axes) == 2
-    assert "joint 1: " in made.axes[0].texts[-2].get_text()
+    for joint, (text, torque) in enumerate(zip(made.axes[0].texts[-2:], operated.part_forces, strict=True), 1):
+        assert text.get_text().startswith(f"joint {joint}: {torque:.3g} N m,\n")
     far = {"pose": [2.0, 0.0], "twist": twist, "wrench": wrench}
     with pytest.raises(iv.InputError, match="an arm is drawn at one pose within reach"):
-        arm_picture.held(drive, drive.perform(**far), **far)
+        drive.picture(drive.perform(**far), **far)
 
 
 @pytest.mark.parametrize("joints", [1, 3])
@@ -254,7 +256,8 @@ def test_arms_of_other_numbers_of_joints_are_drawn(joints):
     given = np.linspace(0.02, 0.05, joints)
     task = drive.home, given, 10.0 * given
     operated = drive.perform(pose=task[0], twist=task[1], wrench=task[2])
-    assert arm_picture.held(drive, operated, *task).moment == pytest.approx(10.0 * given[-1])
+    ((_, said), *_) = drive.picture(operated, *task).keys
+    assert said.endswith(f"{10.0 * given[-1]:.3g} N m")
     assert {*arm.data(drive, *task)} == (set() if joints == 1 else {"at rest", "in the task"})
     assert len(arm.draw_all(drive, operated, *task).axes) == (1 if joints == 1 else 2)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,8 +36,8 @@ def data(
     -------
     dict
         machine: `rods.Standing`; tension (n,) of the rods, negative in compression [N]; limit (n,): of the tension, at which an
-        ideal wheel slips [N]; slip (n,): demand over the slip limit; stroke [mm] or None; force (3,), moment (3,), of the user;
-        velocity (3,) [m/s]; surface_speed [m/s].
+        ideal wheel slips [N]; slip (n,): demand over the slip limit; shares (n,): the same, at most 1, with the sign of the
+        tension; stroke [mm] or None; force, moment (3,), of the user; velocity (3,) [m/s]; surface_speed [m/s]; provenance.
 
     Raises
     ------
@@ -54,15 +53,16 @@ def data(
         raise InputError(
             "a machine is drawn at one pose within reach and below the slip limit: its point must be one of finite numbers"
         )
-    found = rods.standing(platform, np.concatenate([position, rotation]), legs.transmission)
+    steering = np.arctan(np.asarray(point.steering_tangent))
+    found = rods.standing(platform, np.concatenate([position, rotation]), legs.transmission, steering=steering)
     steepness = (found.upper - found.lower)[:, 2] / platform.rod_length
     tension, slip = -np.asarray(point.link_force) / steepness, np.asarray(point.slip_demand)
-    steering = np.arctan(np.asarray(point.steering_tangent))
     return {
-        "machine": replace(found, steering=steering, shares=np.sign(tension) * np.minimum(slip, 1.0)),
+        "machine": found,
         "tension": tension,
         "limit": legs.force_limits(links, point.cylinder_speed) / steepness,
         "slip": slip,
+        "shares": np.sign(tension) * np.minimum(slip, 1.0),
         "stroke": None if platform.stroke is None else 1e3 * np.array(platform.stroke),
         "force": np.asarray(point.wrench)[:3],
         "moment": np.asarray(point.wrench)[3:],
@@ -76,7 +76,7 @@ def _colours(numbers: Mapping[str, Any]) -> list[Any]:
     """Of each leg, by its share of the slip limit, in tension or compression."""
     from matplotlib import colormaps
 
-    return [colormaps[pictures.SHARES](0.5 + 0.5 * one) for one in numbers["machine"].shares]
+    return [colormaps[pictures.SHARES](0.5 + 0.5 * one) for one in numbers["shares"]]
 
 
 def draw_surface(ax: Axes, numbers: Mapping[str, Any]) -> None:
@@ -173,8 +173,8 @@ def draw_all(
     from matplotlib.colors import Normalize
 
     numbers = data(platform, legs, point, position, rotation)
-    arrows = (("force", "force of the user", numbers["force"]), ("velocity", "velocity", numbers["velocity"]))
-    picture = rods.picture(numbers["machine"], None, arrows)
+    shown = (("force", "force of the user", numbers["force"]), ("velocity", "velocity", numbers["velocity"]))
+    picture = rods.picture(numbers["machine"], position, shown, shares=numbers["shares"])
     with style.styled():
         made, unused = style.figure(9.6, 5.2)
         unused.remove()

@@ -10,8 +10,8 @@ import numpy as np
 from infinivar.analysis.moving_parts import Parts
 from infinivar.analysis.sessions.guides import Line, Plane, Rod, Round, Shape, Solid, Track
 from infinivar.figures.moving_flat import GUIDE, HANDLE, draw_force
+from infinivar.machines.pictures.geometry import CIRCLE
 from infinivar.machines.pictures.rods import VIEW
-from infinivar.machines.pictures.strokes import CIRCLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -127,7 +127,7 @@ def rollers(found: SphericalPoint, *, ivt: SphericalIVT | None = None) -> Figure
     if ivt is None:
         return draw_all(found)
     check_instance("ivt", ivt, SphericalIVT)
-    return pictures.draw_all(sphere.picture(sphere.turned(ivt, found)))
+    return pictures.draw_all(sphere.picture(ivt, found))
 
 
 def legs(

@@ -308,12 +308,10 @@ class PlatformDrive(Linked):
                 raise InputError(
                     f"the wheel of leg {place + 1} slips here: there is no steering angle at which its link moves as asked"
                 )
-            # Of a wheel that follows carrier and surface, without creep.
-            rolling = -leg.cylinder_speed * leg.transmission.cylinder_radius / np.cos(point.steering)
-            found = replace(found, steering=point.steering, rolling=rolling, cylinder_speed=leg.cylinder_speed)
+            found = replace(found, steering=point.steering, cylinder_speed=leg.cylinder_speed)
         notes = () if platform.provenance == "given" else (f"geometry: {platform.provenance}",)
-        arrows = (("velocity", "velocity", twist[:3]), ("force", "force on the load", wrench[:3]))
-        return rods.picture(found, point, arrows, notes)
+        shown = (("velocity", "velocity", twist[:3]), ("force", "force on the load", wrench[:3]))
+        return rods.picture(found, pose[:3], shown, point=point, notes=notes)
 
     def carried(self, course: MachineCourse) -> Carried:
         """What the rods carry along a course, with what accelerates the platform.

@@ -318,7 +318,7 @@ class SphereDrive(MachineDrive):
 
     def picture(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> Picture:
         """The sphere between its rollers."""
-        return rollers.picture(rollers.turned(self.transmission, self.turned(point, wrench)[1]))
+        return rollers.picture(self.transmission, self.turned(point, wrench)[1])
 
     def rolling(self, point: TaskPoint, twist: np.ndarray, wrench: np.ndarray) -> Iterator[RollingState]:
         """Yield the state of each roller; its creepage is that of the law, as spin shares in the slip."""

@@ -10,25 +10,10 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import numpy as np
 
 from infinivar.errors import InputError
+from infinivar.machines.pictures.geometry import CIRCLE, View, hull, normalised, off, rim, round_number, unit
 from infinivar.machines.pictures.slides import Drum
-from infinivar.machines.pictures.strokes import (
-    CIRCLE,
-    Arrow,
-    Disc,
-    Label,
-    Line,
-    Picture,
-    Stroke,
-    Turning,
-    View,
-    hull,
-    length_words,
-    off,
-    part_rows,
-    quantity,
-    rim,
-    round_number,
-)
+from infinivar.machines.pictures.strokes import Arrow, Disc, Label, Line, Picture, Stroke, Turning, treads
+from infinivar.machines.pictures.words import length, part_rows, quantity
 from infinivar.transmission.platform import Platform, rotation_matrix
 
 VIEW = View(-62.0, 24.0)
@@ -48,14 +33,11 @@ _SLENDER = 0.1
 
 
 class RodEnds(NamedTuple):
-    """Ends of the rods of a platform at t instants; n rods. [m]"""
+    """Ends of the rods of a platform at t instants: lower, carried by the links, and upper, (t, n, 3); links (t, n) [m]."""
 
     lower: np.ndarray
-    """Carried by the links. (t, n, 3)"""
     upper: np.ndarray
-    """On the platform. (t, n, 3)"""
     link_position: np.ndarray
-    """(t, n)"""
 
 
 def rods_of(platform: Platform, pose: np.ndarray) -> RodEnds:
@@ -67,21 +49,32 @@ def rods_of(platform: Platform, pose: np.ndarray) -> RodEnds:
     return RodEnds(lower, upper, link)
 
 
+def heights(platform: Platform, links: np.ndarray, wheel: float) -> tuple[float, float]:
+    """Range of heights of the guideways around positions of the links, with wheels of a radius. [m]"""
+    ends = np.array([min(links.min(), *(platform.stroke or ())), max(links.max(), *(platform.stroke or ()))])
+    low, high = float(np.mean(platform.base[:, 2])) + ends + np.array([-1.5, 1.5]) * wheel
+    return float(low), float(high)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OnRods:
-    """A body in space on rods, whose links slide along z."""
+    """A body in space on rods, whose links slide along z.
+
+    Attributes
+    ----------
+    platform : Platform
+    mass, link_mass : float   [kg]
+    inertia : (3,) float      Of the body about its axes. [kg m^2]
+    drum : Drum or None
+    """
 
     shape: ClassVar[Literal["platform"]] = "platform"
     seen: ClassVar[Literal["space"]] = "space"
-    """Whether the plane of the handle is also that of its frames."""
 
     platform: Platform
     mass: float
-    """[kg]"""
     inertia: np.ndarray
-    """About its axes. (3,) [kg m^2]"""
     link_mass: float
-    """[kg]"""
     drum: Drum | None
 
     def rods(self, pose: np.ndarray) -> RodEnds:
@@ -95,53 +88,51 @@ class OnRods:
     def frames(
         self, configuration: np.ndarray, steering: np.ndarray, slips: np.ndarray, turned: np.ndarray | None
     ) -> Callable[[int], list[Stroke]]:
-        """The machine at a place among poses (t, 6), with the wheels' angles (t, n), if they slip, and the cylinder's (t,)."""
+        """The machine at a place among poses (t, 6), with angles of wheels (t, n) and cylinder (t,), and which wheels slip."""
         rods = self.rods(configuration)
-        names = {"steering": steering, "slips": slips, "turned": turned}
+        radius, wheel = (None, None) if self.drum is None else (self.drum.radius, self.drum.wheel_radius)
 
         def frame(place: int) -> list[Stroke]:
-            known = {} if turned is None else {name: one[place] for name, one in names.items() if one is not None}
-            ends = RodEnds(*(one[place] for one in rods))
-            origin = configuration[place, :3]
-            return list(strokes(placed(self.platform, ends, rods.link_position, self.drum, origin=origin, **known)))
+            here = RodEnds(*(one[place] for one in rods))
+            known = {} if turned is None else {"steering": steering[place], "turned": float(turned[place])}
+            found = Standing.of(self.platform, here, rods.link_position, radius, wheel, **known)
+            return list(strokes(found, slips=slips[place] if radius is not None else None))
 
         return frame
 
 
-def heights(platform: Platform, links: np.ndarray, wheel: float) -> tuple[float, float]:
-    """Range of heights of the guideways around positions of the links, with wheels of a radius. [m]"""
-    ends = np.array([min(links.min(), *(platform.stroke or ())), max(links.max(), *(platform.stroke or ()))])
-    low, high = float(np.mean(platform.base[:, 2])) + ends + np.array([-1.5, 1.5]) * wheel
-    return float(low), float(high)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Standing:
-    """A platform on n rods at one pose."""
+    """A platform on n rods at one pose.
 
-    origin: np.ndarray
-    """Of the platform. (3,) [m]"""
+    Attributes
+    ----------
+    lower, upper : (n, 3) float       Ends of the rods. [m]
+    ends : pair of float              Range of heights of the guideways. [m]
+    wheel_radius : float              Without wheels, the size of the joints. [m]
+    cylinder_radius : float or None   None without a cylinder. [m]
+    steering : (n,) float             Angles of the wheels. [rad]
+    cylinder_speed : float            [rad/s]
+    turned : float or None            Angle of the cylinder, shown by stripes; None: by lines that turn. [rad]
+    """
+
     lower: np.ndarray
     upper: np.ndarray
-    """Ends of the rods. (n, 3) [m]"""
     ends: tuple[float, float]
-    """Range of heights of the guideways. [m]"""
     wheel_radius: float
-    """Without wheels, the size of the joints. [m]"""
-    cylinder_radius: float | None = None
-    """None without a cylinder. [m]"""
-    steering: np.ndarray | None = None
-    """Angles of the wheels. (n,) [rad]"""
-    rolling: np.ndarray | None = None
-    """Speeds at which the wheels roll. (n,) [m/s]"""
+    cylinder_radius: float | None
+    steering: Any = None
     cylinder_speed: float = 0.0
-    """[rad/s]"""
     turned: float | None = None
-    """Angle of the cylinder, shown by stripes; None: by lines that turn. [rad]"""
-    shares: np.ndarray | None = None
-    """Of the slip limits, from -1 to 1, as the rods have colours by it. (n,)"""
-    slips: np.ndarray | None = None
-    """Whether each wheel slips. (n,)"""
+
+    @classmethod
+    def of(
+        cls, platform: Platform, rods: RodEnds, links: np.ndarray, radius: float | None, wheel: Any, **known: Any
+    ) -> Standing:
+        """With the ends of its rods (n, 3) at one pose, positions of the links at all that are drawn, and radii. [m]"""
+        wheel = _SLENDER * platform.rod_length if radius is None else float(np.max(wheel))
+        ends = heights(platform, links, wheel)
+        return cls(lower=rods.lower, upper=rods.upper, ends=ends, wheel_radius=wheel, cylinder_radius=radius, **known)
 
     @property
     def around(self) -> np.ndarray:
@@ -151,7 +142,7 @@ class Standing:
     @property
     def outward(self) -> np.ndarray:
         """Unit normals of the cylinder at the wheels. (n, 3)"""
-        return np.stack([np.cos(self.around), np.sin(self.around), 0.0 * self.around], axis=-1)
+        return np.pad(unit(self.around), ((0, 0), (0, 1)))
 
     @property
     def contacts(self) -> np.ndarray:
@@ -161,12 +152,12 @@ class Standing:
     @property
     def headings(self) -> np.ndarray:
         """Unit vectors along which wheels roll. (n, 3)"""
-        angle = np.asarray(self.steering)[:, None]
-        return np.cos(angle) * np.cross(_UP, self.outward) + np.sin(angle) * _UP
+        cosine, sine = np.cos(self.steering)[:, None], np.sin(self.steering)[:, None]
+        return cosine * np.cross(_UP, self.outward) + sine * _UP
 
 
-def standing(platform: Platform, pose: Any, transmission: Any = None) -> Standing:
-    """A platform at a pose (6,), on wheels of a transmission if it has some.
+def standing(platform: Platform, pose: Any, transmission: Any = None, **known: Any) -> Standing:
+    """A platform at a pose (6,), on wheels of a transmission if it has some; known: what else `Standing` has.
 
     Raises
     ------
@@ -177,79 +168,61 @@ def standing(platform: Platform, pose: Any, transmission: Any = None) -> Standin
     rods = rods_of(platform, row[None])
     if row.shape != (6,) or not np.all(np.isfinite(rods.link_position)):
         raise InputError("a platform is drawn at one pose within reach, and does not reach this one")
-    return placed(platform, RodEnds(*(one[0] for one in rods)), rods.link_position, transmission, origin=row[:3])
+    radius, wheel = None, None
+    if transmission is not None:
+        radius, wheel = float(transmission.cylinder_radius), transmission.wheel_radius
+    return Standing.of(platform, RodEnds(*(one[0] for one in rods)), rods.link_position, radius, wheel, **known)
 
 
-def placed(platform: Platform, rods: RodEnds, links: np.ndarray, drum: Any, **known: Any) -> Standing:
-    """A platform with the ends of its rods (n, 3) at one pose.
-
-    Parameters
-    ----------
-    platform : Platform
-    rods : RodEnds      At the pose.
-    links : array       Positions of the links at all poses that are drawn. [m]
-    drum                What has the radii of cylinder and wheels; None without.
-    known               What else `Standing` has.
-    """
-    radius, wheel = None, _SLENDER * platform.rod_length
-    if drum is not None:
-        radius = float(getattr(drum, "cylinder_radius", None) or drum.radius)
-        wheel = float(np.max(drum.wheel_radius))
-    return Standing(
-        lower=rods.lower,
-        upper=rods.upper,
-        ends=heights(platform, links, wheel),
-        wheel_radius=wheel,
-        cylinder_radius=radius,
-        **known,
-    )
+Shown = Sequence[tuple[str, str, Any]]
+"""Looks, names and vectors (3,) of forces and velocities at the platform. [N], [m/s]"""
 
 
 def picture(
-    found: Standing, point: Any, arrows: Sequence[tuple[str, str, Any]], notes: tuple[str, ...] = ()
+    found: Standing, origin: Any, shown: Shown, *, shares: Any = None, point: Any = None, notes: tuple[str, ...] = ()
 ) -> Picture:
-    """The machine in space, with arrows at the platform.
+    """The machine in space.
 
     Parameters
     ----------
     found : Standing
-    point : TaskPoint or None       Where its links stand.
-    arrows : (look, words, vector)  Forces and velocities (3,). [N], [m/s]
-    notes : strings                 What is not to scale, or assumed.
+    origin : (3,) float     Of the platform. [m]
+    shown : Shown
+    shares : (n,) float     Of the slip limits, from -1 to 1, for colours of the rods.
+    point : TaskPoint       Where its links stand, if that is listed.
+    notes : strings         What is not to scale, or assumed.
     """
-    rows = [] if found.cylinder_radius is None else [
-        ("cylinder", quantity(30.0 / math.pi * found.cylinder_speed, "rpm"))
-    ]  # fmt: skip
-    said = [
-        (look, words, length_words(vector, "m/s" if look == "velocity" else "N"), float(np.linalg.norm(vector)) > _REST)
-        for look, words, vector in arrows
+    rows = [(name, length(vector, "m/s" if look == "velocity" else "N")) for look, name, vector in shown]
+    keys = [
+        (look, f"{name} {size}") for (look, _, vector), (name, size) in zip(shown, rows, strict=True) if _moves(vector)
     ]
+    if found.cylinder_radius is not None:
+        rows.insert(0, ("cylinder", quantity(30.0 / math.pi * found.cylinder_speed, "rpm")))
     return Picture(
         title="Platform on its rods",
-        strokes=(*strokes(found), *_arrows(found, arrows)),
-        keys=tuple((look, f"{words} {size}") for look, words, size, drawn in said if drawn),
-        rows=(*rows, *((words, size) for _, words, size, _ in said), *(() if point is None else part_rows(point))),
+        strokes=(*strokes(found, shares=shares), *_arrows(found, np.asarray(origin, dtype=float), shown)),
+        keys=tuple(keys),
+        rows=(*rows, *(() if point is None else part_rows(point))),
         notes=notes,
     )
 
 
-def strokes(found: Standing) -> Iterator[Stroke]:
-    """The machine without forces, with its axes and a scale."""
-    front = [VIEW.toward(one) > 0 for one in found.outward]
-    count = range(len(found.lower))
-    for place in count:
-        if not front[place]:
-            yield from _leg(found, place)
+def strokes(found: Standing, *, shares: Any = None, slips: Any = None) -> Iterator[Stroke]:
+    """The machine without forces, with its axes and a scale, and rods by shares of slip limits or whether their wheels slip."""
+    legs: dict[bool, list[Stroke]] = {False: [], True: []}
+    for place, outward in enumerate(found.outward):
+        look = "rod-slips" if slips is not None and slips[place] else "rod"
+        share = None if shares is None else float(shares[place])
+        legs[VIEW.toward(outward) > 0] += _leg(found, place, look, share)
+    yield from legs[False]
     if found.cylinder_radius is not None:
-        yield from _cylinder(found)
-    for place in count:
-        if front[place]:
-            yield from _leg(found, place)
+        yield from _cylinder(found, found.cylinder_radius)
+    yield from legs[True]
     yield Line(hull(VIEW(found.upper)), "platform", closed=True)
     yield from _frame(found)
 
 
-def _leg(found: Standing, place: int) -> Iterator[Stroke]:
+def _leg(found: Standing, place: int, look: str, share: float | None) -> Iterator[Stroke]:
     """Guideway, wheel with its carriage out to the rod, and rod with its number."""
     lower, see = found.lower[place], VIEW
     yield Line(see([[*lower[:2], end] for end in found.ends]), "guide")
@@ -258,67 +231,54 @@ def _leg(found: Standing, place: int) -> Iterator[Stroke]:
         hub = found.contacts[place] + radius * outward
         yield Line(see(np.stack([hub, lower])), "carriage-line")
         yield Line(see(rim(hub, radius, outward, heading)), "wheel", closed=True)
-        if found.rolling is not None:
-            yield Turning(
-                ends=(see(hub), see(hub)),
-                cosine=(see(0.3 * radius * outward), see(radius * outward)),
-                sine=(see(0.3 * radius * heading), see(radius * heading)),
-                rate=float(found.rolling[place]) / radius,
-                count=4,
-                look="tread",
-            )
-    slips = found.slips is not None and bool(found.slips[place])
-    share = None if found.shares is None else float(found.shares[place])
-    yield Line(see(np.stack([lower, found.upper[place]])), "rod-slips" if slips else "rod", share=share)
+        # Of a wheel that follows carrier and surface, without creep.
+        rolling = -found.cylinder_speed * found.cylinder_radius / math.cos(found.steering[place])
+        cosine, sine = (tuple(see(share * radius * way) for share in (0.3, 1.0)) for way in (outward, heading))
+        yield treads((see(hub),) * 2, cosine, sine, rolling / radius, count=4)
+    yield Line(see(np.stack([lower, found.upper[place]])), look, share=share)
     yield Disc(see(lower), 0.6 * found.wheel_radius, "joint")
     yield Label(see(lower), str(place + 1), look="number")
 
 
-def _cylinder(found: Standing) -> Iterator[Stroke]:
+def _cylinder(found: Standing, radius: float) -> Iterator[Stroke]:
     """The cylinder, upright, with what shows it turn."""
-    radius, (low, high), see = found.cylinder_radius, found.ends, VIEW
-    assert radius is not None
+    (low, high), see = found.ends, VIEW
     circle = radius * np.pad(CIRCLE, ((0, 0), (0, 1)))
     lower, upper = (see(circle + end * _UP) for end in (low, high))
     yield Line(hull(np.concatenate([lower, upper])), "steel", closed=True)
     if found.turned is None:
-        first, second = np.array([radius, 0.0, 0.0]), np.array([0.0, radius, 0.0])
+        first, second = radius * np.eye(3)[:2]
         yield Turning(
             ends=(see(low * _UP), see(high * _UP)),
-            cosine=(see(first), see(first)),
-            sine=(see(second), see(second)),
+            cosine=(see(first),) * 2,
+            sine=(see(second),) * 2,
             rate=found.cylinder_speed,
             count=10,
             face=(see.toward(first), see.toward(second)),
         )
     else:
-        yield from _stripes(radius, found.ends, found.turned)
+        for start, look in ((0.0, "stripe"), (np.pi, "stripe-pale")):
+            out = np.pad(unit(found.turned + start + np.linspace(0.0, _STRIPE, 13)), ((0, 0), (0, 1)))
+            front = radius * out[out @ see.viewer >= 0.0]
+            if len(front) > 1:
+                yield Line(see(np.concatenate([front + low * _UP, front[::-1] + high * _UP])), look, closed=True)
     yield Line(upper, "steel", closed=True)
 
 
-def _stripes(radius: float, ends: tuple[float, float], turned: float) -> Iterator[Stroke]:
-    """Stripes of the surface, where they are in front."""
-    for start, look in ((0.0, "stripe"), (np.pi, "stripe-pale")):
-        along = turned + start + np.linspace(0.0, _STRIPE, 13)
-        out = np.stack([np.cos(along), np.sin(along), 0.0 * along], axis=-1)
-        front = radius * out[out @ VIEW.viewer >= 0.0]
-        if len(front) > 1:
-            low, high = (front + end * _UP for end in ends)
-            yield Line(VIEW(np.concatenate([low, high[::-1]])), look, closed=True)
+def _moves(vector: Any) -> bool:
+    return float(np.linalg.norm(vector)) > _REST
 
 
-def _arrows(found: Standing, arrows: Sequence[tuple[str, str, Any]]) -> Iterator[Stroke]:
+def _arrows(found: Standing, origin: np.ndarray, shown: Shown) -> Iterator[Stroke]:
     """Arrows at the platform: a force on its way to the platform if it points down."""
-    length = 0.7 * (found.ends[1] - found.ends[0])
+    size = 0.7 * (found.ends[1] - found.ends[0])
     taken = None
-    for look, _, vector in arrows:
-        size = np.linalg.norm(vector)
-        if size <= _REST:
+    for look, _, vector in shown:
+        if not _moves(vector):
             continue
         inward = look == "force" and vector[2] < 0
-        outer = found.origin + (-1.0 if inward else 1.0) * length * np.asarray(vector) / size
-        start, end = VIEW(np.stack([found.origin, outer]))
-        if taken is not None and np.linalg.norm(end - taken) < _NEAR * length:
+        start, end = VIEW(np.stack([origin, origin + (-1.0 if inward else 1.0) * size * normalised(vector)]))
+        if taken is not None and np.linalg.norm(end - taken) < _NEAR * size:
             end = start + _SHORT * (end - start)
         taken = end
         yield Arrow(*((end, start) if inward else (start, end)), look)
@@ -330,9 +290,9 @@ def _frame(found: Standing) -> Iterator[Stroke]:
     size = round_number(span)
     everything = VIEW(np.concatenate([found.lower, [[0.0, 0.0, found.ends[0]]]]))
     start = np.array([everything[:, 0].min() - 0.75 * size, everything[:, 1].min() - 0.35 * span])
-    for name, unit in zip("xyz", np.eye(3), strict=True):
-        yield Line(np.stack([start, start + 0.6 * size * VIEW(unit)]), "scale")
-        yield Label(start + 0.75 * size * VIEW(unit), name)
+    for name, way in zip("xyz", np.eye(3), strict=True):
+        yield Line(np.stack([start, start + 0.6 * size * VIEW(way)]), "scale")
+        yield Label(start + 0.75 * size * VIEW(way), name)
     left = np.array([-0.5 * size, start[1] - 0.1 * size])
     yield Line(np.stack([left, off(left, size, 0.0)]), "scale")
     yield Label(off(left, 0.5 * size, -0.12 * size), f"{1e3 * size:g} mm", rises=-1)

@@ -4,26 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from infinivar.errors import InputError
-from infinivar.machines.pictures.strokes import (
-    CIRCLE,
-    Arrow,
-    Label,
-    Line,
-    Picture,
-    Stroke,
-    Turning,
-    View,
-    hull,
-    quantity,
-    rim,
-    share_of_slip,
-    slip_rows,
-)
+from infinivar.machines.pictures.geometry import CIRCLE, View, hull, normalised, rim
+from infinivar.machines.pictures.strokes import Arrow, Label, Line, Picture, Stroke, Turning, treads
+from infinivar.machines.pictures.words import length, quantity, share_of_slip, slip_rows
 from infinivar.transmission.spherical import SphericalIVT, SphericalPoint
 
 _VIEW = View(-38.0, 24.0)
@@ -31,42 +19,16 @@ _LONGEST = 1.1
 """Arrow of the slip limit over the radius of the sphere."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Rollers:
-    """k rollers about a sphere at one point."""
+class Rollers(NamedTuple):
+    """Places of k rollers about a sphere; unit vectors to their contacts and along their axles (k, 3), radii (k,) [m]."""
 
-    size: float
-    """Radius of the sphere. [m]"""
     normals: np.ndarray
-    """Unit vectors to the contacts. (k, 3)"""
     axles: np.ndarray
-    """Unit vectors along the axles. (k, 3)"""
     radius: np.ndarray
-    """(k,) [m]"""
-    force: np.ndarray
-    """Tangential, of each roller on the sphere. (k, 3) [N]"""
-    limit: np.ndarray
-    """Slip force at rest. (k,) [N]"""
-    slip: np.ndarray
-    """Demand over allowance. (k,)"""
-    velocity: np.ndarray
-    """Angular, of the sphere. (3,) [rad/s]"""
-    kinds: tuple[str, ...]
-    speeds: np.ndarray
-    """Of shafts 1 and 2. (2,) [rad/s]"""
-    torques: np.ndarray
-    """Of shaft 1, by the source, and of shaft 2, on the load. (2,) [N m]"""
-    angle: float
-    """Of steering. [rad]"""
-
-    @property
-    def axis(self) -> np.ndarray:
-        """Unit vector along the angular velocity. (3,)"""
-        return self.velocity / np.linalg.norm(self.velocity)
 
 
-def turned(ivt: SphericalIVT, point: SphericalPoint) -> Rollers:
-    """Geometry and forces of one point of a machine, of `SphericalIVT.operate`.
+def placed(ivt: SphericalIVT, point: SphericalPoint) -> Rollers:
+    """The rollers of a machine at one point of it, of `SphericalIVT.operate`.
 
     Raises
     ------
@@ -78,123 +40,97 @@ def turned(ivt: SphericalIVT, point: SphericalPoint) -> Rollers:
         raise InputError("a sphere between rollers is drawn at one point, at which it turns and no roller slips")
     if point.kinds != ivt.kinds:
         raise InputError(f"ivt must be the machine of the point, with the rollers {', '.join(point.kinds)}")
-    rollers = ivt.rollers
-    contacts = [getattr(ivt, one.kind) for one in rollers]  # type: ignore[union-attr]
+    rollers, axis = ivt.rollers, normalised(velocity)
     normals = np.array([one.position for one in rollers])  # type: ignore[union-attr]
-    axis = velocity / np.linalg.norm(velocity)
     # The axle of a steered roller is that part of the axis of the sphere which is tangential at the contact.
     steered = axis - (normals @ axis)[:, None] * normals
     fixed = [one.axis for one in rollers]  # type: ignore[union-attr]
     axles = np.array([own if own is not None else free for own, free in zip(fixed, steered, strict=True)])
-    length = np.linalg.norm(axles, axis=1, keepdims=True)
-    return Rollers(
-        size=float(ivt.sphere_radius),
-        normals=normals,
-        axles=axles / np.where(length > 0, length, 1.0),
-        radius=np.array([one.wheel_radius for one in contacts]),
-        force=np.asarray(point.contact_force),
-        limit=np.array([float(one.slip_force) for one in contacts]),
-        slip=np.asarray(point.slip_demand),
-        velocity=velocity,
-        kinds=point.kinds,
-        speeds=np.array([float(point.input_speed), float(point.output_speed)]),
-        torques=np.array([float(point.input_torque), float(point.output_torque)]),
-        angle=float(point.steering_angle),
+    radius = np.array([getattr(ivt, kind).wheel_radius for kind in point.kinds])
+    return Rollers(normals, normalised(axles), radius)
+
+
+def picture(ivt: SphericalIVT, point: SphericalPoint) -> Picture:
+    """The sphere, its axis and equator, the rollers and their forces; arguments and errors as in `placed`."""
+    found = placed(ivt, point)
+    angle = quantity(math.degrees(point.steering_angle), "°", 4)
+    shafts = (
+        ("shaft 1", f"{quantity(point.input_torque, 'N m')} at {quantity(point.input_speed, 'rad/s')}"),
+        ("shaft 2", f"{quantity(point.output_torque, 'N m')} at {quantity(point.output_speed, 'rad/s')}"),
     )
-
-
-def picture(found: Rollers) -> Picture:
-    """The sphere, its axis and equator, the rollers and their forces."""
-    angle = quantity(math.degrees(found.angle), "°", 4)
-    shafts = [
-        (f"shaft {place + 1}", f"{quantity(torque, 'N m')} at {quantity(speed, 'rad/s')}")
-        for place, (torque, speed) in enumerate(zip(found.torques, found.speeds, strict=True))
-    ]
-    names = [f"{place + 1}, {kind} roller" for place, kind in enumerate(found.kinds)]
+    names = (f"{place}, {kind} roller" for place, kind in enumerate(point.kinds, 1))
     return Picture(
         title="Sphere between its rollers",
         heading="; ".join([f"{angle} of steering", *(f"{name}: {words}" for name, words in shafts)]),
-        strokes=tuple(_strokes(found)),
+        strokes=tuple(_strokes(ivt, point, found)),
         keys=(
             ("contact-force", "force of a roller on the sphere"),
             ("axis", "axis of the sphere"),
             ("equator", "its equator"),
         ),
-        rows=(("steering angle", angle), *shafts, *slip_rows(names, found.force, found.slip)),
+        rows=(("steering angle", angle), *shafts, *slip_rows(names, point.contact_force, point.slip_demand)),
         notes=("the width of the rollers is not to scale",),
     )
 
 
-def _strokes(found: Rollers) -> Iterator[Stroke]:
-    see, size, axis = _VIEW, found.size, found.axis
-    behind: list[Stroke] = []
-    front: list[Stroke] = []
-    for sign in (1.0, -1.0):
-        line = Line(see(np.outer([size, 1.7 * size], sign * axis)), "axis")
-        (front if see.toward(sign * axis) > 0 else behind).append(line)
-    for place, normal in enumerate(found.normals):
-        (front if see.toward(normal) > 0 else behind).extend(_roller(found, place))
-    yield from behind
-    yield from _ball(found)
-    yield from front
-    for place, normal in enumerate(found.normals):
-        start, scale = size * normal, _LONGEST * size / float(np.max(found.limit))
-        yield Arrow(see(start), see(start + scale * found.force[place]), "contact-force")
-    for place in range(len(found.kinds)):
-        yield from _label(found, place)
+def _strokes(ivt: SphericalIVT, point: SphericalPoint, found: Rollers) -> Iterator[Stroke]:
+    see, size, velocity = _VIEW, float(ivt.sphere_radius), np.asarray(point.sphere_velocity)
+    sides: dict[bool, list[Stroke]] = {False: [], True: []}
+    for way in (normalised(velocity), -normalised(velocity)):
+        sides[see.toward(way) > 0].append(Line(see(np.outer([size, 1.7 * size], way)), "axis"))
+    for normal, axle, radius, kind in zip(*found, point.kinds, strict=True):
+        sides[see.toward(normal) > 0] += _roller(size, normal, axle, radius, kind, velocity)
+    yield from sides[False]
+    yield from _ball(size, velocity)
+    yield from sides[True]
+    scale = _LONGEST * size / max(float(getattr(ivt, kind).slip_force) for kind in point.kinds)
+    for normal, force in zip(found.normals, np.asarray(point.contact_force), strict=True):
+        yield Arrow(see(size * normal), see(size * normal + scale * force), "contact-force")
+    for place, (normal, radius) in enumerate(zip(found.normals, found.radius, strict=True)):
+        words = f"{place + 1} {point.kinds[place]}: {length(point.contact_force[place], 'N')}"
+        yield from _label(size, (size + radius) * normal, radius, words, share_of_slip(point.slip_demand[place]))
 
 
-def _ball(found: Rollers) -> Iterator[Stroke]:
-    """The sphere with marks on both sides of its equator, which turn."""
-    see, size = _VIEW, found.size
-    first = np.cross(found.axis, [0.3, -0.5, 0.8])
-    first = first / np.linalg.norm(first)
-    second = np.cross(found.axis, first)
-    half = 0.3 * size * found.axis
+def _ball(size: float, velocity: np.ndarray) -> Iterator[Stroke]:
+    """The sphere, with marks on both sides of its equator, which turn."""
+    see, axis, near = _VIEW, normalised(velocity), 0.954 * size
+    first = normalised(np.cross(axis, [0.3, -0.5, 0.8]))
+    second, half = np.cross(axis, first), 0.3 * size * axis
+    face = (see.toward(first), see.toward(second))
     yield Line(size * CIRCLE, "steel", closed=True)
     # Of its equator the half in front.
-    shown = math.atan2(see.toward(second), see.toward(first)) + np.linspace(-0.5 * np.pi, 0.5 * np.pi, 37)
+    shown = math.atan2(face[1], face[0]) + np.linspace(-0.5 * np.pi, 0.5 * np.pi, 37)
     yield Line(size * see(np.cos(shown)[:, None] * first + np.sin(shown)[:, None] * second), "equator")
-    near = 0.954 * size
     yield Turning(
         ends=(see(-half), see(half)),
-        cosine=(see(near * first), see(near * first)),
-        sine=(see(near * second), see(near * second)),
-        rate=float(np.linalg.norm(found.velocity)),
+        cosine=(see(near * first),) * 2,
+        sine=(see(near * second),) * 2,
+        rate=float(np.linalg.norm(velocity)),
         count=8,
-        face=(see.toward(first), see.toward(second)),
+        face=face,
     )
 
 
-def _roller(found: Rollers, place: int) -> Iterator[Stroke]:
+def _roller(
+    size: float, normal: np.ndarray, axle: np.ndarray, radius: float, kind: str, velocity: np.ndarray
+) -> Iterator[Stroke]:
     """A roller with the end of its axle, and treads on its rim."""
-    see, size = _VIEW, found.size
-    normal, axle, radius = found.normals[place], found.axles[place], found.radius[place]
-    hub, across, look = (size + radius) * normal, np.cross(axle, normal), f"roller-{found.kinds[place]}"
+    see, hub, across, look = _VIEW, (size + radius) * normal, np.cross(axle, normal), f"roller-{kind}"
     disc, width = rim(hub, radius, normal, across), 0.35 * radius
     near = width if see.toward(axle) > 0 else -width
     yield Line(hull(see(np.concatenate([disc - near * axle, disc + near * axle]))), look, closed=True)
     yield Line(see(disc + near * axle), look, closed=True)
     yield Line(see(hub + np.outer([near, 2.2 * near], axle)), "carriage-line")
-    yield Turning(
-        ends=(see(hub - width * axle), see(hub + width * axle)),
-        cosine=(see(radius * normal), see(radius * normal)),
-        sine=(see(radius * across), see(radius * across)),
-        # Where they touch, rim and sphere move alike, creep aside.
-        rate=-float(np.cross(found.velocity, size * normal) @ across) / radius,
-        count=8,
-        look="tread",
-        face=(see.toward(normal), see.toward(across)),
-    )
+    # Where they touch, rim and sphere move alike, creep aside.
+    rate = -float(np.cross(velocity, size * normal) @ across) / radius
+    ends, face = (see(hub - width * axle), see(hub + width * axle)), (see.toward(normal), see.toward(across))
+    yield treads(ends, (see(radius * normal),) * 2, (see(radius * across),) * 2, rate, face=face)
 
 
-def _label(found: Rollers, place: int) -> Iterator[Stroke]:
-    """Number, kind and force of a roller, beside all, with a line to it."""
-    see, size, normal, radius = _VIEW, found.size, found.normals[place], found.radius[place]
-    far = see((size + 2.0 * radius) * normal)
+def _label(size: float, hub: np.ndarray, radius: float, words: str, more: str) -> Iterator[Stroke]:
+    """Words beside all, with a line to a roller."""
+    far = _VIEW(hub + radius * normalised(hub))
     side = float(np.sign(np.round(far[0] / size, 6)) or 1.0)
     at = np.array([side * 2.1 * size, 1.05 * far[1] + (0.12 if far[1] >= 0 else -0.12) * size])
-    yield Line(np.stack([see((size + radius) * normal), at]), "guide")
-    force, share = share_of_slip(found.force[place], found.slip[place])
-    anchor = "start" if side > 0 else "end"
-    yield Label(at, f"{place + 1} {found.kinds[place]}: {force}", more=share, anchor=anchor)
+    yield Line(np.stack([_VIEW(hub), at]), "guide")
+    yield Label(at, words, more=more, anchor="start" if side > 0 else "end")

@@ -3,28 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from infinivar.errors import InputError
-from infinivar.machines.pictures.strokes import (
-    CIRCLE,
-    Arrow,
-    Disc,
-    Label,
-    Line,
-    Picture,
-    Stroke,
-    hull,
-    length_words,
-    off,
-    quantity,
-    share_of_slip,
-    slip_rows,
-    tyre,
-)
+from infinivar.machines.pictures.geometry import CIRCLE, hull, normalised, off, unit
+from infinivar.machines.pictures.strokes import Arrow, Disc, Label, Line, Picture, Stroke, tyre
+from infinivar.machines.pictures.words import length, quantity, share_of_slip, slip_rows
 from infinivar.transmission.mechanism import MechanismPoint
 from infinivar.transmission.planar import PlanarCarriage, PlanarCobot, instant_centre
 
@@ -34,28 +21,32 @@ _NEAR = 3.0
 _LIMIT, _LONGEST = 0.4, 0.45
 """Radius of the circle of the largest slip limit, and longest arrow of force where none is known, over the size of the body."""
 
+_OF_BODY = ("x of the body [m]", "y of the body [m]")
+
 _ROUNDING = 1e-9
 """Force or moment over that of the forces on the wheels and of the load below which it is rounding."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wheeled:
-    """A body in the plane on wheels, which steer or have free rollers."""
+    """A body in the plane on wheels, which steer or have free rollers.
+
+    Attributes
+    ----------
+    spots : (k, 2) float            Of the wheels in axes of the body. [m]
+    radii : (k,) float              [m]
+    mass, inertia : float           The inertia about the origin. [kg], [kg m^2]
+    headings : (k,) float or None   Of wheels that do not steer. [rad]
+    """
 
     shape: ClassVar[Literal["planar"]] = "planar"
     seen: ClassVar[Literal["above"]] = "above"
-    """Whether the plane of the handle is also that of its frames."""
 
     spots: np.ndarray
-    """Of the wheels in axes of the body. (k, 2) [m]"""
     radii: np.ndarray
-    """(k,) [m]"""
     mass: float
-    """[kg]"""
     inertia: float
-    """About the origin. [kg m^2]"""
     headings: np.ndarray | None = None
-    """Of wheels that do not steer. (k,) [rad]"""
 
     @property
     def around(self) -> np.ndarray:
@@ -99,42 +90,52 @@ def around(spots: np.ndarray, radii: np.ndarray) -> np.ndarray:
     return hull((spots[:, None] + 0.12 * size_of(spots, radii) * CIRCLE).reshape(-1, 2))
 
 
-def unit(angle: Any) -> np.ndarray:
-    """Unit vectors at angles (...,) from x. (..., 2)"""
-    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OnGround:
-    """A body on k wheels at one point, about its reference point."""
+    """A body on k wheels at one point, about its reference point.
+
+    Attributes
+    ----------
+    title, axes, notes, lever          As of a picture.
+    positions, headings : (k, 2)       Of the wheels [m], and unit vectors along them.
+    radius : (k,) float                [m]
+    twist : (3,) float
+    force : (k, 2) float               Of the ground on each wheel. [N]
+    applied : look, name, wrench (3,)  Wrenches on the machine beside those of the ground.
+    limit : (k,) float or None         Slip forces at rest, where they have circles. [N]
+    slip : (k,) float or None          Demand over allowance.
+    centre : (2,) float or None        Instant centre, perhaps infinite; None if wheels are not along normals to it. [m]
+    axles : (k, 2) float or None       Unit vectors along the axles of the rollers on the ground.
+    rolling : (k,) float or None       Speeds at which the wheels roll. [m/s]
+    """
 
     title: str
     axes: tuple[str, str]
     positions: np.ndarray
-    """(k, 2) [m]"""
     headings: np.ndarray
-    """Unit vectors along the wheels. (k, 2)"""
     radius: np.ndarray
-    """(k,) [m]"""
     twist: np.ndarray
-    """(3,)"""
     force: np.ndarray
-    """Of the ground on each wheel. (k, 2) [N]"""
     applied: tuple[tuple[str, str, np.ndarray], ...]
-    """Wrenches (3,) on the machine beside those of the ground, each with a look and a name."""
     limit: np.ndarray | None = None
-    """Slip forces at rest, where they have circles. (k,) [N]"""
     slip: np.ndarray | None = None
-    """Demand over allowance. (k,)"""
     centre: np.ndarray | None = None
-    """Instant centre, perhaps infinite; None if wheels are not along normals to it. (2,) [m]"""
     axles: np.ndarray | None = None
-    """Unit vectors along the axles of the rollers on the ground. (k, 2)"""
     rolling: np.ndarray | None = None
-    """Speeds at which the wheels roll. (k,) [m/s]"""
     notes: tuple[str, ...] = ()
     lever: float = 0.0
-    """As of a picture. [m]"""
+
+    @property
+    def size(self) -> float:
+        """Of the body. [m]"""
+        return size_of(self.positions, self.radius)
+
+    @property
+    def near(self) -> bool:
+        """Whether the instant centre is within the drawing."""
+        if self.centre is None or not np.all(np.isfinite(self.centre)):
+            return False
+        return bool(np.linalg.norm(self.centre - self.positions.mean(axis=0)) < _NEAR * self.size)
 
 
 def steered(
@@ -167,7 +168,7 @@ def steered(
         both = (("force", "force of the source", applied - load), ("load-force", "force of the load", load))
     return OnGround(
         title="Cart from above",
-        axes=("x of the body [m]", "y of the body [m]"),
+        axes=_OF_BODY,
         positions=spots_of(cobot),
         headings=np.stack([cosine, sine], axis=-1),
         radius=np.array([float(one.wheel_radius) for one in contacts]),  # type: ignore[union-attr]
@@ -233,26 +234,26 @@ def spots_of(cobot: PlanarCobot | PlanarCarriage) -> np.ndarray:
 
 def picture(found: OnGround) -> Picture:
     """Body and wheels, with all forces on the machine and its velocity."""
-    speed, turning = length_words(found.twist[:2], "m/s"), quantity(found.twist[2], "rad/s")
-    keys = [("contact-force", "force of the ground on a wheel")]
-    keys += [("limit", "slip limit, to the same scale")] if found.limit is not None else []
-    keys += [(look, _said(found, name, wrench)) for look, name, wrench in found.applied]
-    keys += [("velocity", f"velocity {speed}, turning at {turning}")] if np.any(found.twist) else []
-    if found.centre is not None:
-        keys.append(("heading", "normal of a heading"))
-    if found.axles is not None:
-        keys.append(("axis", "axle of the roller on the ground"))
-    names = [f"wheel {place + 1}" for place in range(len(found.positions))]
-    rows = [(name, length_words(wrench[:2], "N")) for _, name, wrench in found.applied] + [("velocity", speed)]
-    far = found.centre is not None and not _near(found)
+    speed, turning = length(found.twist[:2], "m/s"), quantity(found.twist[2], "rad/s")
+    shown = (
+        ("contact-force", "force of the ground on a wheel", True),
+        ("limit", "slip limit, to the same scale", found.limit is not None),
+        *((look, _said(found, name, wrench), True) for look, name, wrench in found.applied),
+        ("velocity", f"velocity {speed}, turning at {turning}", np.any(found.twist)),
+        ("heading", "normal of a heading", found.centre is not None),
+        ("axis", "axle of the roller on the ground", found.axles is not None),
+    )
+    rows = [(name, length(wrench[:2], "N")) for _, name, wrench in found.applied] + [("velocity", speed)]
+    if found.slip is not None:
+        rows += slip_rows((f"wheel {place + 1}" for place in range(len(found.slip))), found.force, found.slip)
     return Picture(
         title=found.title,
         axes=found.axes,
-        strokes=tuple(_strokes(found)),
-        keys=tuple(keys),
-        rows=(*rows, *(() if found.slip is None else slip_rows(names, found.force, found.slip))),
+        strokes=(*_wheels(found), *_motion(found), *_labels(found)),
+        keys=tuple((look, words) for look, words, drawn in shown if drawn),
+        rows=tuple(rows),
         notes=found.notes,
-        heading=_far(found.centre) if far else "",  # type: ignore[arg-type]
+        heading="" if found.centre is None or found.near else _far(found.centre),
         lever=found.lever,
     )
 
@@ -261,24 +262,15 @@ def at_rest(cobot: PlanarCobot | PlanarCarriage, radius: float, wrench: np.ndarr
     """A body on steered wheels that does not move, so that their headings are free, under a wrench on its load."""
     spots, load = spots_of(cobot), -_spatial(wrench)
     size = size_of(spots, np.array([radius]))
-    strokes: list[Stroke] = [Line(around(spots, np.array([radius])), "plate", closed=True)]
-    strokes += [Disc(spot, radius, "wheel") for spot in spots]
-    if np.any(load[:2]):
-        strokes.append(Arrow(np.zeros(2), 0.5 * size * load[:2] / np.linalg.norm(load[:2]), "load-force"))
+    force = Arrow(np.zeros(2), 0.5 * size * normalised(load[:2]), "load-force")
+    body = Line(around(spots, np.array([radius])), "plate", closed=True)
     return Picture(
         title="Cart from above",
-        strokes=tuple(strokes),
-        keys=(("load-force", f"force of the load {length_words(load[:2], 'N')}"),) if np.any(load[:2]) else (),
+        axes=_OF_BODY,
+        strokes=(body, *(Disc(spot, radius, "wheel") for spot in spots), *([force] if np.any(load[:2]) else [])),
+        keys=(("load-force", f"force of the load {length(load[:2], 'N')}"),) if np.any(load[:2]) else (),
         notes=("at rest the wheels are locked; their headings are free, and drawn as circles",),
     )
-
-
-def _near(found: OnGround) -> bool:
-    """Whether the instant centre is within the drawing."""
-    centre, spots = found.centre, found.positions
-    if centre is None or not np.all(np.isfinite(centre)):
-        return False
-    return bool(np.linalg.norm(centre - spots.mean(axis=0)) < _NEAR * size_of(spots, found.radius))
 
 
 def _far(centre: np.ndarray) -> str:
@@ -287,13 +279,18 @@ def _far(centre: np.ndarray) -> str:
     return f"instant centre at ({centre[0]:.3g}, {centre[1]:.3g}) m"
 
 
-def _strokes(found: OnGround) -> Iterator[Stroke]:
-    spots, origin = found.positions, np.zeros(2)
-    size, middle = size_of(spots, found.radius), spots.mean(axis=0)
-    yield Line(around(spots, found.radius), "plate", closed=True)
+def _scale(found: OnGround) -> float:
+    """Length of an arrow of 1 N. [m]"""
+    if found.limit is not None:
+        return _LIMIT * found.size / float(found.limit.max())
     largest = max(float(np.linalg.norm(one[..., :2], axis=-1).max()) for one in (found.force, *_wrenches(found)))
-    scale = _LONGEST * size / (largest or 1.0) if found.limit is None else _LIMIT * size / float(found.limit.max())
-    for place, spot in enumerate(spots):
+    return _LONGEST * found.size / (largest or 1.0)
+
+
+def _wheels(found: OnGround) -> Iterator[Stroke]:
+    size, scale = found.size, _scale(found)
+    yield Line(around(found.positions, found.radius), "plate", closed=True)
+    for place, spot in enumerate(found.positions):
         heading, radius = found.headings[place], found.radius[place]
         if found.centre is not None:
             across = np.array([-heading[1], heading[0]])
@@ -304,22 +301,31 @@ def _strokes(found: OnGround) -> Iterator[Stroke]:
         if found.axles is not None:
             yield Line(spot + np.outer([-1.6 * radius, 1.6 * radius], found.axles[place]), "axis")
         yield Arrow(spot, spot + scale * found.force[place], "contact-force")
+
+
+def _motion(found: OnGround) -> Iterator[Stroke]:
+    """Velocity of the reference point, and forces applied there."""
+    origin = np.zeros(2)
     if np.any(found.twist[:2]):
-        yield Arrow(origin, 0.5 * size * found.twist[:2] / np.linalg.norm(found.twist[:2]), "velocity")
+        yield Arrow(origin, 0.5 * found.size * normalised(found.twist[:2]), "velocity")
     for look, _, wrench in found.applied:
         if np.any(wrench[:2]):
-            yield Arrow(origin, scale * wrench[:2], look)
-    yield Disc(origin, 0.015 * size, "point")
-    for place, spot in enumerate(spots):
-        force, out = found.force[place], (spot - middle) / (np.linalg.norm(spot - middle) or 1.0)
-        label = Label(spot + 0.62 * size * out, f"wheel {place + 1}: {length_words(force, 'N')}")
-        if found.slip is not None:
-            label = replace(label, more=share_of_slip(force, found.slip[place])[1])
+            yield Arrow(origin, _scale(found) * wrench[:2], look)
+    yield Disc(origin, 0.015 * found.size, "point")
+
+
+def _labels(found: OnGround) -> Iterator[Stroke]:
+    """Force of each wheel, beside its slip limit or away from the middle, and the instant centre."""
+    size = found.size
+    for place, spot in enumerate(found.positions):
+        out, rises = normalised(spot - found.positions.mean(axis=0)), 0
+        at = spot + 0.62 * size * out
         if found.limit is not None:
-            above = 1 if out[1] > 0.3 else -1
-            label = replace(label, at=off(spot, 0.0, above * 1.12 * scale * found.limit[place]), rises=above)
-        yield label
-    if found.centre is not None and _near(found):
+            rises = 1 if out[1] > 0.3 else -1
+            at = off(spot, 0.0, rises * 1.12 * _scale(found) * found.limit[place])
+        more = "" if found.slip is None else share_of_slip(found.slip[place])
+        yield Label(at, f"wheel {place + 1}: {length(found.force[place], 'N')}", more=more, rises=rises)
+    if found.near:
         yield Disc(found.centre, 0.04 * size, "joint")
         yield Label(off(found.centre, 0.08 * size, 0.05 * size), "instant centre", anchor="start")
 

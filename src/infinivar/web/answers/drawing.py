@@ -12,7 +12,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import axis_of, is_machine
 from infinivar.errors import InputError
-from infinivar.machines.pictures.strokes import CIRCLE, hull, off, rim, round_number
+from infinivar.machines.pictures.geometry import CIRCLE, hull, off, rim, round_number
 from infinivar.parts.belt import Belt, Rack
 from infinivar.parts.linkage import Linkage
 from infinivar.parts.motor import Motor

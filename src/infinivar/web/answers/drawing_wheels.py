@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from infinivar.machines.pictures.strokes import off
+from infinivar.machines.pictures.geometry import off
 from infinivar.transmission.operating_point import OperatingPoint
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 from infinivar.web.answers import shapes, words

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.machines.pictures.strokes import quantity
+from infinivar.machines.pictures.words import quantity
 from infinivar.units import plain
 
 _UNITS = {
