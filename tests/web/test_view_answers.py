@@ -296,7 +296,7 @@ class TestDrawing:
 
     @pytest.mark.parametrize("rate", [0.0, 0.4, 3.0, 47.0, 1e4, 1e-9])
     def test_the_slow_down_is_a_round_number(self, rate):
-        items = [shapes.spokes((0.0, 0.0), 1.0, rate), shapes.circle((0.0, 0.0), 1.0, "steel")]
+        items = [shapes.spokes((0.0, 0.0), 1.0, rate), shapes.box((-1.0, -1.0), (1.0, 1.0), "steel")]
         slow = shapes.slow_down([shapes.scene("", items)], [])
         assert slow >= 1.0
         assert rate / slow <= 9.0 + 1e-9

@@ -48,6 +48,6 @@ def _row_of_wheels(leg: CoboticDrive, point: Any, lever: float) -> dict[str, Any
         if not math.isfinite(float(found.link_speed)):
             raise InputError(f"the steered wheel of {name} slips here")
         at = apart * (index - 0.5 * (count - 1))
-        items += drawing_wheels.wheel_from_above(element, found, at, label=str(index + 1))
+        items += drawing_wheels.wheel_from_above(element, found, at, str(index + 1))
     part = point.parts[0].rsplit(" ", 1)[0]
     return shapes.scene(f"Common cylinder with the steered wheel that moves each {part}", items)
