@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from internals import RefusedError, is_machine, shipped_studies
 from internals import contact_answer as contact
 from internals import drawing_answer as drawing
 from internals import motion_answer as motion
+from internals import pictures_figure as pictures
 from internals import places_answer as places
 from internals import plain_answer as plain
 from internals import point_answer as point
@@ -321,6 +324,22 @@ class TestDrawing:
         far = replace(study.tasks["push"], pose=iv.Pose(x=2.0, y=0.0), time_share=None)
         found = drawing.drawing(replace(study, tasks={"push": far}, paths={}), {"drive": "one-motor", "task": "push"})
         assert "does not reach" in found["reason"]
+
+
+@pytest.mark.parametrize("name", sorted(shipped_studies()))
+def test_every_stroke_of_a_drawing_has_a_look_on_the_page_and_in_figures(name):
+    """A page without a rule for a look would paint it as any other line; a figure would fail."""
+    page = Path(iv.__file__).parent / "web" / "page"
+    rules = set(re.findall(r"\.m\.([a-z-]+)", (page / "views.css").read_text("utf-8")))
+    study = iv.load_study(name)
+    for asked in places_of(study):
+        found = drawing.drawing(study, asked)
+        assert {item["look"] for scene in found["scenes"] for item in scene["items"]} <= rules | {"number"}
+        drive = study.drive(asked["drive"])
+        if is_machine(drive) and found["reason"] is None:
+            place = places.place_of(study, asked)
+            picture = drive.picture(place.point(), place.pose, place.twist, place.wrench)
+            assert len(pictures.draw_all(picture).axes) == 1
 
 
 def test_a_sphere_between_rollers_rolls_without_slip():

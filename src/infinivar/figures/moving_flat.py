@@ -217,7 +217,7 @@ def draw_history(ax: Axes, numbers: Mapping[str, Any], place: int, upto: int) ->
     if numbers["wall"] is not None:
         ax.axhline(numbers["wall"][0], color=GUIDE, lw=1.2)
     if trace.shape[1] > 1:
-        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8)
+        style.name_beside(ax, fontsize=8)
     shown = np.append(trace, [] if numbers["wall"] is None else numbers["wall"][0])
     room = 0.05 * float(np.ptp(shown)) or 1.0
     ax.locator_params(axis="x", nbins=5)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -106,6 +106,27 @@ def arrow(
     """Draw an arrow from a point (2,) to another, or a gap before it, with a head of a size."""
     drawn = {"arrowstyle": "-|>", "color": colour, "lw": lw, "shrinkA": 0, "shrinkB": gap, "mutation_scale": size}
     ax.annotate("", xy=tuple(head), xytext=tuple(tail), arrowprops=drawn, **{"zorder": 4, **options})
+
+
+def stack(names: Sequence[str], width: float, height: float, **options: Any) -> tuple[Figure, dict[str, Any]]:
+    """New figure, with axes by name one above the other over a common axis. [inch]"""
+    made, axes = figure(width, height, len(names), 1, sharex=True, squeeze=False, **options)
+    return made, dict(zip(names, axes[:, 0], strict=True))
+
+
+def curves(ax: Any, along: Any, values: Mapping[str, Any], label: str, colours: Any = None, line: str = "-") -> None:
+    """Plot curves over an axis, by the names that a legend beside it has, in the colours of names and places, and label them."""
+    for place, (name, one) in enumerate(values.items()):
+        colour = COLOURS[place % len(COLOURS)] if colours is None else colours(name, place)
+        ax.plot(along, one, line, color=colour, label=name)
+    ax.set_ylabel(label)
+    name_beside(ax)
+
+
+def name_beside(ax: Any, **options: Any) -> None:
+    """Name what is plotted to the right of the axes."""
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), **{"fontsize": 7, **options})
 
 
 def label_plane(ax: Any, axis: Axis) -> None:
