@@ -91,9 +91,9 @@ class Turning:
     face : pair or None                    Only where ``face[0] cos(q) + face[1] sin(q) > 0`` a line is seen; None: everywhere.
     """
 
-    ends: tuple[Any, Any]
-    cosine: tuple[Any, Any]
-    sine: tuple[Any, Any]
+    ends: tuple[Any, ...]
+    cosine: tuple[Any, ...]
+    sine: tuple[Any, ...]
     rate: float
     count: int
     look: str = "mark"
