@@ -159,12 +159,11 @@ from infinivar.figures import machine_run as machine_run_figure
 from infinivar.figures import machine_tasks as machine_tasks_figure
 from infinivar.figures import measurements as measurements_figure
 from infinivar.figures import motion_summary as motion_summary_figure
-from infinivar.figures import planar_cobot as planar_cobot_figure
+from infinivar.figures import pictures as pictures_figure
 from infinivar.figures import rolling_patch as rolling_patch_figure
 from infinivar.figures import session as session_figure
 from infinivar.figures import shared_motor as shared_motor_figure
 from infinivar.figures import sizing as sizing_figure
-from infinivar.figures import sphere as sphere_figure
 from infinivar.figures import sphere_gears as sphere_gears_figure
 from infinivar.figures import sphere_map as sphere_map_figure
 from infinivar.figures import stability_map as stability_map_figure
@@ -190,6 +189,8 @@ from infinivar.machines.kinds.arm import ArmLoad
 from infinivar.machines.kinds.linked import SeparateMachine, motor_mass
 from infinivar.machines.kinds.platform import PlatformLoad
 from infinivar.machines.machine import as_machine
+from infinivar.machines.pictures import rollers as sphere_picture
+from infinivar.machines.pictures import wheeled as wheeled_picture
 from infinivar.machines.system import Defaults, Forces, Place, System
 from infinivar.machines.system import Inputs as SystemInputs
 from infinivar.motion.duty_cycles import CYCLES

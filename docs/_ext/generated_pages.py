@@ -403,14 +403,14 @@ def draw_planar(app) -> None:
     """Draw the cart of the page on machines under a load."""
     import re
 
-    from infinivar.figures import planar_cobot, style
+    from infinivar.figures import style
 
     page: dict = {}
     text = (Path(app.srcdir) / "mechanisms.md").read_text("utf-8")
     exec(re.search(r"^```python\n(.*?)^```", text, re.S | re.M)[1], page)
     cart, twist = page["cart"], [0.5, 0.0, 0.7]
     point = cart.mechanism.operate(rates=twist, heading=cart.headings(twist, {"y": 50.0, "angle": 4.0}))
-    made = planar_cobot.draw_all(cart, point)
+    made = point.plot(cobot=cart)
     style.write(made, Path(app.srcdir) / "reference" / "generated" / "planar_cobot", ("svg",))
 
 

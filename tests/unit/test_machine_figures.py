@@ -7,9 +7,10 @@ from scipy.optimize import linprog
 
 import infinivar as iv
 from internals import arm_figure as arm
-from internals import drift, sphere_figure
+from internals import drift, sphere_picture
 from internals import machine_figure as machine
-from internals import planar_cobot_figure as planar_cobot
+from internals import pictures_figure as pictures
+from internals import wheeled_picture as wheeled
 from internals import wheels_figure as wheels
 from internals import workspace_figure as workspace
 from internals import wrench_set_figure as wrench_set
@@ -69,16 +70,17 @@ def test_drawn_machine():
     wrench = np.array([30.0, -15.0, -60.0, 0.4, -0.3, 0.2])
     point = MACHINE.operate(PLATFORM.at(position, rotation), wrench=wrench, twist=[0.0, 0.1, 0.15, 0.3, 0.0, 0.0]).legs
     numbers = machine.data(PLATFORM, MACHINE.legs, point, position, rotation)
-    rods = 1e-3 * (numbers["lower"] - numbers["upper"])
+    there = numbers["machine"]
+    rods = there.lower - there.upper
     length = np.linalg.norm(rods, axis=1)
     assert_allclose(length, PLATFORM.rod_length, rtol=1e-12)
     pulls = numbers["tension"][:, None] * rods / length[:, None]
-    moments = np.cross(1e-3 * (numbers["upper"] - numbers["origin"]), pulls)
+    moments = np.cross(there.upper - position, pulls)
     assert_allclose(np.concatenate([pulls.sum(axis=0), moments.sum(axis=0)]), -wrench, rtol=1e-9)
-    assert_allclose(np.hypot(*numbers["wheel"][:, :2].T), numbers["cylinder_radius"], rtol=1e-12)
-    turning = np.cross([0.0, 0.0, float(point.cylinder_speed)], 1e-3 * numbers["wheel"])
+    assert_allclose(np.hypot(*there.contacts[:, :2].T), there.cylinder_radius, rtol=1e-12)
+    turning = np.cross([0.0, 0.0, float(point.cylinder_speed)], there.contacts)
     carrier = point.link_speed[:, None] * [0.0, 0.0, 1.0] - turning
-    assert np.max(np.linalg.norm(np.cross(carrier, numbers["rolling"]), axis=1)) < 0.01 * numbers["surface_speed"]
+    assert np.max(np.linalg.norm(np.cross(carrier, there.headings), axis=1)) < 0.01 * numbers["surface_speed"]
     # An ideal wheel has no rolling resistance.
     assert_allclose(np.abs(numbers["tension"]) / numbers["limit"], numbers["slip"], atol=0.02)
     made = machine.draw_all(PLATFORM, MACHINE.legs, point, position, rotation)
@@ -99,23 +101,25 @@ def test_drawn_planar_cobot():
     """The forces drawn are in equilibrium and lose the power of the point; headings are off the circles by the slip angles."""
     twist = np.array([0.5, 0.0, 0.7])
     point = CART.mechanism.operate(rates=twist, heading=CART.headings(twist, {"y": 50.0, "angle": 4.0}))
-    numbers = planar_cobot.data(CART, point)
-    spots, force = numbers["positions"], numbers["force"]
+    found = wheeled.steered(CART, point)
+    ((_, name, applied),) = found.applied
+    assert name == "applied force"
+    spots, force = found.positions, found.force
     moments = spots[:, 0] * force[:, 1] - spots[:, 1] * force[:, 0]
-    assert_allclose([*force.sum(axis=0), moments.sum()], -numbers["applied"], atol=1e-9)
-    assert_allclose(numbers["applied"][1:], [50.0, 4.0], atol=1e-6)
-    radius = spots - numbers["centre"]
+    assert_allclose([*force.sum(axis=0), moments.sum()], -applied, atol=1e-9)
+    assert_allclose(applied[1:], [50.0, 4.0], atol=1e-6)
+    radius = spots - found.centre
     velocity = twist[2] * np.stack([-radius[:, 1], radius[:, 0]], axis=-1)
     assert -np.sum(force * velocity) == pytest.approx(sum(point.losses.values()), rel=1e-9)
-    heading = numbers["headings"]
+    heading = found.headings
     turned = heading[:, 0] * velocity[:, 1] - heading[:, 1] * velocity[:, 0]
     side_load = heading[:, 1] * force[:, 0] - heading[:, 0] * force[:, 1]
     slip_angle = np.arctan2(turned, np.sum(heading * velocity, axis=1))
     assert_allclose(slip_angle, drift(WHEEL, side_load), rtol=1e-6)
-    made = planar_cobot.draw_all(CART, point)
+    made = point.plot(cobot=CART)
     words = [text.get_text() for text in made.axes[0].texts]
     assert "instant centre" in words
-    assert f"{100 * numbers['slip'][0]:.0f} % of slip limit" in " ".join(words)
+    assert f"{100 * found.slip[0]:.0f} % of slip limit" in " ".join(words)
 
 
 def test_source_and_load_of_a_drawn_cart_are_told_apart():
@@ -124,16 +128,17 @@ def test_source_and_load_of_a_drawn_cart_are_told_apart():
     drive = iv.PlanarDrive(wheel=wheel, positions=[iv.Point(x=x, y=y) for x, y in CART.positions])
     twist, wrench = np.array([0.5, 0.0, 0.0]), np.array([200.0, 60.0, 0.0])
     point = drive.operated(twist, wrench)
-    numbers = planar_cobot.data(drive.machine, point, wrench)
-    assert numbers["source"][0] == pytest.approx((wrench @ twist + sum(point.losses.values())) / 0.5, rel=1e-9)
-    assert numbers["source"][0] > 220.0
-    assert_allclose(numbers["source"][1:], 0.0, atol=1e-6)
-    assert_allclose(numbers["load"], -wrench)
-    assert_allclose([*numbers["force"].sum(axis=0)], -(numbers["source"] + numbers["load"])[:2], atol=1e-9)
-    words = key(planar_cobot.draw_all(drive.machine, point, wrench))
-    assert f"force of the source {numbers['source'][0]:.3g} N, with 0 N m" in words
+    found = wheeled.steered(drive.machine, point, wrench)
+    (_, _, source), (_, _, load) = found.applied
+    assert source[0] == pytest.approx((wrench @ twist + sum(point.losses.values())) / 0.5, rel=1e-9)
+    assert source[0] > 220.0
+    assert_allclose(source[1:], 0.0, atol=1e-6)
+    assert_allclose(load, -wrench)
+    assert_allclose([*found.force.sum(axis=0)], -(source + load)[:2], atol=1e-9)
+    words = key(pictures.draw_all(wheeled.picture(found)))
+    assert f"force of the source {source[0]:.3g} N, with 0 N m" in words
     assert "force of the load 209 N, with 0 N m" in words
-    assert any(word.startswith("applied force ") for word in key(planar_cobot.draw_all(drive.machine, point)))
+    assert any(word.startswith("applied force ") for word in key(point.plot(cobot=drive.machine)))
 
 
 def key(made):
@@ -142,13 +147,13 @@ def key(made):
 
 def test_planar_cobots_that_roll_straight_or_rest():
     straight = CART.mechanism.operate(rates=[0.5, 0.0, 0.0], heading=np.zeros(3))
-    assert planar_cobot.draw_all(CART, straight).axes[0].get_title() == "instant centre at infinity"
+    assert straight.plot(cobot=CART).axes[0].get_title() == "instant centre at infinity"
     wide = CART.mechanism.operate(rates=[0.5, 0.0, 0.1], heading=CART.headings([0.5, 0.0, 0.1]))
-    assert planar_cobot.draw_all(CART, wide).axes[0].get_title() == "instant centre at (0, 5) m"
+    assert wide.plot(cobot=CART).axes[0].get_title() == "instant centre at (0, 5) m"
     for rates in ([0.0, 0.0, 0.0], [[0.5, 0.0, 0.0]] * 2):
         point = CART.mechanism.operate(rates=rates, heading=np.zeros(3))
         with pytest.raises(iv.InputError, match="drawn at one point in steady motion"):
-            planar_cobot.data(CART, point)
+            wheeled.steered(CART, point)
 
 
 def sphere(layout):
@@ -161,15 +166,15 @@ def test_drawn_sphere(layout):
     """The forces drawn on the sphere are tangential and in equilibrium, with those of idlers; headings roll with the sphere."""
     ivt = sphere(layout)
     point = ivt.operate(steering_angle=0.5, sphere_speed=20.0, load=15.0)
-    numbers = sphere_figure.data(ivt, point)
-    normals, force = numbers["normals"], numbers["force"]
+    found = sphere_picture.placed(ivt, point)
+    normals, force = found.normals, np.asarray(point.contact_force)
     assert_allclose(np.sum(normals * force, axis=1), 0.0, atol=1e-12)
     assert_allclose(np.cross(normals, force).sum(axis=0), 0.0, atol=1e-6)
     surface = np.cross(point.sphere_velocity, normals)
     steered = np.array(point.kinds) == "steering"
-    assert_allclose(np.sum(surface * numbers["axles"], axis=1)[steered], 0.0, atol=1e-12)
+    assert_allclose(np.sum(surface * found.axles, axis=1)[steered], 0.0, atol=1e-12)
     drives = force[np.array(point.kinds) == "drive"]
-    across = np.cross(numbers["axles"][:2], normals[:2])
+    across = np.cross(found.axles[:2], normals[:2])
     torques = np.abs(np.sum(drives * across, axis=1)) * 0.03
     resisted = 0.015 * np.sign([point.input_torque, -point.output_torque])
     assert_allclose(torques, np.abs([point.input_torque, point.output_torque]) - resisted, rtol=1e-9)
@@ -218,25 +223,30 @@ def test_drawn_arm():
     study = iv.load_study("two_joint_arm")
     drive = next(one for one in study.drives.values() if one.leg is not None)
     pose, twist, wrench = np.array([0.35, 0.2]), np.array([0.05, -0.1]), np.array([6.0, 3.0])
-    numbers = arm.data(drive, pose, twist, wrench)
-    assert_allclose(numbers["points"][-1], pose, atol=1e-12)
-    assert_allclose(np.linalg.norm(np.diff(numbers["points"], axis=0), axis=1), drive.lengths)
-    levers = pose - numbers["points"][:-1]
-    assert_allclose(numbers["torque"], levers[:, 0] * wrench[1] - levers[:, 1] * wrench[0], rtol=1e-9)
-    outline, limits = numbers["sets"]["at rest"]
+    operated = drive.perform(pose=pose, twist=twist, wrench=wrench)
+    picture = drive.picture(operated, pose, twist, wrench)
+    points = next(one.points for one in picture.strokes if one.look == "member")
+    assert_allclose(points[-1], pose, atol=1e-12)
+    assert_allclose(np.linalg.norm(np.diff(points, axis=0), axis=1), drive.lengths)
+    levers = pose - points[:-1]
+    assert_allclose(operated.part_forces, levers[:, 0] * wrench[1] - levers[:, 1] * wrench[0], rtol=1e-9)
+    sets = arm.data(drive, pose, twist, wrench)
+    outline, limits = sets["at rest"]
     most = drive.legs.legs.transmission.slip_force * drive.pulley_radius
     torques = levers[:, 0] * outline[:, 1:] - levers[:, 1] * outline[:, :1]
     assert_allclose(np.max(np.abs(torques), axis=1), most, rtol=0.05)
     assert set(limits) == {iv.Limit.SLIP}
-    inside = drive.perform(pose=pose, twist=twist, wrench=0.999 * numbers["sets"]["in the task"][0])
-    beyond = drive.perform(pose=pose, twist=twist, wrench=1.001 * numbers["sets"]["in the task"][0])
+    inside = drive.perform(pose=pose, twist=twist, wrench=0.999 * sets["in the task"][0])
+    beyond = drive.perform(pose=pose, twist=twist, wrench=1.001 * sets["in the task"][0])
     assert np.all(inside.limit == iv.Limit.OK)
     assert not np.any(beyond.limit == iv.Limit.OK)
-    made = arm.draw_all(drive, pose, twist, wrench)
+    made = arm.draw_all(drive, operated, pose, twist, wrench)
     assert len(made.axes) == 2
-    assert "joint 1: " in made.axes[0].texts[-2].get_text()
+    for joint, (text, torque) in enumerate(zip(made.axes[0].texts[-2:], operated.part_forces, strict=True), 1):
+        assert text.get_text().startswith(f"joint {joint}: {torque:.3g} N m,\n")
+    far = {"pose": [2.0, 0.0], "twist": twist, "wrench": wrench}
     with pytest.raises(iv.InputError, match="an arm is drawn at one pose within reach"):
-        arm.data(drive, [2.0, 0.0], twist, wrench)
+        drive.picture(drive.perform(**far), **far)
 
 
 @pytest.mark.parametrize("joints", [1, 3])
@@ -244,18 +254,20 @@ def test_arms_of_other_numbers_of_joints_are_drawn(joints):
     drive = next(one for one in iv.load_study("two_joint_arm").drives.values() if one.leg is not None)
     drive = type(drive)(lengths=(0.3, 0.25, 0.1)[:joints], pulley_radius=drive.pulley_radius, leg=drive.leg)
     given = np.linspace(0.02, 0.05, joints)
-    numbers = arm.data(drive, drive.home, given, 10.0 * given)
-    assert numbers["moment"] == pytest.approx(10.0 * given[-1])
-    assert {*numbers["sets"]} == (set() if joints == 1 else {"at rest", "in the task"})
-    assert len(arm.draw_all(drive, drive.home, given, 10.0 * given).axes) == (1 if joints == 1 else 2)
+    task = drive.home, given, 10.0 * given
+    operated = drive.perform(pose=task[0], twist=task[1], wrench=task[2])
+    ((_, said), *_) = drive.picture(operated, *task).keys
+    assert said.endswith(f"{10.0 * given[-1]:.3g} N m")
+    assert {*arm.data(drive, *task)} == (set() if joints == 1 else {"at rest", "in the task"})
+    assert len(arm.draw_all(drive, operated, *task).axes) == (1 if joints == 1 else 2)
 
 
 def test_drawn_carriage_on_one_wheel():
     carriage = iv.PlanarCarriage(contact=WHEEL)
     point = carriage.mechanism.operate(rates=[0.3, 0.4], heading=[np.arctan2(0.4, 0.3)])
-    numbers = planar_cobot.data(carriage, point)
-    assert_allclose(numbers["force"].sum(axis=0), -numbers["applied"][:2], atol=1e-9)
-    assert planar_cobot.draw_all(carriage, point).axes[0].get_title() == "instant centre at infinity"
+    found = wheeled.steered(carriage, point)
+    assert_allclose(found.force.sum(axis=0), -found.applied[0][2][:2], atol=1e-9)
+    assert pictures.draw_all(wheeled.picture(found)).axes[0].get_title() == "instant centre at infinity"
 
 
 def test_map_of_a_workspace_has_the_points_of_each_height():

@@ -23,15 +23,17 @@ from machines import HEXAPOD, MACHINES
 def test_a_cart_is_drawn_where_it_is():
     found = planar()
     numbers = moving_machine.data(found, moving_machine.instants(found, speed=0.25))
-    machine, last = numbers["machine"], numbers["time"][-1]
+    strokes, last = numbers["frame"](len(numbers["time"]) - 1), numbers["time"][-1]
     assert last == found.time[-1]
     x, y, angle = (found.columns[name][-1] for name in ("x_m", "y_m", "angle_rad"))
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     spots = np.array(found.machine.cobot.positions) @ turn.T + [x, y]
-    np.testing.assert_allclose(1e-3 * machine["spots"][-1], spots, atol=1e-12)
+    wheels = [one.points for one in strokes if one.look.startswith("wheel")]
+    np.testing.assert_allclose(np.mean(wheels, axis=1), spots, atol=1e-12)
     # A wheel is drawn along its heading, which turns with the body.
     heading = angle + found.columns["h_2_rad"][-1]
-    np.testing.assert_allclose(1e-3 * machine["halves"][-1, 1], 0.02 * np.array([math.cos(heading), math.sin(heading)]))
+    half = 0.5 * (wheels[1][0] + wheels[1][1]) - spots[1]
+    np.testing.assert_allclose(half, 0.02 * np.array([math.cos(heading), math.sin(heading)]), atol=1e-12)
     np.testing.assert_allclose(1e-3 * numbers["plane"]["handle"][-1], found.position[-1], atol=1e-12)
     np.testing.assert_allclose(numbers["force"], math.hypot(4.0, 6.0))
 
@@ -49,9 +51,10 @@ def test_rods_keep_their_length_and_meet_the_platform():
 
 def test_members_of_an_arm_end_where_its_end_point_is():
     found = run("arm")
-    points = moving_machine.data(found, found.time)["machine"]["points"]
+    frame = moving_machine.data(found, found.time)["frame"]
+    members = [next(one.points for one in frame(place) if one.look == "member") for place in range(len(found.time))]
     ends = found.machine.arm.end_point(parts_of(found).configuration)[:, :2]
-    np.testing.assert_allclose(1e-3 * points[:, -1], ends, atol=1e-15)
+    np.testing.assert_allclose(np.array(members)[:, -1], ends, atol=1e-15)
     assert parts_of(found).force is None
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from internals import RefusedError, is_machine, shipped_studies
 from internals import contact_answer as contact
 from internals import drawing_answer as drawing
 from internals import motion_answer as motion
+from internals import pictures_figure as pictures
 from internals import places_answer as places
 from internals import plain_answer as plain
 from internals import point_answer as point
@@ -296,11 +299,23 @@ class TestDrawing:
 
     @pytest.mark.parametrize("rate", [0.0, 0.4, 3.0, 47.0, 1e4, 1e-9])
     def test_the_slow_down_is_a_round_number(self, rate):
-        items = [shapes.spokes((0.0, 0.0), 1.0, rate), shapes.circle((0.0, 0.0), 1.0, "steel")]
+        items = [shapes.spokes((0.0, 0.0), 1.0, rate), shapes.box((-1.0, -1.0), (1.0, 1.0), "steel")]
         slow = shapes.slow_down([shapes.scene("", items)], [])
         assert slow >= 1.0
         assert rate / slow <= 9.0 + 1e-9
         assert f"{slow:.0e}"[0] in "125"
+
+    def test_omniwheels_turn_as_their_rims_roll_and_their_legs_are_beside(self, studies):
+        study = studies["omniwheel_platform"]
+        task = next(name for name, one in study.tasks.items() if np.any(one.twist.row(("x", "y", "angle"))))
+        drive = study.drives["one-motor"]
+        found = drawing.drawing(study, {"drive": "one-motor", "task": task})
+        marks = [one["rate"] for one in found["scenes"][0]["items"] if one["kind"] == "marks"]
+        rims = drive.part_speeds(np.zeros(3), study.tasks[task].twist.row(("x", "y", "angle")))
+        np.testing.assert_allclose(marks, rims / drive.wheel_radius, atol=1e-12)
+        wheels = [one for one in found["scenes"][1]["items"] if one["look"] == "wheel"]
+        assert len(wheels) == drive.links
+        assert next(one["text"] for one in found["scenes"][0]["items"] if one["kind"] == "text").startswith("wheel 1: ")
 
     def test_a_machine_out_of_reach_says_so(self, studies):
         study = studies["two_joint_arm"]
@@ -309,6 +324,22 @@ class TestDrawing:
         far = replace(study.tasks["push"], pose=iv.Pose(x=2.0, y=0.0), time_share=None)
         found = drawing.drawing(replace(study, tasks={"push": far}, paths={}), {"drive": "one-motor", "task": "push"})
         assert "does not reach" in found["reason"]
+
+
+@pytest.mark.parametrize("name", sorted(shipped_studies()))
+def test_every_stroke_of_a_drawing_has_a_look_on_the_page_and_in_figures(name):
+    """A page without a rule for a look would paint it as any other line; a figure would fail."""
+    page = Path(iv.__file__).parent / "web" / "page"
+    rules = set(re.findall(r"\.m\.([a-z-]+)", (page / "views.css").read_text("utf-8")))
+    study = iv.load_study(name)
+    for asked in places_of(study):
+        found = drawing.drawing(study, asked)
+        assert {item["look"] for scene in found["scenes"] for item in scene["items"]} <= rules | {"number"}
+        drive = study.drive(asked["drive"])
+        if is_machine(drive) and found["reason"] is None:
+            place = places.place_of(study, asked)
+            picture = drive.picture(place.point(), place.pose, place.twist, place.wrench)
+            assert len(pictures.draw_all(picture).axes) == 1
 
 
 def test_a_sphere_between_rollers_rolls_without_slip():

@@ -50,7 +50,7 @@ def draw(above: Axes, below: Axes, numbers: dict[str, Any]) -> None:
         above.plot(place, values, color=colours[name], label=name, **marks)
     above.set_xlabel("motion" if "over the cycle" not in numbers["powers"] else "instant of the cycle")
     above.set_ylabel("cylinder speed [rad/s]")
-    above.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    style.name_beside(above, fontsize=8)
     names = list(numbers["powers"])
     values = np.array(list(numbers["powers"].values()))
     below.barh(names, np.nan_to_num(values), color=[colours[name] for name in names], height=0.6)

@@ -34,6 +34,15 @@ def line_colour(name: str, place: int) -> str:
     return known.get(SOURCES.get(name, name)) or style.COLOURS[place % len(style.COLOURS)]
 
 
+def largest(energies: Mapping[str, Any], most: int = 7) -> dict[str, np.ndarray]:
+    """Energies (t,) by name, those with the largest at the end first; what is beyond the most as one."""
+    order = sorted(energies, key=lambda name: -float(energies[name][-1]))
+    found = {name: np.asarray(energies[name]) for name in order[:most]}
+    if len(order) > most:
+        found["other"] = np.sum([energies[name] for name in order[most:]], axis=0)
+    return found
+
+
 def balance(simulation: Run) -> tuple[dict[str, Any], dict[str, Any]]:
     """Cumulative energy supplied and removed, by name, over time.
 

@@ -9,16 +9,13 @@ import numpy as np
 
 from infinivar.analysis.machine_run import MachineRun, configuration_names
 from infinivar.figures import style
-from infinivar.figures.energy_flow import line_colour
+from infinivar.figures.energy_flow import largest, line_colour
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _MOTION = {"m": ("displacement [mm]", 1e3), "rad": ("angle [degrees]", 180.0 / np.pi)}
-_LOSSES = 7
-"""Most losses with a line of their own; the rest are drawn as one."""
-
 _LEAST = 0.05
 """Half the least range of steering angles: a constant one has rounding. [degrees]"""
 
@@ -43,10 +40,6 @@ def data(run: MachineRun) -> dict[str, Any]:
     steered = run.machine.mechanics(run.scenario.stick_speed).steered
     angles = {name.removesuffix("_rad"): np.degrees(run.columns[name]) for name in steered}
     demands = [values for name, values in run.columns.items() if name.startswith("slip_demand")]
-    order = sorted(run.lost, key=lambda name: -float(run.lost[name][-1]))
-    lost = {name: np.asarray(run.lost[name]) for name in order[:_LOSSES]}
-    if len(order) > _LOSSES:
-        lost["other"] = sum((np.asarray(run.lost[name]) for name in order[_LOSSES:]), np.zeros(len(run.time)))
     currents = {
         f"motor {name.split('_')[1]}": values
         for name, values in run.columns.items()
@@ -62,39 +55,26 @@ def data(run: MachineRun) -> dict[str, Any]:
         "angles": angles,
         "slip": np.max(demands, axis=0) if demands else np.zeros(len(run.time)),
         "slips": [(event.start, event.end) for event in run.events if event.start in run.slips],
-        "lost": lost,
+        "lost": largest(run.lost),
     }
 
 
 def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
     """Draw into the axes of the panels: of "motion", "angles", "slip", "currents" and "lost" those that there are."""
-    time = numbers["time"]
-    lines = ["-", "--"]
-    labels = []
-    for (label, curves), line in zip(numbers["motion"].items(), lines, strict=False):
-        labels.append(label)
-        for place, (name, values) in enumerate(curves.items()):
-            axes["motion"].plot(time, values, line, color=_colour(place), label=_words(name))
-    axes["motion"].set_ylabel(", ".join(labels).replace("], ", "],\n"))
+    time, label = numbers["time"], ", ".join(numbers["motion"]).replace("], ", "],\n")
+    for curves, line in zip(numbers["motion"].values(), ("-", "--"), strict=False):
+        style.curves(axes["motion"], time, _named(curves), label, line=line)
     if "angles" in axes:
-        for place, (name, values) in enumerate(numbers["angles"].items()):
-            axes["angles"].plot(time, values, color=_colour(place), label=_words(name))
-        axes["angles"].set_ylabel("steering angle\n[degrees]")
+        style.curves(axes["angles"], time, _named(numbers["angles"]), "steering angle\n[degrees]")
         low, high = axes["angles"].get_ylim()
         middle, half = 0.5 * (low + high), max(0.5 * (high - low), _LEAST)
         axes["angles"].set_ylim(middle - half, middle + half)
     if "slip" in axes:
         _draw_slip(axes["slip"], numbers)
     if "currents" in axes:
-        for place, (name, values) in enumerate(numbers["currents"].items()):
-            axes["currents"].plot(time, values, color=_colour(place), label=name)
-        axes["currents"].set_ylabel("motor current [A]")
-    for place, (name, values) in enumerate(numbers["lost"].items()):
-        axes["lost"].plot(time, values, color=line_colour(name, place), label=name)
-    axes["lost"].set_ylabel("energy lost [J]")
+        style.curves(axes["currents"], time, numbers["currents"], "motor current [A]")
+    style.curves(axes["lost"], time, numbers["lost"], "energy lost [J]", line_colour)
     axes["lost"].set_xlabel("time [s]")
-    for name in {"motion", "angles", "currents", "lost"} & set(axes):
-        axes[name].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7)
     axes["motion"].set_title(numbers["title"])
 
 
@@ -112,9 +92,13 @@ def draw_all(run: MachineRun) -> Figure:
     numbers = data(run)
     names = numbers["panels"]
     with style.styled():
-        made, axes = style.figure(7.4, 2.0 * len(names), len(names), 1, sharex=True)
-        draw(dict(zip(names, axes.ravel(), strict=True)), numbers)
+        made, axes = style.stack(names, 7.4, 2.0 * len(names))
+        draw(axes, numbers)
     return made
+
+
+def _named(curves: Mapping[str, Any]) -> dict[str, Any]:
+    return {_words(name): values for name, values in curves.items()}
 
 
 def _words(name: str) -> str:
@@ -125,7 +109,3 @@ def _words(name: str) -> str:
     if not symbol:
         return " ".join([first, *rest[:1]])
     return f"${first}_{{{rest[0]}}}$" if rest else f"${first}$"
-
-
-def _colour(place: int) -> str:
-    return style.COLOURS[place % len(style.COLOURS)]

@@ -74,16 +74,15 @@ def draw_path(axes: Sequence[Axes], numbers: Mapping[str, Any]) -> None:
     above.set_title(numbers["title"])
     above.set_ylabel("displacement")
     if numbers["moved"]:
-        above.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        style.name_beside(above, fontsize=8)
     else:
         above.text(0.5, 0.5, "at rest", transform=above.transAxes, ha="center", va="center")
         above.set_yticks([])
-    for place, (title, values) in enumerate(numbers["power_in"].items()):
-        below.plot(numbers["time"], values, color=style.COLOURS[place], label=f"source, {title}")
+    sources = {f"source, {title}": values for title, values in numbers["power_in"].items()}
+    style.curves(below, numbers["time"], sources, "power [W]")
     below.plot(numbers["time"], numbers["power_out"], color="#444444", ls=(0, (4, 2)), lw=1.2, label="to the load")
     below.set_xlabel("time [s]")
-    below.set_ylabel("power [W]")
-    below.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    style.name_beside(below, fontsize=8)
 
 
 def draw_paths(found: Mapping[str, PathResult]) -> Figure:

@@ -1,4 +1,4 @@
-"""Frames of machines in the plane and on slides: a planar cobot or an arm from above, a slide from its side, its history."""
+"""Frames of machines: the plane in which the handle moves, a slide from its side, and its history."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ import numpy as np
 from infinivar.analysis.moving_parts import Parts
 from infinivar.analysis.sessions.guides import Line, Plane, Shape, Track
 from infinivar.analysis.sessions.session_result import Session
-from infinivar.figures import arm, planar_cobot, session_motion, style
-from infinivar.machines.outline import Chain, Drum, Wheeled
+from infinivar.figures import session_motion, style
+from infinivar.figures.pictures import SLIPS
+from infinivar.machines.pictures.slides import Drum
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-HANDLE, FORCE, GUIDE, SLIPS = style.COLOURS[0], style.COLOURS[1], "#6B7280", "#B3400A"
-"""Colours of the handle's trace, of the user's force, of what guides it, and of a wheel that slips."""
+HANDLE, FORCE, GUIDE = style.COLOURS[0], style.COLOURS[1], "#6B7280"
+"""Colours of the handle's trace, of the user's force, and of what guides it."""
 
 _LONGEST = 0.25
 """Longest arrow of force over the extent of the drawing."""
@@ -105,48 +106,7 @@ def draw_plane(ax: Axes, numbers: Mapping[str, Any], place: int, upto: int) -> N
 def draw_force(ax: Axes, head: np.ndarray, along: np.ndarray) -> None:
     """Draw an arrow that pushes the handle."""
     if np.any(along):
-        arrow = {"arrowstyle": "-|>", "color": FORCE, "lw": 2.0, "shrinkA": 0, "shrinkB": 3, "mutation_scale": 12}
-        ax.annotate("", xy=tuple(head), xytext=tuple(head - along), arrowprops=arrow, zorder=7, annotation_clip=False)
-
-
-def planar(parts: Parts, outline: Wheeled) -> dict[str, Any]:
-    """Body and wheels in the plane: around (t, m, 2), spots and halves (t, k, 2) [mm], slips (t, k)."""
-    spots, radius = outline.spots, outline.radii
-    pose, shape = parts.configuration, (len(parts.time), len(spots))
-    angles = parts.steering if outline.headings is None else np.broadcast_to(outline.headings, shape)
-
-    def turned(points: np.ndarray) -> np.ndarray:
-        cosine, sine = np.cos(pose[:, 2])[:, None], np.sin(pose[:, 2])[:, None]
-        x, y = points[..., 0], points[..., 1]
-        return 1e3 * np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
-
-    centre = 1e3 * pose[:, None, :2]
-    headings = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    return {
-        "around": centre + turned(planar_cobot.outline(spots, planar_cobot.size_of(spots, radius))),
-        "spots": centre + turned(spots),
-        "halves": turned(radius[:, None] * headings),
-        "slips": parts.sliding if parts.sliding.shape == shape else np.zeros(shape, dtype=bool),
-    }
-
-
-def draw_cobot(ax: Axes, numbers: Mapping[str, Any], place: int) -> None:
-    """Draw body and wheels at a frame."""
-    planar_cobot.draw_body(ax, numbers["around"][place])
-    wheels = zip(numbers["spots"][place], numbers["halves"][place], numbers["slips"][place], strict=True)
-    for spot, half, slips in wheels:
-        planar_cobot.draw_wheel(ax, spot, half, SLIPS if slips else "black")
-
-
-def members(parts: Parts, outline: Chain) -> dict[str, Any]:
-    """Members of an arm: points (t, n + 1, 2) and reach [mm]."""
-    points = 1e3 * outline.points(parts.configuration)
-    return {"points": points, "reach": 1e3 * float(np.sum(outline.lengths))}
-
-
-def draw_arm(ax: Axes, numbers: Mapping[str, Any], place: int) -> None:
-    """Draw the members at a frame."""
-    arm.draw_members(ax, numbers["points"][place], numbers["reach"])
+        style.arrow(ax, head - along, head, FORCE, lw=2.0, size=12, gap=3, zorder=7, annotation_clip=False)
 
 
 def slide(parts: Parts, drum: Drum | None, shapes: Any) -> dict[str, Any]:
@@ -257,7 +217,7 @@ def draw_history(ax: Axes, numbers: Mapping[str, Any], place: int, upto: int) ->
     if numbers["wall"] is not None:
         ax.axhline(numbers["wall"][0], color=GUIDE, lw=1.2)
     if trace.shape[1] > 1:
-        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8)
+        style.name_beside(ax, fontsize=8)
     shown = np.append(trace, [] if numbers["wall"] is None else numbers["wall"][0])
     room = 0.05 * float(np.ptp(shown)) or 1.0
     ax.locator_params(axis="x", nbins=5)

@@ -15,7 +15,9 @@ from infinivar.analysis.moving_parts import parts_of
 from infinivar.analysis.sessions.guides import guides_of
 from infinivar.analysis.sessions.session_result import Session
 from infinivar.errors import InputError
-from infinivar.figures import moving_flat, moving_platform, style
+from infinivar.figures import moving_flat, moving_platform, pictures, style
+from infinivar.machines.pictures.slides import Slides
+from infinivar.machines.pictures.strokes import bounds
 from infinivar.units import plain
 
 if TYPE_CHECKING:
@@ -76,38 +78,37 @@ def data(run: Session | MachineRun, time: np.ndarray) -> dict[str, Any]:
     Returns
     -------
     dict
-        title; time (t,) [s]; kind: "planar", "arm", "slide" or "platform"; known (r,): times of all results [s]; force (t,) or
+        title; time (t,) [s]; kind: "above", "space" or "slide"; known (r,): times of all results [s]; force (t,) or
         None: size of the user's [N]; slips: whether a wheel slips in any frame; machine, and plane or None: numbers of
-        `moving_flat` and `moving_platform`.
+        `moving_flat` and `moving_platform`; frame: strokes of the machine at a place, or None of a slide.
     """
     parts, shapes = parts_of(run, time), guides_of(run)
     trace = parts_of(run).handle
     numbers: dict[str, Any] = {
         "title": run.title,
         "time": parts.time,
-        "kind": parts.outline.shape,
+        "kind": parts.outline.seen,
         "known": run.time,
         "force": None if parts.force is None else np.linalg.norm(parts.force, axis=1),
         "slips": bool(np.any(parts.sliding)),
         "guided": bool(shapes),
         "plane": None,
     }
-    flat, outline = np.zeros((0, 2)), parts.outline
-    if outline.shape == "slide":
+    outline, pair = parts.outline, _widest(trace) if len(parts.axes) > 1 else None
+    flat, frame = np.zeros((0, 2)), None
+    if isinstance(outline, Slides):
         machine = moving_flat.slide(parts, outline.drum, shapes)
         machine |= {"time": parts.time, "known": run.time, "history": 1e3 * trace}
-        pair = _widest(trace) if len(parts.axes) > 1 else None
-    elif outline.shape == "platform":
-        machine, pair = moving_platform.data(parts, outline, shapes), _widest(trace)
-    elif outline.shape == "planar":
-        machine, pair = moving_flat.planar(parts, outline), [0, 1]
-        flat = machine["around"]
     else:
-        machine, pair = moving_flat.members(parts, outline), [0, 1]
-        flat = machine["points"]
+        frame = outline.frames(parts.configuration, parts.steering, parts.sliding, parts.cylinder_angle)
+        corners = 1e3 * np.array([bounds(frame(place)) for place in range(len(parts.time))])
+        if numbers["kind"] == "space":
+            machine = moving_platform.data(parts, shapes, corners.min(axis=(0, 1)), corners.max(axis=(0, 1)))
+        else:
+            machine, flat, pair = {}, corners, [0, 1]
     if pair is not None:
         numbers["plane"] = moving_flat.in_plane(run, parts, trace, pair, flat, shapes)
-    return {**numbers, "machine": machine}
+    return {**numbers, "machine": machine, "frame": frame}
 
 
 def _widest(trace: np.ndarray) -> list[int]:
@@ -122,8 +123,8 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any], place: int) -> No
     machine = numbers["machine"]
     for name, ax in axes.items():
         ax.clear()
-        if name == "above":
-            (moving_flat.draw_cobot if numbers["kind"] == "planar" else moving_flat.draw_arm)(ax, machine, place)
+        if name in ("above", "space"):
+            pictures.paint(ax, numbers["frame"](place), scale=1e3)
         if name in ("above", "plane"):
             moving_flat.draw_plane(ax, numbers["plane"], place, upto)
         elif name == "space":
@@ -149,9 +150,9 @@ def panels(numbers: Mapping[str, Any]) -> dict[str, float]:
         return float(height / width)
 
     machine, plane = numbers["machine"], numbers["plane"]
-    if numbers["kind"] in ("planar", "arm"):
+    if numbers["kind"] == "above":
         return {"above": shape(plane["bounds"])}
-    if numbers["kind"] == "platform":
+    if numbers["kind"] == "space":
         return {"space": shape(machine["bounds"]), "plane": shape(plane["bounds"])}
     low, high = machine["range"]
     across = 2.15 * machine["cylinder_radius"] + 3.0 * machine["wheel_radius"]
@@ -209,7 +210,7 @@ def _key(figure: Figure, numbers: Mapping[str, Any], speed: float) -> None:
     if numbers["guided"]:
         key.append(Line2D([], [], color=moving_flat.GUIDE, lw=1.4, ls="--", label="what guides it"))
     if numbers["slips"]:
-        key.append(Line2D([], [], color=moving_flat.SLIPS, lw=4.0, label="wheel that slips"))
+        key.append(Line2D([], [], color=pictures.SLIPS, lw=4.0, label="wheel that slips"))
     if speed != 1.0:
         key.append(Line2D([], [], ls="none", label=f"shown at {speed:g} times real time"))
     figure.legend(handles=key, loc="outside lower center", ncols=2, fontsize=8)

@@ -53,8 +53,7 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
     size = _SIZE * (float(np.max(np.ptp(path, axis=0))) or 1.0)
     for place in np.unique(np.linspace(0, len(time) - 1, _BODIES).round().astype(int)):
         ahead = size * np.array([np.cos(numbers["angle"][place]), np.sin(numbers["angle"][place])])
-        arrow = {"arrowstyle": "-|>", "color": "#444444", "lw": 1.0, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8}
-        above.annotate("", xy=tuple(path[place] + ahead), xytext=tuple(path[place]), arrowprops=arrow)
+        style.arrow(above, path[place], path[place] + ahead, "#444444", lw=1.0, size=8, zorder=3)
     above.plot(*path[0], marker="o", ms=4, color="black")
     above.set_aspect("equal", adjustable="datalim")
     above.set_xlabel("x [m]")
@@ -62,16 +61,13 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
     above.set_title(
         f"from the dot, x axis of the body; ends at {time[-1]:.3g} s" + " at rest" * (numbers["ended"] == "rest")
     )
-    axes["speed"].plot(time, numbers["speed"], color=style.COLOURS[0], label="speed [m/s]")
-    axes["speed"].plot(time, numbers["turning"], color=style.COLOURS[1], label="turning [rad/s]")
-    axes["speed"].set_ylabel("velocity")
-    for place, values in enumerate(numbers["slip"].T):
-        colour = style.COLOURS[place % len(style.COLOURS)]
-        axes["slip"].plot(time, values, color=colour, label=f"wheel {place + 1}")
+    speeds = {"speed [m/s]": numbers["speed"], "turning [rad/s]": numbers["turning"]}
+    style.curves(axes["speed"], time, speeds, "velocity")
+    wheels = {f"wheel {place}": values for place, values in enumerate(numbers["slip"].T, 1)}
+    style.curves(axes["slip"], time, wheels, "slip demand [-]")
     axes["slip"].axhline(1.0, color="0.5", ls=":", lw=1.0)
     for begin in numbers["slips"]:
         axes["slip"].axvline(begin, color="0.7", lw=0.8)
-    axes["slip"].set_ylabel("slip demand [-]")
     axes["slip"].set_ylim(0.0, max(1.15, min(float(np.nanmax(numbers["slip"])), 3.0)))
     for place, (name, values) in enumerate(numbers["energies"].items()):
         if name == "kinetic" or np.any(values):
@@ -80,8 +76,7 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
         axes["energy"].plot(time, values, color=style.LINE_COLOURS.get(name, "#999999"), ls="--", label=f"lost: {name}")
     axes["energy"].set_ylabel("energy [J]")
     axes["energy"].set_xlabel("time [s]")
-    for name in ("speed", "slip", "energy"):
-        axes[name].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7)
+    style.name_beside(axes["energy"])
 
 
 def draw_all(found: PlanarMotion) -> Figure:

@@ -9,7 +9,7 @@ import numpy as np
 
 from infinivar.analysis.sessions.session_result import Session
 from infinivar.figures import style
-from infinivar.figures.energy_flow import line_colour
+from infinivar.figures.energy_flow import largest, line_colour
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 
 _NAMED = 4
 """Most events with their name in the figure."""
-
-_ENERGIES = 7
-"""Most parts with a line of their own; the rest are drawn as one."""
 
 
 def data(run: Session) -> dict[str, Any]:
@@ -38,10 +35,6 @@ def data(run: Session) -> dict[str, Any]:
     if run.wall is not None:
         left["beyond the wall"] = 1e3 * run.penetration
     position = 1e3 * (run.position - run.position[0])
-    order = sorted(run.lost, key=lambda name: -float(run.lost[name][-1]))
-    lost = {name: np.asarray(run.lost[name]) for name in order[:_ENERGIES]}
-    if len(order) > _ENERGIES:
-        lost["other"] = sum((np.asarray(run.lost[name]) for name in order[_ENERGIES:]), np.zeros(len(run.time)))
     return {
         "title": run.title,
         "time": run.time,
@@ -51,7 +44,7 @@ def data(run: Session) -> dict[str, Any]:
         "touches": [(touch.start, touch.end) for touch in run.touches],
         "events": [(event.start, event.end, event.limit.words) for event in run.events],
         "supplied": {name: np.asarray(energy) for name, energy in run.supplied.items() if np.any(energy)},
-        "lost": lost,
+        "lost": largest(run.lost),
     }
 
 
@@ -65,11 +58,7 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
         "lost": "energy\nlost [J]",
     }
     for panel, ax in axes.items():
-        for place, (name, values) in enumerate(numbers[panel].items()):
-            ax.plot(numbers["time"], values, color=line_colour(name, place), label=name)
-        ax.set_ylabel(labels[panel])
-        if numbers[panel]:
-            ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7)
+        style.curves(ax, numbers["time"], numbers[panel], labels[panel], line_colour)
     if "left" in axes:
         axes["left"].axhline(0.0, color="0.5", linestyle=":")
         for begin, end in numbers["touches"]:
@@ -106,6 +95,6 @@ def draw_all(run: Session) -> Figure:
     numbers = data(run)
     panels = ["position", "force", *(["left"] if numbers["left"] else []), "supplied", "lost"]
     with style.styled():
-        made, axes = style.figure(7.4, 1.7 * len(panels), len(panels), 1, sharex=True)
-        draw(dict(zip(panels, axes.ravel(), strict=True)), numbers)
+        made, axes = style.stack(panels, 7.4, 1.7 * len(panels))
+        draw(axes, numbers)
     return made

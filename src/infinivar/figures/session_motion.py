@@ -106,17 +106,9 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     most = float(np.max(np.linalg.norm(forces, axis=1), initial=0.0))
     if most > 0.0:
         scale = _LONGEST * numbers["size"] / most
-        arrow = {
-            "arrowstyle": "-|>",
-            "color": style.COLOURS[1],
-            "lw": 0.9,
-            "shrinkA": 0,
-            "shrinkB": 0,
-            "mutation_scale": 7,
-        }
         for tail, force in zip(tails, forces, strict=True):
             if np.linalg.norm(force) > 0.02 * most:
-                ax.annotate("", xy=tuple(tail), xytext=tuple(tail - scale * force), arrowprops=arrow)
+                style.arrow(ax, tail - scale * force, tail, style.COLOURS[1], lw=0.9, size=7, zorder=3)
         ax.plot([], [], color=style.COLOURS[1], lw=0.9, label="user's force")
     for name, mark in (("slips", "x"), ("touches", "v")):
         if len(numbers[name]):

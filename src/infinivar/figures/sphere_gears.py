@@ -46,7 +46,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     ax.set_ylim(0.0, 1.0)
     ax.set_xlabel("reduction ratio, speed of shaft 1 : shaft 2")
     ax.set_ylabel("efficiency [-]")
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    style.name_beside(ax, fontsize=8)
 
 
 def draw_all(transmissions: Mapping[str, SphericalIVT], sphere_speed: float) -> Figure:

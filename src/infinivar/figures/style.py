@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -58,6 +58,9 @@ SOURCE_COLOURS = {
 }
 """One colour per source of energy, the same in every figure."""
 
+BLANK = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
+"""Box behind words that may stand on lines."""
+
 FORMATS = ("png", "svg", "pdf")
 
 _SETTINGS: dict[Any, Any] = {
@@ -95,6 +98,35 @@ def figure(width: float, height: float, rows: int = 1, columns: int = 1, **optio
 
     made = Figure(figsize=(width, height), layout="constrained")
     return made, made.subplots(rows, columns, **options)
+
+
+def arrow(
+    ax: Any, tail: Any, head: Any, colour: str, *, lw: float = 1.8, size: float = 11.0, gap: float = 0.0, **options: Any
+) -> None:
+    """Draw an arrow from a point (2,) to another, or a gap before it, with a head of a size."""
+    drawn = {"arrowstyle": "-|>", "color": colour, "lw": lw, "shrinkA": 0, "shrinkB": gap, "mutation_scale": size}
+    ax.annotate("", xy=tuple(head), xytext=tuple(tail), arrowprops=drawn, **{"zorder": 4, **options})
+
+
+def stack(names: Sequence[str], width: float, height: float, **options: Any) -> tuple[Figure, dict[str, Any]]:
+    """New figure, with axes by name one above the other over a common axis. [inch]"""
+    made, axes = figure(width, height, len(names), 1, sharex=True, squeeze=False, **options)
+    return made, dict(zip(names, axes[:, 0], strict=True))
+
+
+def curves(ax: Any, along: Any, values: Mapping[str, Any], label: str, colours: Any = None, line: str = "-") -> None:
+    """Plot curves over an axis, by the names that a legend beside it has, in the colours of names and places, and label them."""
+    for place, (name, one) in enumerate(values.items()):
+        colour = COLOURS[place % len(COLOURS)] if colours is None else colours(name, place)
+        ax.plot(along, one, line, color=colour, label=name)
+    ax.set_ylabel(label)
+    name_beside(ax)
+
+
+def name_beside(ax: Any, **options: Any) -> None:
+    """Name what is plotted to the right of the axes."""
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), **{"fontsize": 7, **options})
 
 
 def label_plane(ax: Any, axis: Axis) -> None:

@@ -122,9 +122,9 @@ def draw_all(simulation: Simulation) -> Figure:
     numbers = data(simulation)
     panels = list(numbers["panels"])
     with style.styled():
-        made, axes = style.figure(7.6, 0.6 + 1.15 * len(panels), len(panels), 1, sharex=True, squeeze=False)
-        for ax, panel in zip(axes[:, 0], panels, strict=True):
+        made, axes = style.stack(panels, 7.6, 0.6 + 1.15 * len(panels))
+        for panel, ax in axes.items():
             draw(ax, numbers, panel)
-        axes[-1, 0].set_xlabel("time [s]")
+        axes[panels[-1]].set_xlabel("time [s]")
         made.align_ylabels()
     return made

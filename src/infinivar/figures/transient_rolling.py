@@ -52,8 +52,7 @@ def draw_series(ax: Axes, distance: np.ndarray, series: Mapping[str, np.ndarray]
         place = order.index(name)
         ax.plot(distance, values, color=style.COLOURS[place], ls=("-", "--", "-.")[place], label=labels[name])
     ax.axhline(0.0, color="grey", lw=0.6)
-    if series:
-        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    style.name_beside(ax, fontsize=8)
 
 
 def draw_all(found: TransientRolling) -> Figure:

@@ -11,9 +11,11 @@ from infinivar._core.array_namespace import Array
 from infinivar._core.fields import check_instance
 from infinivar.errors import InputError, ParameterError
 from infinivar.figures import machine as machines
-from infinivar.figures import planar_cobot, sphere, style
+from infinivar.figures import pictures, style
 from infinivar.limits import Limit
 from infinivar.machines.many_legs import LeggedDrive, MachinePoint
+from infinivar.machines.pictures import rollers as sphere
+from infinivar.machines.pictures import wheeled
 from infinivar.transmission.legs import Legs, LegsPoint
 from infinivar.transmission.mechanism import MechanismPoint
 from infinivar.transmission.planar import PlanarCobot
@@ -117,7 +119,7 @@ def mechanism(found: MechanismPoint, *, cobot: PlanarCobot | None = None) -> Fig
     if cobot is None:
         return draw_all(found)
     check_instance("cobot", cobot, PlanarCobot)
-    return planar_cobot.draw_all(cobot, found)
+    return pictures.draw_all(wheeled.picture(wheeled.steered(cobot, found)))
 
 
 def rollers(found: SphericalPoint, *, ivt: SphericalIVT | None = None) -> Figure:
@@ -125,7 +127,7 @@ def rollers(found: SphericalPoint, *, ivt: SphericalIVT | None = None) -> Figure
     if ivt is None:
         return draw_all(found)
     check_instance("ivt", ivt, SphericalIVT)
-    return sphere.draw_all(ivt, found)
+    return pictures.draw_all(sphere.picture(ivt, found))
 
 
 def legs(

@@ -9,8 +9,9 @@ A kind is a module in `infinivar.machines.kinds`, with up to three classes, whic
 - Its *mechanics*, see `infinivar.machines.system.Mechanics`: the equations of motion, handle and outline. Machines whose links
   are moved side by side share theirs, and have a `infinivar.machines.linkage.Load` instead.
 
-Nothing outside this package asks which kind a machine is. Drawings of a drive at a steady point are in `infinivar.figures.kinds`
-and `infinivar.web.answers.drawing_machines`, by the drive's ``WORD``; a drive that is not listed there is not drawn.
+Nothing outside this package asks which kind a machine is. A drive at a steady point is drawn from its ``picture``, made of the
+strokes of `infinivar.machines.pictures`; a machine in motion from its ``outline``. Figures of one kind only are in
+`infinivar.figures.kinds`, by the drive's ``WORD``.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError
 from infinivar.machines.bonds import Bonds
 from infinivar.machines.motors import LinkMotors, PowerMotor, SteeringServo
+from infinivar.machines.pictures.strokes import Picture
 from infinivar.machines.system import Mechanics, Wanted
 from infinivar.motion.histories import VectorHistory
 from infinivar.parts.amplifier import Amplifier
@@ -125,6 +127,19 @@ class MachineDrive:
     """What feeds it."""
     unmoved: ClassVar[str] = "simulate works with drives of one axis, platforms, arms and spheres"
     """Why it has no ``scenario``: how it does not move in `infinivar simulate`."""
+
+    shown: ClassVar[str] = ""
+    """What its picture shows, for a caption: starts with a comma or a colon."""
+
+    def picture(self, point: Any, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> Picture | None:
+        """What is drawn of it at an operating point, a `TaskPoint`, at a pose, twist and wrench (d,); None if nothing is.
+
+        Raises
+        ------
+        InputError
+            If it cannot be drawn there, as it does not reach the pose or a wheel slips.
+        """
+        return None
 
     @property
     def commands(self) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from infinivar.contact.friction import coulomb
 from infinivar.limits import Limit
 from infinivar.machines.bodies import Moved
 from infinivar.machines.hand import Grip, without_point
-from infinivar.machines.outline import Drum
+from infinivar.machines.pictures.slides import Drum
 from infinivar.machines.rolling import contact_losses
 from infinivar.machines.system import Defaults, Forces, Place
 from infinivar.motion.histories import VectorHistory

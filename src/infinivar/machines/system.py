@@ -128,7 +128,7 @@ class Mechanics(Protocol):
         ...
 
     def outline(self) -> Any:
-        """What is drawn of it, one of `infinivar.machines.outline`; None if it is not drawn in motion."""
+        """What is drawn of it, one of the outlines of `infinivar.machines.pictures`; None if it is not drawn in motion."""
         ...
 
     def stuck(self, configuration: np.ndarray, rates: np.ndarray) -> str:

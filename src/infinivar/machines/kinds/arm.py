@@ -31,7 +31,10 @@ from infinivar.machines.links import Carried, moved
 from infinivar.machines.machine import TaskPoint, rows
 from infinivar.machines.many_legs import LeggedDrive
 from infinivar.machines.motors import PowerMotor, SteeringServo
-from infinivar.machines.outline import Chain, Drum
+from infinivar.machines.pictures import jointed
+from infinivar.machines.pictures.jointed import Chain
+from infinivar.machines.pictures.slides import Drum
+from infinivar.machines.pictures.strokes import Picture
 from infinivar.machines.rolling import ROLLING_LOSSES, judged, slip_demands
 from infinivar.machines.system import Defaults, Forces, Place
 from infinivar.parts.amplifier import Amplifier
@@ -292,6 +295,10 @@ class ArmDrive(Linked):
     """
 
     WORD: ClassVar[str] = "arm"
+    shown: ClassVar[str] = (
+        ", drawn from its geometry: torques of the joints on the load, force and velocity of the end point, and the forces that "
+        "it can exert there within all limits."
+    )
     MASSES: ClassVar[tuple[str, ...]] = ("member_masses",)
     one_of: ClassVar[tuple[str, ...]] = ("leg", "separate")
     """Fields of which exactly one is given."""
@@ -411,6 +418,10 @@ class ArmDrive(Linked):
             words="joint",
             units=("N m", "rad/s"),
         )
+
+    def picture(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> Picture:
+        """Its members, with the torques of its joints."""
+        return jointed.picture(self, point, pose, twist, wrench)
 
     def carried(self, course: MachineCourse) -> Carried:
         """What the joints carry along a course, with what accelerates the members; beyond reach all is nan.

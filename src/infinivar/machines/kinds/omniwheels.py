@@ -27,7 +27,10 @@ from infinivar.machines.linkage import LeggedMechanics, Linkage, Load, Rubbing, 
 from infinivar.machines.links import Carried, moved
 from infinivar.machines.machine import TaskPoint, rows
 from infinivar.machines.many_legs import LeggedDrive
-from infinivar.machines.outline import Drum, Wheeled
+from infinivar.machines.pictures import wheeled
+from infinivar.machines.pictures.slides import Drum
+from infinivar.machines.pictures.strokes import Picture
+from infinivar.machines.pictures.wheeled import Wheeled
 from infinivar.motion.vectors import Point
 from infinivar.transmission.configuration import Configuration
 from infinivar.transmission.omniwheels import Omniwheels, in_fixed_axes
@@ -144,6 +147,10 @@ class OmniwheelDrive(Linked):
     """
 
     WORD: ClassVar[str] = "omniwheels"
+    shown: ClassVar[str] = (
+        ", from above: wheels along their rolling directions, the axles of the rollers that stand on the ground, and the forces "
+        "on the machine."
+    )
     MASSES: ClassVar[tuple[str, ...]] = ("mass", "inertia")
     one_of: ClassVar[tuple[str, ...]] = ("leg", "separate")
     """Fields of which exactly one is given."""
@@ -256,6 +263,10 @@ class OmniwheelDrive(Linked):
         )
         still = replace(point, power_out=np.sum(wrench * twist, axis=-1) + 0.0 * point.power_out)
         return self._rubbed(still, pose, twist, np.zeros(()))
+
+    def picture(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> Picture:
+        """Its wheels from above, with the forces of the ground."""
+        return wheeled.picture(wheeled.rolled(self, point, pose, twist, wrench))
 
     def carried(self, course: MachineCourse) -> Carried:
         """What the wheels carry along a course: the wrench, what accelerates the platform, and its own friction.

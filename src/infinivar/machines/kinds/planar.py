@@ -37,7 +37,9 @@ from infinivar.machines.hand import BodyGrip, Grip
 from infinivar.machines.kind import Machine, MachineDrive, servo_of
 from infinivar.machines.machine import TaskPoint, rows, worst
 from infinivar.machines.motors import SteeringServo
-from infinivar.machines.outline import Wheeled
+from infinivar.machines.pictures import wheeled
+from infinivar.machines.pictures.strokes import Picture
+from infinivar.machines.pictures.wheeled import Wheeled
 from infinivar.machines.rolling import ROLLING_LOSSES, RollingState, creep_ratio, judged, slip_demands
 from infinivar.machines.system import Defaults, Forces, Place, Wanted
 from infinivar.machines.wheel import Wheel
@@ -219,6 +221,10 @@ class PlanarDrive(MachineDrive):
     WORD: ClassVar[str] = "planar"
     session: ClassVar[tuple[str, ...]] = ("handle",)
     source: ClassVar[str] = "push"
+    shown: ClassVar[str] = (
+        ": wheels along their headings, and the forces on the machine: those of the ground, of the source that pushes it, and "
+        "of its load."
+    )
     unmoved: ClassVar[str] = "a user pushes it: state a task with a type, and run it with infinivar session"
 
     wheel: Wheel = component("The wheels, all alike")
@@ -355,6 +361,12 @@ class PlanarDrive(MachineDrive):
         free = np.asarray(own.operate(rates=xi, heading=(ahead[..., 0], ahead[..., 1])).applied)
         across = held + np.matmul(np.swapaxes(basis, -1, -2), free[..., None])[..., 0]
         return steered(np.where(fails, across, held))
+
+    def picture(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> Picture:
+        """Its wheels along their headings, which are free at rest."""
+        if not np.any(twist):
+            return wheeled.at_rest(self.machine, self.wheel.wheel_radius, wrench)
+        return wheeled.picture(wheeled.steered(self.machine, self.operated(twist, wrench), wrench))
 
     def rolling(self, point: TaskPoint, twist: np.ndarray, wrench: np.ndarray) -> Iterator[RollingState]:
         """Yield the state of each wheel at an operating point; of a cart at rest, which does not roll, none."""

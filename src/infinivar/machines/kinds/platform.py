@@ -21,7 +21,7 @@ from infinivar.bondgraph.graph import Parameter, Signal
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import axis_of, needed
-from infinivar.errors import ParameterError, require
+from infinivar.errors import InputError, ParameterError, require
 from infinivar.limits import Limit
 from infinivar.machines import bonds
 from infinivar.machines.bodies import angular_velocity, rigid_body, rotation_between, rotation_rate
@@ -32,7 +32,10 @@ from infinivar.machines.linkage import LeggedMechanics, Linkage, Load
 from infinivar.machines.links import Carried, moved
 from infinivar.machines.machine import TaskPoint, rows
 from infinivar.machines.many_legs import LeggedDrive
-from infinivar.machines.outline import Drum, OnRods
+from infinivar.machines.pictures import rods
+from infinivar.machines.pictures.rods import OnRods
+from infinivar.machines.pictures.slides import Drum
+from infinivar.machines.pictures.strokes import Picture
 from infinivar.motion.vectors import Point
 from infinivar.transmission.configuration import Configuration
 from infinivar.transmission.platform import Platform, rotation_matrix
@@ -221,6 +224,7 @@ class PlatformDrive(Linked):
     """
 
     WORD: ClassVar[str] = "platform"
+    shown: ClassVar[str] = ", drawn from its geometry. Forces are those of the user on the machine."
     MASSES: ClassVar[tuple[str, ...]] = ("mass", "inertia")
     one_of: ClassVar[tuple[str, ...]] = ("leg", "separate")
     """Fields of which exactly one is given."""
@@ -294,6 +298,20 @@ class PlatformDrive(Linked):
         """As `infinivar.machines.machine.Machine.perform`."""
         pose, twist, wrench = rows(self, pose, twist, wrench)
         return moved(self.configuration(pose), self.legs, self.separate, twist, wrench)
+
+    def picture(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> Picture:
+        """The platform on its rods, in space."""
+        leg, platform = self.leg, self.platform
+        found = rods.standing(platform, pose, None if leg is None else leg.transmission)
+        if leg is not None:
+            for place in np.flatnonzero(~np.isfinite(point.steering)):
+                raise InputError(
+                    f"the wheel of leg {place + 1} slips here: there is no steering angle at which its link moves as asked"
+                )
+            found = replace(found, steering=point.steering, cylinder_speed=leg.cylinder_speed)
+        notes = () if platform.provenance == "given" else (f"geometry: {platform.provenance}",)
+        shown = (("velocity", "velocity", twist[:3]), ("force", "force on the load", wrench[:3]))
+        return rods.picture(found, pose[:3], shown, point=point, notes=notes)
 
     def carried(self, course: MachineCourse) -> Carried:
         """What the rods carry along a course, with what accelerates the platform.

@@ -21,7 +21,7 @@ from infinivar.machines.kind import Machine
 from infinivar.machines.kinds.linked import OnCylinder, OwnMotors, check_leg
 from infinivar.machines.linkage import LeggedMechanics, Linkage, Load, SeparateMechanics
 from infinivar.machines.motors import LinkMotors
-from infinivar.machines.outline import Drum, Slides
+from infinivar.machines.pictures.slides import Drum, Slides
 from infinivar.motion.users import AXES
 
 

@@ -23,6 +23,8 @@ from infinivar.machines.course import MachineCourse
 from infinivar.machines.kind import Machine, MachineDrive, motor_of, servo_of
 from infinivar.machines.machine import TaskPoint, rows
 from infinivar.machines.motors import PowerMotor, SteeringServo
+from infinivar.machines.pictures import rollers
+from infinivar.machines.pictures.strokes import Picture
 from infinivar.machines.rolling import ROLLING_LOSSES, RollingState, judged, slip_demands
 from infinivar.machines.system import Defaults, Forces, Place
 from infinivar.machines.wheel import Wheel
@@ -213,6 +215,10 @@ class SphereDrive(MachineDrive):
     """A motor on shaft 1 of a sphere between rollers; shaft 2 moves a joint, at any ratio of either sign."""
 
     WORD: ClassVar[str] = "sphere"
+    shown: ClassVar[str] = (
+        ": the rollers in their places, and their forces on the sphere. A steered roller has its axle along that part of the "
+        "axis of the sphere which is tangential there."
+    )
 
     motor: Motor = component("Motor of shaft 1")
     gearhead: Gearhead = component("Gearhead between motor and shaft 1")
@@ -309,6 +315,10 @@ class SphereDrive(MachineDrive):
         torque = float(np.asarray(wrench)[0])
         found = self.transmission.operate(steering_angle=angle, input_speed=self.input_speed, output_torque=torque)
         return angle, found
+
+    def picture(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> Picture:
+        """The sphere between its rollers."""
+        return rollers.picture(self.transmission, self.turned(point, wrench)[1])
 
     def rolling(self, point: TaskPoint, twist: np.ndarray, wrench: np.ndarray) -> Iterator[RollingState]:
         """Yield the state of each roller; its creepage is that of the law, as spin shares in the slip."""

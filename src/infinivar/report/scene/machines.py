@@ -13,8 +13,10 @@ import numpy as np
 
 from infinivar.analysis.moving_parts import STICK_SPEED, Parts
 from infinivar.errors import ParameterError
-from infinivar.figures import planar_cobot
-from infinivar.machines.outline import Chain, Drum, OnRods, Slides, Wheeled
+from infinivar.machines.pictures.jointed import Chain
+from infinivar.machines.pictures.rods import OnRods, heights
+from infinivar.machines.pictures.slides import Drum, Slides
+from infinivar.machines.pictures.wheeled import Wheeled
 from infinivar.report.scene.elements import LEAST, Scene, text
 
 _X, _Y, _Z = np.eye(3)
@@ -60,8 +62,7 @@ def _planar(scene: Scene, parts: Parts, cobot: Wheeled, turning: float) -> Exten
     """Heights are below the handle, which is at 0."""
     spots, radii = cobot.spots, cobot.radii
     wide = float(radii.max())
-    size = planar_cobot.size_of(spots, radii)
-    around = planar_cobot.outline(spots, size)
+    around = cobot.around
     own = LEAST if cobot.headings is None else 0.0  # of a wheel that turns against the body
     mass = cobot.mass - own * len(spots)
     moment = cobot.inertia - own * float(np.sum(spots**2))
@@ -84,7 +85,7 @@ def _planar(scene: Scene, parts: Parts, cobot: Wheeled, turning: float) -> Exten
             continue
         _wheel(scene, body, f"wheel_{place + 1}", hub, [*_X, *_Y], float(radius), parts.steering[:, place], turning)
     middle = 0.5 * (pose[:, :2].min(axis=0) + pose[:, :2].max(axis=0))
-    reach = 0.5 * float(np.max(np.ptp(pose[:, :2], axis=0))) + 1.2 * size
+    reach = 0.5 * float(np.max(np.ptp(pose[:, :2], axis=0))) + 1.2 * cobot.size
     scene.geom(scene.world, "plane", "floor", pos=[*middle, -4.2 * wide], size=[3.0 * reach, 3.0 * reach, 0.1])
     return Extent(np.append(middle, 0.0), reach)
 
@@ -177,9 +178,8 @@ def _platform(scene: Scene, parts: Parts, load: OnRods, turning: float) -> Exten
     platform, pose, drum = load.platform, parts.configuration, load.drum
     rods = load.rods(pose)
     links, length = rods.link_position, platform.rod_length
-    ends = np.array([min(links.min(), *(platform.stroke or ())), max(links.max(), *(platform.stroke or ()))])
     radius, wheel = (0.0, 0.07 * length) if drum is None else (drum.radius, drum.wheel_radius)
-    low, high = float(np.mean(platform.base[:, 2])) + ends + np.array([-1.5, 1.5]) * wheel
+    low, high = heights(platform, links, wheel)
     if drum is not None:
         _cylinder(scene, parts, drum, np.array([0.0, 0.0, 0.5 * (low + high)]), _Z, 0.5 * (high - low))
     for place, base in enumerate(platform.base):

@@ -12,6 +12,8 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import axis_of, is_machine
 from infinivar.errors import InputError
+from infinivar.machines.pictures.geometry import CIRCLE, hull, off, rim, round_number
+from infinivar.machines.pictures.strokes import Arrow, Disc, Label, Line, treads
 from infinivar.parts.belt import Belt, Rack
 from infinivar.parts.linkage import Linkage
 from infinivar.parts.motor import Motor
@@ -24,7 +26,7 @@ from infinivar.transmission.rotary_linear import RotaryLinearIVT
 from infinivar.web.answers import drawing_machines, drawing_wheels, shapes, words
 from infinivar.web.answers.contact import element_point
 from infinivar.web.answers.places import Place, place_of
-from infinivar.web.answers.shapes import Item
+from infinivar.web.answers.shapes import Shape
 
 MM = 1e3
 _TRAVEL = 0.15
@@ -108,7 +110,7 @@ def _cobotic(drive: CoboticDrive, speed: float, force: float, travel: float | No
     above = [
         *drawing_wheels.cylinder_from_above(element, drive.cylinder_speed, span + 2.0 * MM * element.cylinder_radius)
     ]
-    above += drawing_wheels.wheel_from_above(element, point, 0.0, slide="link")
+    above += shapes.sliding(drawing_wheels.wheel_from_above(element, point, 0.0), "link")
     above += _link(element, span, moving, force)
     scenes = [shapes.scene("Seen from above, the wheel on top", above)]
     scenes.append(shapes.scene("Seen along the cylinder", _end_view(element, drive.cylinder_speed, point)))
@@ -137,16 +139,16 @@ def _cobotic(drive: CoboticDrive, speed: float, force: float, travel: float | No
     return scenes, slides, state, notes
 
 
-def _link(element: RotaryLinearIVT, span: float, speed: float, force: float) -> Iterator[Item]:
+def _link(element: RotaryLinearIVT, span: float, speed: float, force: float) -> Iterator[Shape]:
     """Carriage around the wheel, the link beside the cylinder, and force and speed of the link."""
     radius, wheel = MM * element.cylinder_radius, MM * element.wheel_radius
     beside, half = -1.32 * radius, 1.5 * wheel
     end = 0.5 * span + radius
-    yield shapes.poly([(-end, beside), (end, beside)], "guide", closed=False)
+    yield Line([(-end, beside), (end, beside)], "guide")
     yield shapes.box((-half, -half), (half, half), "carriage", slide="link")
     yield shapes.box((-0.35 * wheel, beside), (0.35 * wheel, -half), "carriage", slide="link")
     yield shapes.box((-1.2 * half, beside - 0.3 * wheel), (1.2 * half, beside + 0.3 * wheel), "carriage", slide="link")
-    yield shapes.text((-end, beside - 0.16 * radius), "link on its guideway", anchor="start")
+    yield Label((-end, beside - 0.16 * radius), "link on its guideway", anchor="start")
     length = 0.75 * radius
     for value, unit, look, what, low in (
         (force, "N", "force", "force on the load", beside - 0.36 * radius),
@@ -154,64 +156,57 @@ def _link(element: RotaryLinearIVT, span: float, speed: float, force: float) -> 
     ):
         label = f"{what} {words.quantity(value, unit)}"
         if value:
-            start = (0.0, low)
-            yield shapes.arrow(start, (math.copysign(length, value), low), look, label)
+            yield Arrow((0.0, low), (math.copysign(length, value), low), look)
+            anchor = "start" if value > 0 else "end"
+            yield Label((math.copysign(1.05 * length, value), low), label, anchor=anchor)
         else:
-            yield shapes.text((0.0, low), label)
+            yield Label((0.0, low), label)
 
 
-def _end_view(element: RotaryLinearIVT, speed: float, point: OperatingPoint) -> Iterator[Item]:
+def _end_view(element: RotaryLinearIVT, speed: float, point: OperatingPoint) -> Iterator[Shape]:
     """Cylinder and wheel along the cylinder's axis; at a positive speed the top of the cylinder moves to the right."""
     radius, wheel = MM * element.cylinder_radius, MM * element.wheel_radius
     cosine = float(np.cos(np.arctan(point.steering_tangent)))
     sine = math.sqrt(max(0.0, 1.0 - cosine * cosine))
     hub = (0.0, radius + wheel)
-    yield shapes.circle((0.0, 0.0), radius, "steel")
+    yield Disc((0.0, 0.0), radius, "steel")
     yield shapes.spokes((0.0, 0.0), radius, speed, clockwise=True, count=10)
-    yield shapes.circle((0.0, 0.0), 0.04 * radius, "axis")
+    yield Disc((0.0, 0.0), 0.04 * radius, "axis")
     width = 0.28 * wheel * sine
-    disc = np.stack([wheel * cosine * np.sin(shapes.ROUND), wheel * np.cos(shapes.ROUND)], axis=-1) + hub
-    yield shapes.poly(
-        shapes.hull(np.concatenate([shapes.off(disc, -width, 0.0), shapes.off(disc, width, 0.0)])), "wheel"
-    )
-    yield shapes.marks(
-        (hub, hub),
-        ((0.0, 0.35 * wheel), (0.0, wheel)),
-        ((0.35 * wheel * cosine, 0.0), (wheel * cosine, 0.0)),
-        float(point.rolling_speed) / element.wheel_radius,
-        count=6,
-        look="tread",
-    )
+    disc = rim(hub, wheel, (0.0, 1.0), (cosine, 0.0))
+    yield Line(hull(np.concatenate([off(disc, -width, 0.0), off(disc, width, 0.0)])), "wheel", closed=True)
+    ups, sides = ((0.0, 0.35 * wheel), (0.0, wheel)), ((0.35 * wheel * cosine, 0.0), (wheel * cosine, 0.0))
+    yield treads((hub, hub), ups, sides, float(point.rolling_speed) / element.wheel_radius, count=6)
     top = radius + 2.0 * wheel
     preload = f"preload {words.quantity(element.preload, 'N')}"
-    yield shapes.arrow((0.0, top + 0.55 * radius), (0.0, top + 0.06 * radius), "preload", "")
-    yield shapes.text((0.1 * radius, top + 0.42 * radius), preload, anchor="start")
-    yield shapes.text((0.0, -0.55 * radius), f"R = {words.quantity(radius, 'mm')}")
-    yield shapes.text((1.35 * wheel, radius + wheel), f"r = {words.quantity(wheel, 'mm')}", anchor="start")
+    yield Arrow((0.0, top + 0.55 * radius), (0.0, top + 0.06 * radius), "preload")
+    yield Label((0.1 * radius, top + 0.42 * radius), preload, anchor="start")
+    yield Label((0.0, -0.55 * radius), f"R = {words.quantity(radius, 'mm')}")
+    yield Label((1.35 * wheel, radius + wheel), f"r = {words.quantity(wheel, 'mm')}", anchor="start")
 
 
 def _patch_scene(pressed: PressedContact, angle: float, element: RotaryLinearIVT) -> dict[str, Any]:
     """The contact ellipse from above, magnified to half of the cylinder's radius, in axes of the drawing beside it."""
     a, b = MM * float(pressed.patch.a), MM * float(pressed.patch.b)
     radius = MM * element.cylinder_radius
-    scale = shapes.round_number(0.55 * radius / max(a, b))
+    scale = round_number(0.55 * radius / max(a, b))
     heading = np.array([math.sin(angle), math.cos(angle)])
     lateral = np.array([math.cos(angle), -math.sin(angle)])
     turn = float(pressed.rotation)
     first = math.cos(turn) * heading + math.sin(turn) * lateral
     second = -math.sin(turn) * heading + math.cos(turn) * lateral
-    edge = scale * (a * np.cos(shapes.ROUND)[:, None] * first + b * np.sin(shapes.ROUND)[:, None] * second)
+    edge = scale * CIRCLE @ np.stack([a * first, b * second])
     reach = 1.5 * scale * max(a, b)
     low = -0.85 * reach
-    bar = shapes.round_number(1.4 * max(a, b))
+    bar = round_number(1.4 * max(a, b))
     items = [
-        shapes.poly([(-reach, 0.0), (reach, 0.0)], "axis", closed=False),
-        shapes.poly([-0.9 * reach * heading, 0.9 * reach * heading], "heading", closed=False),
-        shapes.poly(edge, "contact"),
-        shapes.text(0.98 * reach * heading, "rolling"),
-        shapes.text((0.78 * reach, 0.06 * reach), "link"),
-        shapes.poly([(-0.5 * scale * bar, low), (0.5 * scale * bar, low)], "scale", closed=False),
-        shapes.text((0.0, low - 0.17 * reach), f"{bar:g} mm"),
+        Line([(-reach, 0.0), (reach, 0.0)], "axis"),
+        Line([-0.9 * reach * heading, 0.9 * reach * heading], "heading"),
+        Line(edge, "contact", closed=True),
+        Label(0.98 * reach * heading, "rolling"),
+        Label((0.78 * reach, 0.06 * reach), "link"),
+        Line([(-0.5 * scale * bar, low), (0.5 * scale * bar, low)], "scale"),
+        Label((0.0, low - 0.17 * reach), f"{bar:g} mm"),
     ]
     size = f"{words.quantity(2e3 * max(a, b), 'µm')} by {words.quantity(2e3 * min(a, b), 'µm')}"
     return shapes.scene(f"Contact ellipse, magnified {scale:g} times", items, note=size)
@@ -253,53 +248,53 @@ def _geared(drive: ConventionalDrive, speed: float, force: float, travel: float 
 
 def _stage(
     stage: OutputStage, motor: Motor, turning: float, speed: float, span: float, slides: Slides
-) -> Iterator[Item]:
+) -> Iterator[Shape]:
     """The output stage, with the motor behind it or in line with it."""
     if isinstance(stage, Screw):
         yield from _screw(stage, motor, speed, span, slides)
         return
     radius = 30.0 if isinstance(stage, Shaft) else MM * float(stage.travel_per_radian)
     housing = 0.5 * MM * motor.diameter if motor.diameter is not None else 1.5 * radius
-    yield shapes.circle((0.0, 0.0), housing, "symbol")
+    yield Disc((0.0, 0.0), housing, "symbol")
     # The load is on the line that the top of the pulley moves along, to the right of it.
     start = max(radius, housing) + 0.12 * span
     height = max(0.05 * span, 0.6 * radius, 4.0)
     end = start + span + 2.0 * height
     middle = start + height + 0.5 * span
     if isinstance(stage, Shaft):
-        yield shapes.circle((0.0, 0.0), radius, "steel")
+        yield Disc((0.0, 0.0), radius, "steel")
         yield shapes.spokes((0.0, 0.0), 1.6 * radius, turning, count=1)
         yield shapes.spokes((0.0, 0.0), radius, turning, count=6)
-        yield shapes.text((0.0, -1.25 * max(housing, radius)), "shaft and load (symbol)")
+        yield Label((0.0, -1.25 * max(housing, radius)), "shaft and load (symbol)")
         return
     if isinstance(stage, Rack):
         yield from _rack(stage, radius, turning, speed, middle, height, span, slides)
         return
     if isinstance(stage, Belt):
-        yield shapes.poly([(0.0, -radius), (end, -radius)], "cable", closed=False)
-        yield shapes.circle((end, 0.0), radius, "steel")
+        yield Line([(0.0, -radius), (end, -radius)], "cable")
+        yield Disc((end, 0.0), radius, "steel")
         yield shapes.spokes((end, 0.0), radius, turning, clockwise=True)
-    yield shapes.poly([(0.0, radius), (end, radius)], "cable", closed=False)
-    yield shapes.circle((0.0, 0.0), radius, "steel")
+    yield Line([(0.0, radius), (end, radius)], "cable")
+    yield Disc((0.0, 0.0), radius, "steel")
     yield shapes.spokes((0.0, 0.0), radius, turning, clockwise=True)
     yield from _block(middle, radius, height, span)
     what = "belt" if isinstance(stage, Belt) else "pulley"
-    yield shapes.text((0.0, -1.25 * max(housing, radius) - 1.0), f"{what}, r = {words.quantity(radius, 'mm')}")
+    yield Label((0.0, -1.25 * max(housing, radius) - 1.0), f"{what}, r = {words.quantity(radius, 'mm')}")
 
 
-def _block(middle: float, line: float, height: float, span: float) -> Iterator[Item]:
+def _block(middle: float, line: float, height: float, span: float) -> Iterator[Shape]:
     """The load on its guideway, hung to a line at a height."""
     low = line - 0.6 * height
-    yield shapes.poly([(middle - 0.5 * span - height, low), (middle + 0.5 * span + height, low)], "guide", closed=False)
+    yield Line([(middle - 0.5 * span - height, low), (middle + 0.5 * span + height, low)], "guide")
     yield shapes.box((middle - height, low), (middle + height, low + 1.2 * height), "load", slide="load")
 
 
 def _rack(
     stage: Rack, radius: float, turning: float, speed: float, middle: float, height: float, span: float, slides: Slides
-) -> Iterator[Item]:
+) -> Iterator[Shape]:
     """Pinion below a rack, which carries the load."""
     pitch = math.pi * MM * stage.module
-    yield shapes.circle((0.0, 0.0), radius, "steel")
+    yield Disc((0.0, 0.0), radius, "steel")
     yield shapes.spokes((0.0, 0.0), radius, turning, clockwise=True, count=min(int(stage.teeth), 24))
     thick = max(0.5 * radius, 2.0)
     left, right = -0.6 * span - radius, middle + 0.5 * span + height
@@ -308,14 +303,14 @@ def _rack(
     every = max(1, round((right - left) / pitch / 60.0))
     slides["teeth"]["span"] = every * pitch
     for place in np.arange(left, right - every * pitch, every * pitch):
-        yield shapes.poly([(place, radius), (place, radius + 0.35 * thick)], "mark", closed=False, slide="teeth")
+        yield shapes.Sliding(Line([(place, radius), (place, radius + 0.35 * thick)], "mark"), "teeth")
     yield shapes.box(
         (middle - height, radius + thick), (middle + height, radius + thick + height), "load", slide="load"
     )
-    yield shapes.text((0.0, -1.3 * radius), f"pinion, r = {words.quantity(radius, 'mm')}")
+    yield Label((0.0, -1.3 * radius), f"pinion, r = {words.quantity(radius, 'mm')}")
 
 
-def _screw(stage: Screw, motor: Motor, speed: float, span: float, slides: Slides) -> Iterator[Item]:
+def _screw(stage: Screw, motor: Motor, speed: float, span: float, slides: Slides) -> Iterator[Shape]:
     """Motor, gearhead and screw in line, and the nut with the load."""
     radius, lead = 0.5 * MM * stage.diameter, MM * stage.lead
     housing = 0.5 * MM * motor.diameter if motor.diameter is not None else 1.5 * radius
@@ -323,26 +318,26 @@ def _screw(stage: Screw, motor: Motor, speed: float, span: float, slides: Slides
     end = span + 3.0 * height
     yield shapes.box((-4.5 * housing, -housing), (-1.8 * housing, housing), "symbol")
     yield shapes.box((-1.8 * housing, -0.8 * housing), (0.0, 0.8 * housing), "symbol")
-    yield shapes.text((-2.25 * housing, 1.25 * max(height, housing)), "motor and gearhead")
+    yield Label((-2.25 * housing, 1.25 * max(height, housing)), "motor and gearhead")
     yield shapes.box((0.0, -radius), (end, radius), "steel")
     every = max(1, round(end / lead / 60.0))
     slides["thread"] = shapes.slide((1.0, 0.0), speed, every * lead, wraps=True)
     for place in np.arange(0.0, end - (every + 1) * lead, every * lead):
-        yield shapes.poly([(place, -radius), (place + 0.5 * lead, radius)], "mark", closed=False, slide="thread")
+        yield shapes.Sliding(Line([(place, -radius), (place + 0.5 * lead, radius)], "mark"), "thread")
     middle = 0.5 * end
     yield shapes.box((middle - 0.8 * height, -height), (middle + 0.8 * height, height), "load", slide="load")
     label = f"screw {words.quantity(2 * radius, 'mm')}, lead {words.quantity(lead, 'mm')}"
-    yield shapes.text((middle, -1.25 * max(height, housing) - 2.0), label)
+    yield Label((middle, -1.25 * max(height, housing) - 2.0), label)
 
 
-def _load_arrows(items: list[Item], force: float, speed: float, *, linear: bool) -> Iterator[Item]:
+def _load_arrows(items: list[Shape], force: float, speed: float, *, linear: bool) -> Iterator[Shape]:
     """Force and speed of a load along a line, above the drawing."""
-    left, _, right, top = shapes.scene("", items, margin=0.0)["frame"]
+    (left, _), (right, top) = shapes.frame(items)
     middle, length = 0.5 * (left + right), 0.16 * (right - left)
     for place, (value, look) in enumerate(((force, "force"), (speed, "velocity"))):
         if value and linear:
             high = top + (0.03 + 0.035 * place) * (right - left)
-            yield shapes.arrow((middle, high), (middle + math.copysign(length, value), high), look)
+            yield Arrow((middle, high), (middle + math.copysign(length, value), high), look)
 
 
 def _load_keys(drive: ConventionalDrive, force: float, speed: float) -> Iterator[dict[str, str]]:
@@ -368,15 +363,15 @@ _LINKAGES = {
 def _linkage_scene(linkage: Linkage) -> dict[str, Any]:
     """The linkage at the joint angle 0, at which the plane of force and speed is computed."""
     origin = np.zeros(2)
-    items: list[Item] = []
+    items: list[Shape] = []
     if linkage.shape in ("lever", "table"):
         arm = MM * abs(float(np.asarray(linkage.derivatives(0.0, 1)[1])))
         items += [
-            shapes.circle(origin, arm, "guide"),
-            shapes.poly([(-2.2 * arm, arm), (0.0, arm)], "cable", closed=False),
-            shapes.poly([(0.0, 0.0), (1.9 * arm, -0.9 * arm)], "rod", closed=False),
-            shapes.poly([(0.0, 0.0), (0.0, arm)], "rod", closed=False),
-            shapes.text((0.12 * arm, 0.45 * arm), words.quantity(arm, "mm"), anchor="start"),
+            Disc(origin, arm, "guide"),
+            Line([(-2.2 * arm, arm), (0.0, arm)], "cable"),
+            Line([(0.0, 0.0), (1.9 * arm, -0.9 * arm)], "rod"),
+            Line([(0.0, 0.0), (0.0, arm)], "rod"),
+            Label((0.12 * arm, 0.45 * arm), words.quantity(arm, "mm"), anchor="start"),
         ]
     elif linkage.shape == "crank":
         base, arm, offset = _lengths(linkage, "base", "arm", "offset")
@@ -384,15 +379,15 @@ def _linkage_scene(linkage: Linkage) -> dict[str, Any]:
         turn = math.pi - offset
         tip = MM * arm * np.array([math.cos(turn), math.sin(turn)])
         items += [
-            shapes.poly([fixed, origin], "guide", closed=False),
-            shapes.poly([origin, tip], "rod", closed=False),
-            shapes.poly([fixed, tip], "cable", closed=False),
-            shapes.circle(fixed, 0.03 * MM * base, "joint"),
-            shapes.text(shapes.off(fixed, 0.0, -0.13 * MM * base), "fixed pivot"),
-            shapes.text(shapes.off(origin, 0.0, -0.13 * MM * base), "joint"),
-            shapes.circle(tip, 0.03 * MM * base, "joint"),
-            shapes.text(
-                shapes.off(0.5 * (fixed + tip), 0.0, 0.08 * MM * base),
+            Line([fixed, origin], "guide"),
+            Line([origin, tip], "rod"),
+            Line([fixed, tip], "cable"),
+            Disc(fixed, 0.03 * MM * base, "joint"),
+            Label(off(fixed, 0.0, -0.13 * MM * base), "fixed pivot"),
+            Label(off(origin, 0.0, -0.13 * MM * base), "joint"),
+            Disc(tip, 0.03 * MM * base, "joint"),
+            Label(
+                off(0.5 * (fixed + tip), 0.0, 0.08 * MM * base),
                 f"actuator {words.quantity(MM * linkage.position(0.0), 'mm')}",
             ),
         ]
@@ -404,16 +399,16 @@ def _linkage_scene(linkage: Linkage) -> dict[str, Any]:
         far = joint + MM * arm * np.array([math.cos(offset), math.sin(offset)])
         size = 0.035 * MM * base
         items += [
-            shapes.poly([origin, joint], "guide", closed=False),
-            shapes.poly([origin, near], "rod", closed=False),
-            shapes.poly([joint, far], "rod", closed=False),
-            shapes.poly([near, far], "cable", closed=False),
-            *(shapes.circle(one, size, "joint") for one in (joint, near, far)),
-            shapes.text(shapes.off(joint, 0.0, -3.0 * size), "joint"),
-            shapes.text(shapes.off(origin, 0.0, -3.0 * size), "drive"),
+            Line([origin, joint], "guide"),
+            Line([origin, near], "rod"),
+            Line([joint, far], "rod"),
+            Line([near, far], "cable"),
+            *(Disc(one, size, "joint") for one in (joint, near, far)),
+            Label(off(joint, 0.0, -3.0 * size), "joint"),
+            Label(off(origin, 0.0, -3.0 * size), "drive"),
         ]
-    reach = max(abs(one) for one in shapes.scene("", items)["frame"])
-    items.append(shapes.circle(origin, 0.03 * reach, "joint"))
+    reach = float(np.max(np.abs(shapes.frame(items))))
+    items.append(Disc(origin, 0.03 * reach, "joint"))
     return shapes.scene(f"Linkage: {_LINKAGES[linkage.shape]}, at joint angle 0", items)
 
 

@@ -7,99 +7,56 @@ lie on what turns, at angles that grow at a rate. All rates are true; the page d
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
-Vector = Sequence[float] | np.ndarray
+from infinivar.machines.pictures.strokes import Arrow, Disc, Label, Line, Picture, Stroke, Turning, bounds
+
 Item = dict[str, Any]
 
-ROUND = np.linspace(0.0, 2.0 * math.pi, 49)
+MM = 1e3
 _FASTEST_TURN = 9.0
 """Rate at which the fastest shape of a drawing turns at most, as painted. [rad/s]"""
 
 _SHORTEST_PASS = 2.5
 """Shortest time in which a slide passes its whole range, as painted. [s]"""
 
-
-def poly(points: Iterable[Vector], look: str, *, closed: bool = True, slide: str | None = None) -> Item:
-    """A polygon or line through points."""
-    return _item("poly", look, slide, points=[xy(point) for point in points], closed=closed)
+_ARROWS = frozenset({"force", "load-force", "contact-force", "velocity"})
+"""Looks that a page lists with what they stand for."""
 
 
-def circle(centre: Vector, radius: float, look: str, *, slide: str | None = None) -> Item:
-    """A circle."""
-    return _item("circle", look, slide, centre=xy(centre), radius=_round(radius))
+class Sliding(NamedTuple):
+    """A stroke that moves along with a slide."""
+
+    stroke: Stroke
+    slide: str
 
 
-def box(low: Vector, high: Vector, look: str, *, slide: str | None = None) -> Item:
-    """A rectangle along the axes."""
+Shape = Stroke | Sliding
+
+
+def sliding(strokes: Iterable[Stroke], slide: str) -> Iterator[Sliding]:
+    """Yield strokes that move along with a slide."""
+    return (Sliding(one, slide) for one in strokes)
+
+
+def box(low: Any, high: Any, look: str, slide: str = "") -> Shape:
+    """A rectangle along the axes, perhaps on a slide."""
     (left, bottom), (right, top) = low, high
-    return poly([(left, bottom), (right, bottom), (right, top), (left, top)], look, slide=slide)
+    drawn = Line([(left, bottom), (right, bottom), (right, top), (left, top)], look, closed=True)
+    return Sliding(drawn, slide) if slide else drawn
 
 
-def text(at: Vector, words: str, look: str = "words", *, anchor: str = "middle", slide: str | None = None) -> Item:
-    """A line of text at a point: anchor start, middle or end."""
-    return _item("text", look, slide, at=xy(at), text=words, anchor=anchor)
-
-
-def arrow(start: Vector, end: Vector, look: str, words: str = "", *, slide: str | None = None) -> Item:
-    """An arrow with words beside its head."""
-    return _item("arrow", look, slide, start=xy(start), end=xy(end), text=words)
-
-
-def marks(
-    ends: tuple[Vector, Vector],
-    cosine: tuple[Vector, Vector],
-    sine: tuple[Vector, Vector],
-    rate: float,
-    *,
-    count: int,
-    look: str = "mark",
-    face: tuple[float, float] | None = None,
-    slide: str | None = None,
-) -> Item:
-    """Lines on a turning body: at the angle q each goes from ``ends[0] + cosine[0] cos(q) + sine[0] sin(q)`` to the same of [1].
-
-    Parameters
-    ----------
-    ends, cosine, sine : pairs of points   [mm]
-    rate : float     Rate of the angle q. [rad/s]
-    count : int      Lines at equal angles.
-    look, slide      As of all items.
-    face             Only where ``face[0] cos(q) + face[1] sin(q) > 0`` a line is seen; None: everywhere.
-    """
-    return _item(
-        "marks",
-        look,
-        slide,
-        ends=[xy(one) for one in ends],
-        cosine=[xy(one) for one in cosine],
-        sine=[xy(one) for one in sine],
-        rate=_finite(rate),
-        count=count,
-        face=None if face is None else [float(one) for one in face],
-    )
-
-
-def spokes(
-    centre: Vector, radius: float, rate: float, *, clockwise: bool = False, count: int = 6, slide: str | None = None
-) -> Item:
+def spokes(centre: Any, radius: float, rate: float, *, clockwise: bool = False, count: int = 6) -> Turning:
     """Spokes of a wheel seen along its axle, from 0.35 of the radius to the rim."""
-    across = -radius if clockwise else radius
-    inner = 0.35
-    return marks(
-        (centre, centre),
-        ((0.0, inner * radius), (0.0, radius)),
-        ((-inner * across, 0.0), (-across, 0.0)),
-        rate,
-        count=count,
-        slide=slide,
-    )
+    across, inner = -radius if clockwise else radius, 0.35
+    cosine, sine = ((0.0, inner * radius), (0.0, radius)), ((-inner * across, 0.0), (-across, 0.0))
+    return Turning(ends=(centre, centre), cosine=cosine, sine=sine, rate=rate, count=count)
 
 
-def slide(direction: Vector, rate: float, span: float, *, wraps: bool = False) -> dict[str, Any]:
+def slide(direction: Any, rate: float, span: float, *, wraps: bool = False) -> dict[str, Any]:
     """What moves along a line at a rate [mm/s], within half a span to either side; `wraps` for a pattern of that pitch."""
     return {"direction": xy(direction), "rate": _finite(rate), "span": _round(span), "wraps": wraps}
 
@@ -109,16 +66,32 @@ def key(look: str, words: str) -> dict[str, str]:
     return {"look": look, "text": words}
 
 
+def painted(picture: Picture) -> dict[str, Any]:
+    """A picture of a machine as a scene."""
+    keys = (key(look, words) for look, words in picture.keys if look in _ARROWS)
+    return scene(picture.title, picture.strokes, keys=keys, scale=MM)
+
+
 def scene(
-    title: str, items: Iterable[Item], *, note: str = "", margin: float = 0.04, keys: Iterable[dict[str, str]] = ()
+    title: str,
+    shapes: Iterable[Shape],
+    *,
+    note: str = "",
+    keys: Iterable[dict[str, str]] = (),
+    scale: float = 1.0,
 ) -> dict[str, Any]:
-    """Items with their frame around them, and the key of their arrows."""
-    items = list(items)
-    points = np.array([point for item in items for point in _extent(item)])
-    low, high = points.min(axis=0), points.max(axis=0)
-    pad = margin * float(np.max(high - low))
-    frame = [*(low - pad), *(high + pad)]
-    return {"title": title, "note": note, "frame": [_round(one) for one in frame], "items": items, "keys": list(keys)}
+    """Shapes in millimetres, or in units with as many, with a frame around what must be seen, and the key of their arrows."""
+    shapes = list(shapes)
+    low, high = frame(shapes)
+    pad = 0.04 * float(np.max(high - low))
+    corners = [_round(scale * one) for one in (*(low - pad), *(high + pad))]
+    items = [_item(one, scale) for one in shapes]
+    return {"title": title, "note": note, "frame": corners, "items": items, "keys": list(keys)}
+
+
+def frame(shapes: Iterable[Shape]) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (2,) around shapes."""
+    return bounds(one.stroke if isinstance(one, Sliding) else one for one in shapes)
 
 
 def slow_down(scenes: Iterable[dict[str, Any]], slides: Iterable[dict[str, Any]]) -> float:
@@ -130,48 +103,32 @@ def slow_down(scenes: Iterable[dict[str, Any]], slides: Iterable[dict[str, Any]]
     return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= required * (1.0 - 1e-9))
 
 
-def round_number(wanted: float) -> float:
-    """The largest of 1, 2 or 5 times a power of ten that is not above a number > 0."""
-    power = 10.0 ** math.floor(math.log10(wanted))
-    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= wanted * (1.0 + 1e-9))
+def _item(shape: Shape, scale: float) -> Item:
+    """A shape as a page paints it."""
+    if isinstance(shape, Sliding):
+        return {**_item(shape.stroke, scale), "slide": shape.slide}
+
+    def xys(points: Any) -> list[list[float]]:
+        return [xy(scale * np.asarray(point, dtype=float)) for point in points]
+
+    own: Item
+    match shape:
+        case Line():
+            own = {"kind": "poly", "points": xys(shape.points), "closed": shape.closed}
+        case Disc():
+            own = {"kind": "circle", "centre": xys([shape.centre])[0], "radius": _round(scale * shape.radius)}
+        case Arrow():
+            own = {"kind": "arrow", "start": xys([shape.start])[0], "end": xys([shape.end])[0]}
+        case Label():
+            own = {"kind": "text", "at": xys([shape.at])[0], "text": shape.words, "anchor": shape.anchor}
+        case Turning():
+            lines = {"ends": xys(shape.ends), "cosine": xys(shape.cosine), "sine": xys(shape.sine)}
+            face = None if shape.face is None else [float(one) for one in shape.face]
+            own = {"kind": "marks", **lines, "rate": _finite(shape.rate), "count": shape.count, "face": face}
+    return {**own, "look": shape.look}
 
 
-class View:
-    """Points in space as a viewer far away sees them: to the right and up; z is up."""
-
-    def __init__(self, azimuth: float, elevation: float) -> None:
-        """Take the direction from which the viewer looks, from x towards y and above the plane. [degrees]"""
-        around, above = math.radians(azimuth), math.radians(elevation)
-        self.viewer = np.array(
-            [math.cos(above) * math.cos(around), math.cos(above) * math.sin(around), math.sin(above)]
-        )
-        self._right = np.array([-math.sin(around), math.cos(around), 0.0])
-        self._up = np.cross(self.viewer, self._right)
-
-    def __call__(self, points: Any) -> np.ndarray:
-        """Places (..., 2) of points (..., 3)."""
-        points = np.asarray(points, dtype=float)
-        return np.stack([points @ self._right, points @ self._up], axis=-1)
-
-    def toward(self, vector: Any) -> float:
-        """How far a vector points to the viewer."""
-        return float(np.asarray(vector, dtype=float) @ self.viewer)
-
-
-def hull(points: Any) -> np.ndarray:
-    """Corners of the convex hull of points in the plane, in order."""
-    from scipy.spatial import ConvexHull
-
-    points = np.asarray(points, dtype=float)
-    return points[ConvexHull(points).vertices]
-
-
-def off(point: Vector, right: float, up: float) -> np.ndarray:
-    """The point to the right of another and above it."""
-    return np.asarray(point, dtype=float) + np.array([right, up])
-
-
-def xy(point: Vector) -> list[float]:
+def xy(point: Any) -> list[float]:
     """A point or vector of the plane, rounded to 0.1 micrometre."""
     return [_round(point[0]), _round(point[1])]
 
@@ -183,22 +140,3 @@ def _round(value: float) -> float:
 def _finite(value: float) -> float:
     """A rate; what has none, because nothing is known of its motion, stands still."""
     return float(value) if math.isfinite(value) else 0.0
-
-
-def _item(kind: str, look: str, moves: str | None, **values: Any) -> Item:
-    return {"kind": kind, "look": look, **values, **({"slide": moves} if moves else {})}
-
-
-def _extent(item: Item) -> list[list[float]]:
-    """Points that a frame must contain; marks lie within what they are on."""
-    match item["kind"]:
-        case "poly":
-            return item["points"]
-        case "circle":
-            (x, y), r = item["centre"], item["radius"]
-            return [[x - r, y - r], [x + r, y + r]]
-        case "text":
-            return [item["at"]]
-        case "arrow":
-            return [item["start"], item["end"]]
-    return []

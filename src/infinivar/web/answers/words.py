@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar.machines.pictures.words import quantity
 from infinivar.units import plain
 
 _UNITS = {
@@ -29,15 +30,6 @@ def number(value: Any) -> float | None:
     """A finite number, or None, which JSON has a word for."""
     found = float(value)
     return found if math.isfinite(found) else None
-
-
-def quantity(value: Any, unit: str, digits: int = 3) -> str:
-    """A value with its unit, "–" where it is undefined."""
-    found = number(value)
-    if found is None:
-        return "–"
-    joint = "" if unit in ("", "°") else " "
-    return f"{plain(found, digits)}{joint}{unit}"
 
 
 def states(values: Mapping[str, Any]) -> Iterator[dict[str, str]]:

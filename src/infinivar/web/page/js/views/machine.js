@@ -135,7 +135,7 @@ function drawn(scene, header, width, moving, main) {
 /** What the arrows stand for. */
 function keysOf({ keys }) {
   if (!keys.length) return null;
-  return make("ul", { className: "legend" }, ...keys.map(({ look, text }) => make("li", {}, look ? svg("svg", { width: 26, height: 10, "aria-hidden": "true", class: "drawn" }, arrow({ start: [0, 0], end: [25, 0], text: "" }, ([x]) => [x, 5], `m ${look}`)) : null, text)));
+  return make("ul", { className: "legend" }, ...keys.map(({ look, text }) => make("li", {}, look ? svg("svg", { width: 26, height: 10, "aria-hidden": "true", class: "drawn" }, arrow({ start: [0, 0], end: [25, 0] }, ([x]) => [x, 5], `m ${look}`)) : null, text)));
 }
 
 /** Room for texts beside the shapes, in millimetres. */
@@ -144,10 +144,9 @@ function textRoom(scene, scale, left, right) {
   for (const item of scene.items) {
     const words = item.text ?? "";
     if (!words) continue;
-    const [x] = item.at ?? item.end;
+    const [x] = item.at;
     const wide = (0.58 * TEXT * words.length) / scale;
-    const anchor = item.kind === "arrow" ? (item.end[0] >= item.start[0] ? "start" : "end") : item.anchor;
-    const [before, after] = { start: [0, wide], middle: [wide / 2, wide / 2], end: [wide, 0] }[anchor];
+    const [before, after] = { start: [0, wide], middle: [wide / 2, wide / 2], end: [wide, 0] }[item.anchor];
     room.left = Math.max(room.left, left - (x - before));
     room.right = Math.max(room.right, x + after - right);
   }
@@ -189,9 +188,7 @@ function arrow(item, place, look) {
   const head = Math.min(10, 0.5 * long);
   const [bx, by] = [x2 - head * ux, y2 - head * uy];
   const wing = 0.42 * head;
-  const right = x2 >= x1;
-  return svg("g", { class: look }, svg("line", { x1, y1, x2: bx, y2: by }), svg("polygon", { points: `${x2},${y2} ${bx - wing * uy},${by + wing * ux} ${bx + wing * uy},${by - wing * ux}` }),
-    item.text ? svg("text", { x: x2 + (right ? 5 : -5), y: y2 + 4 + 12 * uy, "text-anchor": right ? "start" : "end" }, item.text) : null);
+  return svg("g", { class: look }, svg("line", { x1, y1, x2: bx, y2: by }), svg("polygon", { points: `${x2},${y2} ${bx - wing * uy},${by + wing * ux} ${bx + wing * uy},${by - wing * ux}` }));
 }
 
 /** Lines on a turning body; those on its far side are not seen. */

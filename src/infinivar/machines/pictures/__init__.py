@@ -1,0 +1,1 @@
+"""Pictures of machines at one steady point, in strokes that figures and pages paint alike."""
