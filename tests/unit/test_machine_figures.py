@@ -74,7 +74,7 @@ def test_drawn_machine():
     assert_allclose(length, PLATFORM.rod_length, rtol=1e-12)
     pulls = numbers["tension"][:, None] * rods / length[:, None]
     moments = np.cross(1e-3 * (numbers["upper"] - numbers["origin"]), pulls)
-    assert_allclose(np.concatenate([pulls.sum(axis=0), moments.sum(axis=0)]), -wrench, rtol=1e-9)
+    assert_allclose(np.concatenate([pulls.sum(axis=0), moments.sum(axis=0)]), wrench, rtol=1e-9)
     assert_allclose(np.hypot(*numbers["wheel"][:, :2].T), numbers["cylinder_radius"], rtol=1e-12)
     turning = np.cross([0.0, 0.0, float(point.cylinder_speed)], 1e-3 * numbers["wheel"])
     carrier = point.link_speed[:, None] * [0.0, 0.0, 1.0] - turning
@@ -98,7 +98,7 @@ CART = iv.PlanarCobot(contacts=WHEEL, positions=[(0.4, 0.0), (-0.2, 0.25), (-0.2
 def test_drawn_planar_cobot():
     """The forces drawn are in equilibrium and lose the power of the point; headings are off the circles by the slip angles."""
     twist = np.array([0.5, 0.0, 0.7])
-    point = CART.mechanism.operate(rates=twist, heading=CART.headings(twist, {"y": 50.0, "angle": 4.0}))
+    point = CART.mechanism.operate(rates=twist, heading=CART.headings(twist, {"y": -50.0, "angle": -4.0}))
     numbers = planar_cobot.data(CART, point)
     spots, force = numbers["positions"], numbers["force"]
     moments = spots[:, 0] * force[:, 1] - spots[:, 1] * force[:, 0]

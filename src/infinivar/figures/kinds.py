@@ -85,7 +85,7 @@ def _platform(name: str, title: str, drive: PlatformDrive, task: TaskResult | No
     if task is None or legs is None:
         return
     pose = drive.configuration(task.pose)
-    point = legs.operate(pose, wrench=-task.wrench, twist=task.twist).legs
+    point = legs.operate(pose, wrench=task.wrench, twist=task.twist).legs
     yield (
         f"machine-{name}",
         lambda: machine.draw_all(drive.platform, legs.legs, point, task.pose[:3], task.pose[3:]),
@@ -96,7 +96,7 @@ def _platform(name: str, title: str, drive: PlatformDrive, task: TaskResult | No
         lambda: wrench_set.draw_all(
             [legs.wrench_set(pose), legs.wrench_set(pose, twist=task.twist)], titles=("at rest", task.title)
         ),
-        f"{title}: wrenches of the user that ideal wheels hold at the pose of {task.title}, at rest and in that motion.",
+        f"{title}: wrenches on the load that ideal wheels can exert at the pose of {task.title}, at rest and in that motion.",
     )
 
 

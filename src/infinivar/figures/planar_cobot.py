@@ -44,7 +44,7 @@ def data(
     ----------
     cobot : PlanarCobot or PlanarCarriage   The machine; a carriage does not turn.
     point : MechanismPoint                  One point of its mechanism, in motion.
-    wrench : (3,) or (2,) float             Of the machine on its load, which is a part of what the point has as applied.
+    wrench : (3,) or (2,) float             Of the machine on its load; the rest of what the wheels exert is on the source.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def data(
     forces, _ = cobot.mechanism.forces(rates, (cosine, sine), np.asarray(point.steering_rate))
     force = np.stack([np.asarray(forces.x), np.asarray(forces.y)], axis=-1)
     contacts = cobot.mechanism.contacts
-    twist, applied = (np.append(row, np.zeros(3 - len(rates))) for row in (rates, np.asarray(point.applied)))
+    twist, applied = (np.append(row, np.zeros(3 - len(rates))) for row in (rates, -np.asarray(point.applied)))
     load = None if wrench is None else -np.append(np.asarray(wrench, dtype=float), np.zeros(3 - len(wrench)))
     return {
         "positions": np.array(cobot.positions) if isinstance(cobot, PlanarCobot) else np.zeros((1, 2)),

@@ -165,7 +165,7 @@ def contact(
 
 
 def user(junctions: Sequence[str]) -> Bonds:
-    """A wrench of the user on coordinates."""
+    """What the user exerts on coordinates."""
     sources = [
         bg.effort_source(f"user_{place + 1}", f"W_{{{place + 1}}}", title="user") for place in range(len(junctions))
     ]

@@ -132,7 +132,7 @@ class MachineDrive:
         return ()
 
     def followed(self, pose: Array, wrench: Array) -> tuple[np.ndarray, np.ndarray]:
-        """Configuration of the machine in motion, and forces on it, of poses and wrenches (..., d)."""
+        """Configuration of the machine in motion, and forces on the load there, of poses and wrenches (..., d)."""
         return np.asarray(pose, dtype=float), np.asarray(wrench, dtype=float)
 
 

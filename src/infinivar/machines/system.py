@@ -74,7 +74,7 @@ class Mechanics(Protocol):
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Names of the rates; the user's wrench acts on the first ones."""
+        """Names of the rates; the wrench on the load is that of the first ones."""
         ...
 
     @property
@@ -198,7 +198,7 @@ class _Acting(NamedTuple):
     """With those of motors and arm."""
     forces: Forces
     pushed: np.ndarray | None
-    """Wrench of a user without a hand. (m, N)"""
+    """What a user without a hand exerts. (m, N)"""
     grasp: Grasp | None
     electric: list[Powers]
     """Of motors and servos."""
@@ -220,7 +220,7 @@ class System:
     prescribed_steering: bool = False
     """Whether, without servo, the angles are states that turn at the rates of the inputs."""
     wrench: Callable[[float], np.ndarray] | None = None
-    """Of the user, on the first coordinates, by time. None: none."""
+    """Of the first coordinates on the load, by time. None: none."""
     hand: Hand | None = None
     """The user at the handle."""
     watch: Callable[[np.ndarray], np.ndarray] | None = None
@@ -292,11 +292,11 @@ class System:
         return now, (ahead - behind) / (2.0 * _STEP)
 
     def user(self, time: np.ndarray) -> np.ndarray:
-        """Wrench of the user on all coordinates, without a hand. (m, N)"""
+        """What a user or load without a hand exerts on all coordinates: the opposite of the wrench. (m, N)"""
         found = np.zeros((len(time), len(self.mechanics.coordinates)))
         if self.wrench is not None:
-            pushed = at_times(self.wrench, time)
-            found[:, : pushed.shape[-1]] = pushed
+            wrench = at_times(self.wrench, time)
+            found[:, : wrench.shape[-1]] = -wrench
         return found
 
     def pushed(self, time: np.ndarray, state: np.ndarray) -> np.ndarray | None:

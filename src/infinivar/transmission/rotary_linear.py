@@ -149,8 +149,8 @@ class RotaryLinearIVT:
     def mechanism(self) -> Mechanism:
         """The same machine as a kinematic map over its contact, with coordinates "link" and "cylinder".
 
-        The carrier moves at ``V = (ldot, -R omega)`` and the wheel heads along ``(sin(phi), cos(phi))``, so that the force
-        applied to the link coordinate is ``-fl`` and that to the cylinder coordinate is tau.
+        The carrier moves at ``V = (ldot, -R omega)`` and the wheel heads along ``(sin(phi), cos(phi))``, so that it
+        applies ``fl`` on the link and ``-tau`` on the cylinder coordinate: on the plant, which turns it.
 
         Raises
         ------

@@ -165,9 +165,9 @@ class _Admittance:
         assert self.twist is not None
         held = self.plant.grip.at(c[None], measured.rates[None])
         grip = held.jacobian[0][:, :-1]
-        wrench = grip.T @ measured.force
+        push = grip.T @ measured.force
         mass, damping = self._virtual(grip)
-        wanted = self.twist + period * np.linalg.solve(mass, wrench - damping @ self.twist)
+        wanted = self.twist + period * np.linalg.solve(mass, push - damping @ self.twist)
         free = self._free(measured, grip, mass)
         place = mechanics.load.at(c[None], nu[None])
         jacobian = place.jacobian[0]
@@ -179,7 +179,7 @@ class _Admittance:
         self.pose = self._moved(self.pose, (2.0 if begins else 1.0) * period * self.twist)
         # The pose error decays beside the virtual motion.
         speed = jacobian @ ((nu if begins else self.twist) + back)
-        forces = self._forces(place, jacobian, wrench, acceleration)
+        forces = self._forces(place, jacobian, push, acceleration)
         angles = -np.arctan(speed / surface) + self._slip_angles(forces, surface)
         changes = -(jacobian @ acceleration + place.bias[0]) / (surface * (1.0 + (speed / surface) ** 2))
         largest = _NEVER_SLIPS * mechanics.transmission.steering_range
@@ -266,11 +266,11 @@ class _Admittance:
         turning = math.copysign(max(abs(turning), _SLOWEST * abs(whole)), whole)
         return self.mechanics.transmission.cylinder_radius * turning
 
-    def _forces(self, place: Any, jacobian: np.ndarray, wrench: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+    def _forces(self, place: Any, jacobian: np.ndarray, push: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
         """Forces of the wheels on the links, those of the smallest squares. (n,)"""
         mechanics = self.mechanics
         links = jacobian @ acceleration + place.bias[0]
-        load = place.moved.inertia[0] @ acceleration + place.moved.bias[0] - wrench
+        load = place.moved.inertia[0] @ acceleration + place.moved.bias[0] - push
         rubbing = mechanics.guideway_friction * np.clip(place.speed[0] / mechanics.stick_speed, -1.0, 1.0)
         return np.linalg.lstsq(jacobian.T, load, rcond=None)[0] + mechanics.link_mass * links + rubbing
 

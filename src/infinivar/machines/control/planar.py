@@ -257,9 +257,9 @@ class _Steering:
         bias = self.mass * twist[2] * np.array([-twist[1], twist[0], 0.0])
         cosine, sine = math.cos(angle), math.sin(angle)
         x, y = cosine * going.force[0] + sine * going.force[1], cosine * going.force[1] - sine * going.force[0]
-        wrench = np.array([x, y, self.grip.point[0] * y - self.grip.point[1] * x])
-        gained = float(unit @ (wrench - bias - inertia @ changing)) / float(unit @ inertia @ unit)
-        needed = inertia @ (gained * unit + changing) + bias - wrench
+        push = np.array([x, y, self.grip.point[0] * y - self.grip.point[1] * x])
+        gained = float(unit @ (push - bias - inertia @ changing)) / float(unit @ inertia @ unit)
+        needed = inertia @ (gained * unit + changing) + bias - push
         rows = self.cobot.mechanism.jacobian
         moves = rows @ unit
         size = np.maximum(np.hypot(moves[:, 0], moves[:, 1]), 1e-9)

@@ -221,7 +221,7 @@ class Linked(MachineDrive):
     def scenario(
         self, machine: Any, time: np.ndarray, pose: np.ndarray, wrench: np.ndarray, closed: bool
     ) -> MachineScenario:
-        """Motion in closed loops along poses (t, d), under wrenches of a user (t, d); closed: whether half of it settles.
+        """Motion in closed loops along poses (t, d), under wrenches on the load (t, d); closed: whether half of it settles.
 
         Raises
         ------
@@ -275,7 +275,7 @@ def _mass(motor: Any) -> float:
 
 
 def _started(legs: LeggedDrive, machine: Any, motion: VectorHistory, force: np.ndarray) -> np.ndarray:
-    r"""Configuration at the start at which the controllers command the angles that hold a force against creep.
+    r"""Configuration at the start at which the controllers command the angles that exert a wrench in spite of creep.
 
     They command :math:`-R\omega\tan\phi = J(\xi + k\,e)` by the pose error e, so that
     :math:`k\,e = -J^{-1} R\omega\tan\phi - \xi`. Without it the wheels would first have to turn there.

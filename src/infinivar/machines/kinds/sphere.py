@@ -123,10 +123,10 @@ class SphereMechanics(Defaults):
 
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
         """Forces of the rollers, and what resists the rolling of those on fixed axles."""
-        found, applied, losses, turned = self.ivt.moving(
+        found, exerted, losses, turned = self.ivt.moving(
             rates, angles[:, 0], turning[:, 0] if np.ndim(turning) else 0.0, self.stick_speed
         )
-        return Forces(-applied, turned[:, None], *judged(losses, found.slip_demand))
+        return Forces(exerted, turned[:, None], *judged(losses, found.slip_demand))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -339,7 +339,7 @@ class SphereDrive(MachineDrive):
     def scenario(
         self, machine: SphereMachine, time: np.ndarray, pose: np.ndarray, wrench: np.ndarray, closed: bool
     ) -> MachineScenario:
-        """Shaft 2 follows angles (t, 1) under torques of a user (t, 1) by prescribed steering angles: those of steady operation
+        """Shaft 2 follows angles (t, 1) under torques on the load (t, 1) by prescribed steering angles: those of steady operation
         with the inertia of shaft 2; closed: whether half of it settles.
 
         Raises
@@ -349,7 +349,7 @@ class SphereDrive(MachineDrive):
         """
         moves = VectorHistory(time=time, values=pose)
         speed = np.array([moves.rate(float(one))[0] for one in time])
-        torque = machine.output_inertia * np.array([moves.acceleration(float(one))[0] for one in time]) - wrench[:, 0]
+        torque = machine.output_inertia * np.array([moves.acceleration(float(one))[0] for one in time]) + wrench[:, 0]
         angle, point = self.steer(speed, torque)
         if not np.all(np.isfinite(angle)):
             raise ParameterError("a roller of the sphere slips: no steering angle gives the motion")
