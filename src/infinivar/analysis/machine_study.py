@@ -33,7 +33,7 @@ _STEPS = 200
 
 def simulated(
     drive: Any,
-    asked: MachinePath | MachineTask,
+    task: MachinePath | MachineTask,
     *,
     title: str = "",
     progress: Callable[[float], None] | None = None,
@@ -43,7 +43,7 @@ def simulated(
     Parameters
     ----------
     drive : PlatformDrive, ArmDrive or SphereDrive   With the masses that motion requires.
-    asked : MachinePath or MachineTask
+    task : MachinePath or MachineTask
     title : str                         Name for reports.
     progress : callable                 Called with the share done.
 
@@ -59,15 +59,15 @@ def simulated(
     Source: faulring2006, section V, for plants and controllers.
     """
     check_moves(drive)
-    for name in asked.beyond(drive.coordinates) if isinstance(asked, MachinePath) else ():
+    for name in task.beyond(drive.coordinates) if isinstance(task, MachinePath) else ():
         raise ParameterError(f"{name} is no coordinate of the machine, which has {', '.join(drive.coordinates)}")
-    if isinstance(asked, MachinePath):
-        machine = drive.moving(given(asked.load_mass, 0.0), given(asked.load_inertia, 0.0))
-        time, pose, wrench = _along(drive, asked)
+    if isinstance(task, MachinePath):
+        machine = drive.moving(given(task.load_mass, 0.0), given(task.load_inertia, 0.0))
+        time, pose, wrench = _along(drive, task)
     else:
         machine = drive.moving()
-        time, pose, wrench = _through(drive, asked)
-    closed = isinstance(asked, MachineTask) or asked.closed
+        time, pose, wrench = _through(drive, task)
+    closed = isinstance(task, MachineTask) or task.closed
     scenario = drive.scenario(machine, time, pose, wrench, closed)
     return simulate_machine(machine, scenario, title=title, progress=progress)
 

@@ -178,7 +178,7 @@ def _three(name: str, values: Any) -> np.ndarray:
     return found
 
 
-def _told(name: str, values: Any, time: float, count: int, what: str) -> np.ndarray:
+def _returned(name: str, values: Any, time: float, count: int, what: str) -> np.ndarray:
     """What a function of the user returns."""
     found = real_array(name, values)
     require(found.shape == (count,), name, f"shape {found.shape}", f"of shape ({count},), {what}")
@@ -200,16 +200,18 @@ class _Prescribed(System):
         pose, wheels = state[:, :3], len(self.mechanics.steered)
         change = _STEP * self.mechanics.at(pose, state[:, 3:6]).changes
 
-        def told(off: float) -> np.ndarray:
+        def prescribed(off: float) -> np.ndarray:
             rows = zip((time + off * _STEP).tolist(), pose + off * change, strict=True)
             what = "one angle for each wheel"
-            return np.array([_told("steering", self.headings(*row), row[0], wheels, what) for row in rows])
+            return np.array([_returned("steering", self.headings(*row), row[0], wheels, what) for row in rows])
 
-        return told(0.0), (told(1.0) - told(-1.0)) / (2.0 * _STEP)
+        return prescribed(0.0), (prescribed(1.0) - prescribed(-1.0)) / (2.0 * _STEP)
 
     def pushed(self, time: np.ndarray, state: np.ndarray) -> np.ndarray | None:
         """What the user or load exerts at rows: the opposite of the wrench. (m, 3)"""
         if self.exerted is None:
             return None
         rows = zip(time.tolist(), state[:, :3], state[:, 3:6], strict=True)
-        return -np.array([_told("wrench", self.exerted(*row), row[0], 3, "two forces and a moment") for row in rows])
+        return -np.array(
+            [_returned("wrench", self.exerted(*row), row[0], 3, "two forces and a moment") for row in rows]
+        )

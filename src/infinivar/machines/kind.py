@@ -26,7 +26,7 @@ from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError
 from infinivar.machines.bonds import Bonds
 from infinivar.machines.motors import LinkMotors, PowerMotor, SteeringServo
-from infinivar.machines.system import Mechanics, Wanted
+from infinivar.machines.system import Mechanics, SteeringLaw
 from infinivar.motion.histories import VectorHistory
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
@@ -96,7 +96,7 @@ class Machine:
         """Steering angles at which the wheels coast from a motion; those of now if nothing else is known. (s,)"""
         return angles
 
-    def follow(self, mechanics: Any, motion: VectorHistory | None, pose: np.ndarray, duration: float) -> Wanted:
+    def follow(self, mechanics: Any, motion: VectorHistory | None, pose: np.ndarray, duration: float) -> SteeringLaw:
         """Steering angles that follow a motion, or without one hold a pose for a duration.
 
         Raises

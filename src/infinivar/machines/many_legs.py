@@ -14,7 +14,7 @@ from infinivar._core.arrays import real_array
 from infinivar._core.bounds import FINITE, NonZero
 from infinivar._core.fields import brief, check, check_number, component, quantity
 from infinivar._core.result import Result, result
-from infinivar.drivetrain.cobotic import CoboticDrive, turning_inertia
+from infinivar.drivetrain.cobotic import CoboticDrive, TurnedCylinder
 from infinivar.drivetrain.drive import motor_side, needed
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
@@ -77,7 +77,7 @@ class Driven(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LeggedDrive:
+class LeggedDrive(TurnedCylinder):
     """One motor turns the common cylinder of n legs.
 
     Source: faulring2006, section I and section VI.
@@ -123,17 +123,6 @@ class LeggedDrive:
             cylinder_inertia=leg.cylinder_inertia,
             cylinder_bearings=leg.cylinder_bearings,
         )
-
-    @property
-    def turning_inertia(self) -> float:
-        """Inertia of cylinder, gearhead and rotor about the cylinder's axis. [kg m^2]
-
-        Raises
-        ------
-        ParameterError
-            If an inertia that motion requires is missing.
-        """
-        return turning_inertia(self.motor, self.gearhead, self.cylinder_inertia)
 
     def operate(
         self,

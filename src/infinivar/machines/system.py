@@ -36,7 +36,7 @@ from infinivar.motion.histories import VectorHistory
 Angles = Callable[[float], Any]
 """Steering angles by time, where no servo sets them. [s] to (s,) [rad]"""
 
-Wanted = Callable[[float, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+SteeringLaw = Callable[[float, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Steering angles and rates by the time at which they act, configuration, rates and present angles."""
 
 _STEP = 1e-6
@@ -178,7 +178,7 @@ class Inputs:
     steering: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Currents of the servos. (s,) [A]"""
     turning: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    """Rates of steered axes that turn as told. (s,) [rad s^-1]"""
+    """Rates of steered axes that turn as commanded. (s,) [rad s^-1]"""
     links: np.ndarray = field(default_factory=lambda: np.zeros(()))
     """Currents of the motors of links, (n,) or one for all. [A]"""
 
@@ -274,7 +274,7 @@ class System:
     def steering(
         self, time: np.ndarray, state: np.ndarray, turning: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Angles and rates of the steered axes, (m, s) each; `turning` are the rates of those that turn as told. [rad],
+        """Angles and rates of the steered axes, (m, s) each; `turning` are the rates of those that turn as commanded. [rad],
         [rad s^-1]"""
         _, second, third = self.places
         if self.servo is not None:
@@ -304,7 +304,7 @@ class System:
         return None if self.wrench is None else self.user(time)
 
     def rates(self, inputs: Inputs, time: np.ndarray, state: np.ndarray) -> Rates:
-        """Derivatives of states; powers of sources and losses, stored energy and demands when they are asked for."""
+        """Derivatives of states; powers of sources and losses, stored energy and demands on request."""
         first, second, _ = self.places
         c, nu = state[:, :first], state[:, first:second]
         angles, turning = self.steering(time, state, inputs.turning)

@@ -240,7 +240,7 @@ class ContactMap:
     ) -> MechanismPoint:
         """The point of known forces."""
         xp = namespace(rates, applied, forces.x)
-        # What does not move as told, because a heading or the configuration is beyond a limit, has no demand of its own.
+        # What does not move as prescribed, because a heading or the configuration is beyond a limit, has no demand of its own.
         lost = xp.isnan(forces.creep_speed)
         cosine, sine, steering_rate, u = xp.broadcast_arrays(
             *heading, *as_floats(xp, steering_rate), forces.creep_speed

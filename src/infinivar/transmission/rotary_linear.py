@@ -441,7 +441,7 @@ def turning_as(element: RotaryLinearIVT, known: RotaryLinearIVT) -> RotaryLinear
 
 
 def _check_angle(xp: Any, rest: Array, scale: Array, rolls: Array, give: Callable[[], Array]) -> None:
-    """The steering angle found must give the speed asked for; without this a wrong one would hide in the creep loss.
+    """The steering angle found must give the required speed; without this a wrong one would hide in the creep loss.
 
     `give` is the derivative of link speed by force ratio: near slip, an asymptotic law amplifies the rounding of the ratio.
     """

@@ -59,31 +59,31 @@ class Constraint(Protocol):
         ...
 
 
-def nearest_within(wanted: np.ndarray, limits: np.ndarray, least: np.ndarray) -> np.ndarray:
-    """The point nearest to a wanted one with ``limits @ point >= least``; where there is none, the wanted one scaled to zero.
+def nearest_within(demanded: np.ndarray, limits: np.ndarray, least: np.ndarray) -> np.ndarray:
+    """The point nearest to the demanded one with ``limits @ point >= least``; where there is none, zero.
 
     Parameters
     ----------
-    wanted : (d,) float       Coordinates in which distance is Euclidean.
+    demanded : (d,) float       Coordinates in which distance is Euclidean.
     limits : (k, d) float
     least : (k,) float
 
     Source: a quadratic program, solved by the dual active-set method of daqp.
     """
-    if np.all(limits @ wanted >= least):
-        return wanted
+    if np.all(limits @ demanded >= least):
+        return demanded
     import daqp  # imported where limits bind
 
     found, _, flag, _ = daqp.solve(
-        np.eye(len(wanted)),
-        -np.ascontiguousarray(wanted),
+        np.eye(len(demanded)),
+        -np.ascontiguousarray(demanded),
         np.ascontiguousarray(limits),
         np.full(len(least), 1e30),
         np.ascontiguousarray(least),
         np.zeros(len(least), dtype=np.int32),
         primal_tol=_STRICT,
     )
-    return np.asarray(found) if flag > 0 else np.zeros_like(wanted)
+    return np.asarray(found) if flag > 0 else np.zeros_like(demanded)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -167,13 +167,13 @@ class _Admittance:
         grip = held.jacobian[0][:, :-1]
         push = grip.T @ measured.force
         mass, damping = self._virtual(grip)
-        wanted = self.twist + period * np.linalg.solve(mass, push - damping @ self.twist)
+        demanded = self.twist + period * np.linalg.solve(mass, push - damping @ self.twist)
         free = self._free(measured, grip, mass)
         place = mechanics.load.at(c[None], nu[None])
         jacobian = place.jacobian[0]
         back = self.gain * self._apart(c + (0.0 if begins else period) * self._changes(c, nu))
         surface = self._surface(float(measured.rates[-1]))
-        share = nearest_within(free.T @ mass @ wanted, *self._limits(measured, grip, jacobian, free, back, surface))
+        share = nearest_within(free.T @ mass @ demanded, *self._limits(measured, grip, jacobian, free, back, surface))
         acceleration = (free @ share - self.twist) / period
         self.twist = free @ share
         self.pose = self._moved(self.pose, (2.0 if begins else 1.0) * period * self.twist)

@@ -23,7 +23,7 @@ from infinivar.machines.links import RIM, Carried, lacking_of_leg, moved, with_l
 from infinivar.machines.machine import TaskPoint, checked, lacking_of_drive
 from infinivar.machines.many_legs import LeggedDrive
 from infinivar.machines.motors import LinkMotors, PowerMotor, SteeringServo
-from infinivar.machines.system import Wanted
+from infinivar.machines.system import SteeringLaw
 from infinivar.motion.histories import VectorHistory
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.transmission.configuration import Configuration
@@ -55,7 +55,7 @@ class OnCylinder(Machine):
         leg = self.leg
         return motor_of(leg.motor, leg.gearhead, leg.amplifier, -1, stick_speed / leg.transmission.cylinder_radius)
 
-    def follow(self, mechanics: Any, motion: VectorHistory | None, pose: np.ndarray, duration: float) -> Wanted:
+    def follow(self, mechanics: Any, motion: VectorHistory | None, pose: np.ndarray, duration: float) -> SteeringLaw:
         """Angles that move the links."""
         return following_pose(
             mechanics.load,

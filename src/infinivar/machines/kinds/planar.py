@@ -40,7 +40,7 @@ from infinivar.machines.machine import TaskPoint, rows, worst
 from infinivar.machines.motors import SteeringServo
 from infinivar.machines.outline import Wheeled
 from infinivar.machines.rolling import ROLLING_LOSSES, RollingState, creep_ratio, judged, slip_demands
-from infinivar.machines.system import Defaults, Forces, Place, Wanted
+from infinivar.machines.system import Defaults, Forces, Place, SteeringLaw
 from infinivar.machines.wheel import Wheel
 from infinivar.motion.histories import VectorHistory
 from infinivar.motion.vectors import Point
@@ -202,7 +202,7 @@ class PlanarMachine(Machine):
         found = np.asarray(self.cobot.headings(rates))
         return np.where(np.isfinite(found), found, angles)
 
-    def follow(self, mechanics: Any, motion: VectorHistory | None, pose: np.ndarray, duration: float) -> Wanted:
+    def follow(self, mechanics: Any, motion: VectorHistory | None, pose: np.ndarray, duration: float) -> SteeringLaw:
         """Headings along a motion."""
         if motion is None:
             raise ParameterError("motion is missing: steering = 'controlled' follows it")

@@ -380,16 +380,16 @@ class SphereDrive(MachineDrive):
         The angle without creep is corrected by the speed that creep costs, which depends little on the angle: a contraction,
         accelerated by the secant rule. It passes through shaft 2 at rest, where the steering angle is near a quarter turn.
         """
-        wanted, load = np.broadcast_arrays(np.asarray(speed, dtype=float), np.asarray(torque, dtype=float))
-        key = (self.transmission, float(self.input_speed), wanted.shape, wanted.tobytes(), load.tobytes())
+        required, load = np.broadcast_arrays(np.asarray(speed, dtype=float), np.asarray(torque, dtype=float))
+        key = (self.transmission, float(self.input_speed), required.shape, required.tobytes(), load.tobytes())
         known = _steered.get(key)
         if known is None:
-            known = _steered[key] = self._steer(wanted, load)
+            known = _steered[key] = self._steer(required, load)
             while len(_steered) > _KEPT:
                 _steered.pop(next(iter(_steered)), None)
         return known
 
-    def _steer(self, wanted: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, SphericalPoint]:
+    def _steer(self, required: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, SphericalPoint]:
         first, second = self.transmission.ideal_speeds(np.array([0.5 * np.pi, 0.0]))
         lever = float(second[1] / first[0])
 
@@ -401,9 +401,9 @@ class SphereDrive(MachineDrive):
             point = self.transmission.operate(
                 steering_angle=angle_of(ideal), input_speed=self.input_speed, output_torque=load
             )
-            return np.asarray(point.output_speed) - wanted, point
+            return np.asarray(point.output_speed) - required, point
 
-        ideal = wanted.copy()
+        ideal = required.copy()
         error, point = off(ideal)
         before, last = ideal, error
         ideal = ideal - np.where(np.isfinite(error), error, 0.0)
@@ -484,7 +484,7 @@ class SphereDrive(MachineDrive):
         moving = self._in_motion(speed, torque)
         angle, point = self.steer(moving, torque)
         found = self._driven(angle, point, turning)
-        # What the slowest motion delivers beyond the asked one is not drawn either.
+        # What the slowest motion delivers beyond the required one is not drawn either.
         beyond = np.where(moving == speed, 0.0, found.power_out - torque * speed)
         shape = speed.shape
         kinds = self.transmission.kinds
