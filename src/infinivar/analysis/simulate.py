@@ -258,12 +258,12 @@ def _columns(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, run: T
     cobotic = isinstance(drive, CoboticDrive)
     prefix = "cylinder." if cobotic else ""
     voltage, current = run.at(f"{prefix}source")
-    wanted = np.array([scenario.path.at(time).position for time in run.time])
+    prescribed = np.array([scenario.path.at(time).position for time in run.time])
     position, _, force = drive.axis.columns
     columns = {
         "time_s": run.time,
         **_load_columns(run, drive.output, drive.axis),
-        **({f"wanted_{position}": wanted} if scenario.link != "free" else {}),
+        **({f"wanted_{position}": prescribed} if scenario.link != "free" else {}),
         force: run.at("motion" if scenario.link == "imposed" else "force")[0],
         "motor_current_A": current,
         "motor_voltage_V": voltage,
