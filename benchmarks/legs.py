@@ -56,7 +56,7 @@ def run() -> Iterator[Line]:
             x=np.linspace(-0.06, 0.06, 100),
             y=np.linspace(-0.06, 0.06, 100),
             z=home[2] + np.linspace(-0.05, 0.05, 21),
-            wrench=[0.0, 20.0, 20.0, 0.0, 0.0, 0.0],
+            wrench=[0.0, -20.0, -20.0, 0.0, 0.0, 0.0],
             twist=[0.0, 0.1, 0.1, 0.0, 0.0, 0.0],
         )
         return time.perf_counter() - start

@@ -1,6 +1,6 @@
 """Machines of many contacts in motion: how much slower than real time a closed loop simulates, and by which code.
 
-A run is a platform on six legs that follows a circle under a user's wrench, with all controllers at 1 kHz. Its time is that
+A run is a platform on six legs that follows a circle under a wrench, with all controllers at 1 kHz. Its time is that
 of the processor, as the machine may be busy otherwise. The other code is what the engine of bond graphs generates from the graph
 of the platform, in plain floats, at one state and one configuration.
 """
@@ -41,7 +41,7 @@ def platform() -> tuple[iv.PlatformMachine, iv.MachineScenario]:
         return machine.home + np.array([-0.004 * rise, 0.004 * math.sin(angle), 0.0015 * rise, 0.0, 0.0, 0.026 * rise])
 
     motion = iv.VectorHistory.of(pose, _DURATION)
-    return machine, iv.MachineScenario(duration=_DURATION, motion=motion, wrench=[5.0, 0.0, -20.0, 0.0, 0.1, 0.0])
+    return machine, iv.MachineScenario(duration=_DURATION, motion=motion, wrench=[-5.0, 0.0, 20.0, 0.0, -0.1, 0.0])
 
 
 def run() -> Iterator[Line]:

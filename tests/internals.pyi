@@ -178,8 +178,8 @@ from infinivar.machines.control.controller import Plant as GuidedPlant
 from infinivar.machines.control.controller import begun as controllers_begun
 from infinivar.machines.control.impedance import wall_force
 from infinivar.machines.control.legs import nearest_within
+from infinivar.machines.control.planar import contact_turning_limit, creep_offset, wall_overshoot
 from infinivar.machines.control.planar_fixtures import PlanarFixtureGuide, PlanarHoldGuide, locking_headings
-from infinivar.machines.control.planar_laws import contact_turning_limit, creep_offset, wall_overshoot
 from infinivar.machines.control.tasks import SETTLING_LENGTH, controller_of
 from infinivar.machines.course import on_path as course_on_path
 from infinivar.machines.course import through as course_through

@@ -80,7 +80,7 @@ def circles(duration):
 MACHINES = {
     "platform": (
         HEXAPOD,
-        {"duration": 0.04, "motion": circles(0.1), "wrench": [4.0, 0.0, -10.0, 0.0, 0.1, 0.0]},
+        {"duration": 0.04, "motion": circles(0.1), "wrench": [-4.0, 0.0, 10.0, 0.0, -0.1, 0.0]},
     ),
     "arm": (
         ArmMachine(
@@ -93,7 +93,7 @@ MACHINES = {
         {
             "duration": 0.1,
             "motion": VectorHistory.of(lambda t: [0.3 * (1 - math.cos(4 * t)), 0.5 - 0.2 * math.sin(5 * t) ** 2], 0.2),
-            "wrench": [0.5, -0.3],
+            "wrench": [-0.5, 0.3],
         },
     ),
     "serial arm": (
@@ -106,14 +106,14 @@ MACHINES = {
             gearhead=LEG.gearhead,
             steering=replace(LEG.steering, patch_half_length=3e-4),
         ),
-        {"duration": 0.1, "steering": lambda t: [0.4 * math.sin(5 * t), -0.5], "wrench": [0.0, 0.3, -0.2]},
+        {"duration": 0.1, "steering": lambda t: [0.4 * math.sin(5 * t), -0.5], "wrench": [0.0, -0.3, 0.2]},
     ),
     "planar": (
         cart(REAL_WHEEL, steering=replace(LEG.steering, patch_half_length=3e-4)),
         {
             "duration": 0.2,
             "motion": VectorHistory.of(lambda t: [0.4 * t, 0.2 * t * t, t], 0.2),
-            "wrench": [3.0, 0.0, 0.1],
+            "wrench": [-3.0, 0.0, -0.1],
             "rates": [0.4, 0.0, 1.0],
         },
     ),
@@ -124,7 +124,7 @@ MACHINES = {
             input_speed=10.0,
             steering=replace(LEG.steering, patch_half_length=3e-4),
         ),
-        {"duration": 0.1, "steering": lambda t: [0.7 + 0.3 * math.sin(8 * t)], "wrench": [0.0, -0.1]},
+        {"duration": 0.1, "steering": lambda t: [0.7 + 0.3 * math.sin(8 * t)], "wrench": [0.0, 0.1]},
     ),
     "tetrahedral sphere": (
         sphere("tetrahedral"),
@@ -134,7 +134,7 @@ MACHINES = {
             "steering": lambda t: [0.7 + 0.3 * math.sin(8 * t)],
             "servos": False,
             "source": "none",
-            "wrench": [0.2, -0.1],
+            "wrench": [-0.2, 0.1],
         },
     ),
 }

@@ -394,7 +394,7 @@ def draw_legs(app) -> None:
     style.write(wrench_set.draw_all(sets, ["at rest", "rising at 0.3 m/s"]), folder / "wrench_set", ("svg",))
     pose = [0.01, 0.0, platform.home], [0.0, 0.1, 0.0]
     point = machine.operate(
-        platform.at(*pose), wrench=[30.0, -15.0, -60.0, 0.0, 0.0, 0.0], twist=[0.0, 0.1, 0.15, 0.0, 0.0, 0.0]
+        platform.at(*pose), wrench=[-30.0, 15.0, 60.0, 0.0, 0.0, 0.0], twist=[0.0, 0.1, 0.15, 0.0, 0.0, 0.0]
     )
     style.write(drawn.draw_all(platform, machine.legs, point.legs, *pose), folder / "machine", ("svg",))
 

@@ -25,8 +25,7 @@ from .analysis.motion_summary import MotionSummary, inspect_motion
 from .analysis.planar_motion import PlanarMotion, planar_motion
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
 from .analysis.robustness.verdicts import Builds
-from .analysis.sessions.break_even import display_break_even
-from .analysis.sessions.comparison import DisplayComparison, compare_displays
+from .analysis.sessions.comparison import DisplayComparison, compare_displays, display_break_even
 from .analysis.sessions.display_pair import DisplayPair, assumed_variants
 from .analysis.sessions.displays import AdmittanceDisplay, ImpedanceDisplay
 from .analysis.sessions.handle_session import HandleSession

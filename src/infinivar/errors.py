@@ -26,13 +26,13 @@ class AuditError(InfinivarError):
     """Power in, power out and losses do not balance: a bug in the program, never invalid input."""
 
 
-def require(condition: bool, field: str, value: object, wanted: str, unit: str = "") -> None:
-    """Raise ParameterError with "field must be wanted unit, got value" unless `condition` holds.
+def require(condition: bool, field: str, value: object, required: str, unit: str = "") -> None:
+    """Raise ParameterError with "field must be required unit, got value" unless `condition` holds.
 
     A nan fails every comparison, so a condition such as `value > 0` rejects nan as well.
     """
     if not condition:
-        raise ParameterError(f"{field} must be {wanted}{' ' + unit if unit else ''}, got {value}")
+        raise ParameterError(f"{field} must be {required}{' ' + unit if unit else ''}, got {value}")
 
 
 def path_of(value: object, what: str) -> Path:

@@ -57,7 +57,7 @@ class Limit(IntEnum):
     BUCKLING = 19
     """A screw under compression buckles."""
     LIFE = 20
-    """The rolling-contact life of a screw is shorter than wanted."""
+    """The rolling-contact life of a screw is shorter than required."""
     TEMPERATURE = 21
     """The winding becomes hotter than permissible. Counts rises above ambient; only over a motion, never at a point."""
     GEAR_PEAK = 22

@@ -49,6 +49,9 @@ _NEAR_ONE = 1e-6
 ZERO_CELSIUS = 273.15
 """[K]"""
 
+STANDARD_GRAVITY = 9.80665
+"""[m s^-2]"""
+
 EXAMPLES = {
     "N": "50 N",
     "m": "10 mm",
@@ -279,7 +282,7 @@ def standard_unit(unit: str) -> str:
 
 
 def measures(unit: str, si_unit: str) -> bool:
-    """Whether a unit measures the same quantity as an SI unit; common units are told apart without loading a library."""
+    """Whether a unit measures the same quantity as an SI unit; common units are distinguished without loading a library."""
     source, target = _common(unit), _common(si_unit)
     if source is not None and target is not None and source[1] != target[1]:
         return False

@@ -68,7 +68,7 @@ def test_parallel_arm_is_balanced_at_its_end_point():
     point = legs.operate(arm.parallel(pulley), cylinder_speed=14.0, wrench=arm.joint_torques(angles, push), twist=rates)
     assert point.limit == Limit.OK
     end = arm.jacobian(angles) @ rates
-    assert 14.0 * point.torque + push @ end == pytest.approx(sum(point.losses.values()), rel=1e-12)
+    assert 14.0 * point.torque - push @ end == pytest.approx(sum(point.losses.values()), rel=1e-12)
     ideal = iv.RotaryLinearIVT(
         **MEASURED | {"creep_stiffness": 1e12}, rolling_torque=0.0, bearing_torque=0.0, cylinder_radius=0.05
     )
@@ -92,15 +92,15 @@ def test_serial_arm_turns_its_joints_by_the_steering_angles(joints, seed):
     sliding = machine.operate(rates=rates * np.append(np.ones(joints - 1), 1.5), heading=heading)
     assert sliding.limit == Limit.SLIP
     angles, push = random.uniform(-2, 2, joints), random.normal(size=3)
-    # The wrench of the user at the end point, held by a motor at the first joint.
+    # The wrench on the load at the end point, exerted by a motor at the first joint.
     torque = arm.joint_torques(angles, push)
     scale = 1e-1 / np.max(np.abs(torque))
     applied = {f"q{place + 1}": scale * torque[place] for place in range(1, joints)}
     point = machine.solve(heading=heading, rates={"q1": first}, applied=applied)
     assert point.limit == Limit.OK
-    motor = point.applied[0] - scale * torque[0]
+    motor = scale * torque[0] - point.applied[0]
     end = arm.jacobian(angles) @ point.rates
-    assert motor * point.rates[0] + scale * push @ end == pytest.approx(sum(point.losses.values()), rel=1e-9, abs=1e-12)
+    assert motor * point.rates[0] - scale * push @ end == pytest.approx(sum(point.losses.values()), rel=1e-9, abs=1e-12)
 
 
 @pytest.mark.slow
@@ -114,7 +114,7 @@ def test_power_closure_of_arms_at_many_points(law, ways):
     chain = arm.serial(wheel, [0.05, 0.03])
     cosine, sine = chain.steer(rates=rates)
     point = chain.operate(rates=rates, heading=np.arctan2(sine, cosine) + 0.015 * random.normal(size=cosine.shape))
-    off = np.abs(point.power.sum(axis=-1) - sum(point.losses.values()))
+    off = np.abs(point.power.sum(axis=-1) + sum(point.losses.values()))
     assert np.max(off / np.abs(point.power).sum(axis=-1)) < 1e-9
     assert 0.02 < np.mean(point.limit == Limit.OK) < 0.98
     assert all(np.all(loss >= 0.0) for loss in point.wheel_losses.values())
@@ -125,7 +125,7 @@ def test_power_closure_of_arms_at_many_points(law, ways):
     holds = shaft.limit == Limit.OK
     assert 0.3 < np.mean(holds) <= 1.0
     end = np.matmul(arm.jacobian(angles), rates[..., None])[..., 0]
-    left = shaft.power_in + np.sum(push * end, axis=-1) - sum(shaft.losses.values())
+    left = shaft.power_in - np.sum(push * end, axis=-1) - sum(shaft.losses.values())
     size = np.maximum(np.abs(shaft.power_in), np.abs(np.sum(push * end, axis=-1)))
     assert np.max(np.abs(left[holds]) / size[holds]) < 1e-9
 
@@ -214,7 +214,7 @@ def test_motor_limits_cut_the_zonotope():
     assert set(beyond.limit) == {Limit.THERMAL}
     corners = cut.vertices()
     assert np.all(cut.contains(corners, 1e-7))
-    power = -corners @ rising
+    power = corners @ rising
     driving, braking = MACHINE.continuous_power(14.0), MACHINE.continuous_power(14.0, braking=True)
     assert np.max(power) == pytest.approx(driving - _idle(rising), rel=1e-6)
     assert -np.min(power) == pytest.approx(braking + _idle(rising), rel=1e-6)

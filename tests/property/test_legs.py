@@ -41,7 +41,7 @@ def off_balance(point):
     """Residual of the balance of powers, over the powers that pass the contacts."""
     passed = np.abs(point.leg_torque * np.asarray(point.cylinder_speed)[..., None]).sum(axis=-1)
     passed = passed + np.abs(point.link_force * point.link_speed).sum(axis=-1)
-    given = point.cylinder_speed * point.torque + np.sum(point.wrench * point.twist, axis=-1)
+    given = point.cylinder_speed * point.torque - np.sum(point.wrench * point.twist, axis=-1)
     return np.abs(given - sum(point.losses.values())) / passed
 
 
@@ -49,7 +49,7 @@ def random_points(random, count, links, freedoms, slip=60.0):
     """Machines, motions and loads from light to beyond slip."""
     jacobian = random.normal(size=(count, links, freedoms))
     force = random.uniform(-1.2, 1.2, (count, links)) * slip * random.uniform(0, 1, (count, 1)) ** 2
-    wrench = -np.matmul(np.swapaxes(jacobian, -1, -2), force[..., None])[..., 0]
+    wrench = np.matmul(np.swapaxes(jacobian, -1, -2), force[..., None])[..., 0]
     return Configuration(jacobian=jacobian), wrench, random.normal(0, 0.2, (count, freedoms))
 
 
@@ -65,7 +65,7 @@ def test_legs_are_passive_and_balanced(law, freedoms, more, sign, seed):
         assert np.all(loss[holds] >= -1e-12)
     assert_allclose(np.sum(point.loss_of_legs, axis=-1)[holds], sum(point.losses.values())[holds], rtol=1e-12)
     balance = np.matmul(np.swapaxes(found.jacobian, -1, -2), point.link_force[..., None])[..., 0]
-    assert_allclose(balance, -wrench, rtol=0, atol=1e-8 * (1 + np.abs(wrench).max()))
+    assert_allclose(balance, wrench, rtol=0, atol=1e-8 * (1 + np.abs(wrench).max()))
 
 
 @pytest.mark.slow
@@ -95,7 +95,7 @@ def test_one_leg_is_the_wheel_on_a_cylinder(law, seed):
     known = wheel(law).deliver(cylinder_speed=omega, link_speed=speed, link_force=force)
     one = Configuration(jacobian=[[1.0]])
     point = Legs(transmission=wheel(law), count=1).operate(
-        one, cylinder_speed=omega, wrench=-force[:, None], twist=speed[:, None]
+        one, cylinder_speed=omega, wrench=force[:, None], twist=speed[:, None]
     )
     assert_array_equal(point.torque, known.torque)
     assert_array_equal(point.steering_tangent[:, 0], known.steering_tangent)
@@ -104,7 +104,7 @@ def test_one_leg_is_the_wheel_on_a_cylinder(law, seed):
     for name, loss in known.losses.items():
         assert_array_equal(point.losses[name], loss)
     locked = wheel(law).operate(cylinder_speed=omega, steering_angle=0.0, link_force=force)
-    found = Legs(transmission=wheel(law), count=1).operate(one, cylinder_speed=omega, wrench=-force[:, None])
+    found = Legs(transmission=wheel(law), count=1).operate(one, cylinder_speed=omega, wrench=force[:, None])
     assert_array_equal(found.twist[:, 0], locked.link_speed)
 
 
@@ -123,7 +123,7 @@ def test_legs_are_a_machine_of_contacts(law, more, seed):
     assert np.any(holds)
     # A link force follows from the slip angle, whose rounding the creep stiffness of 50 kN amplifies.
     assert_allclose(same.applied[holds, :3], wrench[holds], rtol=0, atol=1e-6)
-    assert_allclose(same.applied[holds, 3], point.torque[holds], rtol=0, atol=1e-7)
+    assert_allclose(same.applied[holds, 3], -point.torque[holds], rtol=0, atol=1e-7)
     for name, loss in same.losses.items():
         assert_allclose(loss[holds], point.losses[name][holds], rtol=1e-6, atol=1e-9)
 
@@ -138,14 +138,14 @@ def test_headings_of_the_machine_of_contacts_are_the_steering_angles():
     rates = np.append(twist, 14.0)
     cosine, sine = machine.steer(rates=rates, applied={f"xi{place + 1}": one for place, one in enumerate(wrench)})
     assert_allclose(cosine / sine, point.steering_tangent, rtol=0, atol=1e-9)
-    assert_allclose(machine.operate(rates=rates, heading=(cosine, sine)).applied[6], point.torque, rtol=1e-9)
+    assert_allclose(machine.operate(rates=rates, heading=(cosine, sine)).applied[6], -point.torque, rtol=1e-9)
 
 
 def test_each_leg_may_have_its_own_preload():
     preload = np.array([300.0, 200.0, 400.0])
     found, force, speed = Configuration(jacobian=np.eye(3)), np.array([20.0, -10.0, 30.0]), np.array([0.1, -0.2, 0.3])
     point = Legs(transmission=wheel(preload=preload), count=3).operate(
-        found, cylinder_speed=10.0, wrench=-force, twist=speed
+        found, cylinder_speed=10.0, wrench=force, twist=speed
     )
     each = [
         wheel(preload=one).deliver(cylinder_speed=10.0, link_speed=v, link_force=f)
@@ -219,7 +219,7 @@ def test_poses_out_of_reach_and_singular_poses_are_data():
 
 
 def test_creep_drift_of_a_locked_platform():
-    """``xi = (R omega/C) (J^T J)^-1 W``, along the wrench; exact for the linear law."""
+    """``xi = -(R omega/C) (J^T J)^-1 W``, against the wrench; exact for the linear law."""
     platform, random = Platform.hexapod(), np.random.default_rng(2)
     found = platform.at(np.array([0, 0, platform.home]) + random.uniform(-0.02, 0.02, (40, 3)))
     wrench = random.normal(size=(40, 6)) * [10, 10, 10, 0.3, 0.3, 0.3]
@@ -231,7 +231,7 @@ def test_creep_drift_of_a_locked_platform():
             found.jacobian, wrench, HARD.cylinder_radius * omega, HARD.groups(omega).creep_stiffness
         )
         assert_allclose(point.twist, drift, rtol=1e-9)
-        assert np.all(np.sum(point.twist * wrench, axis=-1) > 0)
+        assert np.all(np.sum(point.twist * wrench, axis=-1) < 0)
         assert np.all(off_balance(point) < 1e-12)
 
 
@@ -248,7 +248,7 @@ def test_locked_machine_with_the_cylinder_at_rest_holds_until_a_wheel_slips():
 def test_guideway_holds_a_small_load_of_a_locked_link():
     legs = Legs(transmission=wheel(), count=1, guideway=iv.Guideway(friction=2.0))
     free, stuck = (
-        legs.operate(Configuration(jacobian=[[1.0]]), cylinder_speed=10.0, wrench=[load]) for load in (5.0, 1.9)
+        legs.operate(Configuration(jacobian=[[1.0]]), cylinder_speed=10.0, wrench=[-load]) for load in (5.0, 1.9)
     )
     assert stuck.twist[0] == 0.0
     assert free.twist[0] == pytest.approx(0.05 * 10.0 * 3.0 / 9000.0)
@@ -266,7 +266,7 @@ def test_creep_loss_is_least_at_sqrt_2():
     speed, force = 0.31, 17.0
 
     def loss(surface):
-        point = legs.operate(one, cylinder_speed=surface / 0.05, wrench=[-force], twist=[speed])
+        point = legs.operate(one, cylinder_speed=surface / 0.05, wrench=[force], twist=[speed])
         return float(sum(point.losses.values()))
 
     for surface in (0.2, 0.5, 2.0):
@@ -274,7 +274,7 @@ def test_creep_loss_is_least_at_sqrt_2():
     found = minimize_scalar(loss, bounds=(0.1, 2.0), method="bounded", options={"xatol": 1e-10})
     assert found.x == pytest.approx(formulas.least_creep_speed(speed), rel=1e-5)
     assert found.fun / (force * speed) == pytest.approx(1.5 * math.sqrt(3.0) * force / 9e7, rel=1e-5)
-    angle = legs.operate(one, cylinder_speed=found.x / 0.05, wrench=[-force], twist=[speed]).steering_tangent
+    angle = legs.operate(one, cylinder_speed=found.x / 0.05, wrench=[force], twist=[speed]).steering_tangent
     assert math.degrees(math.atan(abs(angle[0]))) == pytest.approx(35.26, abs=0.01)
 
 
@@ -283,7 +283,7 @@ def test_rolling_and_creep_loss_of_a_leg():
     stiff, one = wheel(creep_stiffness=1e6, rolling_torque=4e-5, bearing_torque=2e-5), Configuration(jacobian=[[1.0]])
     for speed, surface, force in ((0.3, 0.4, 20.0), (0.1, 0.9, -35.0), (0.5, 0.5, 10.0)):
         point = Legs(transmission=stiff, count=1).operate(
-            one, cylinder_speed=surface / 0.05, wrench=[-force], twist=[speed]
+            one, cylinder_speed=surface / 0.05, wrench=[force], twist=[speed]
         )
         assert point.losses["rolling"] + point.losses["bearing"] == pytest.approx(
             6e-5 / 0.01 * math.hypot(surface, speed), rel=1e-4
@@ -297,7 +297,7 @@ def test_slowest_cylinder_before_slip(share, speed):
     legs, one = Legs(transmission=stiff, count=1), Configuration(jacobian=[[1.0]])
     surface = formulas.least_surface_speed(speed, share * 60.0, 60.0)
     for factor, limit in ((1.001, Limit.OK), (0.999, Limit.SLIP)):
-        point = legs.operate(one, cylinder_speed=factor * surface / 0.05, wrench=[-share * 60.0], twist=[speed])
+        point = legs.operate(one, cylinder_speed=factor * surface / 0.05, wrench=[share * 60.0], twist=[speed])
         assert point.limit == limit
     assert legs.force_limits([speed], surface / 0.05) == pytest.approx(share * 60.0, rel=1e-9)
     assert formulas.least_surface_speed(speed, 60.0, 60.0) == np.inf

@@ -44,7 +44,7 @@ def random_machine(random, contacts, coordinates, spin):
 
 def off_balance(point):
     """Residual of the balance of powers over the largest powers that pass the contacts."""
-    given = point.power.sum(axis=-1) + point.steering_power.sum(axis=-1)
+    given = point.steering_power.sum(axis=-1) - point.power.sum(axis=-1)
     return np.abs(given - sum(point.losses.values())) / np.abs(point.power).sum(axis=-1)
 
 
@@ -102,7 +102,7 @@ def test_any_machine_is_passive_and_balanced(law, wheels, coordinates, seed):
     assert_passive(point)
     assert np.all(np.abs(point.lateral_force) <= [one.slip_force * (1 + 1e-12) for one in contacts])
     assert {Limit.OK, Limit.SLIP} >= set(np.unique(point.limit))
-    both = point.power_in - point.power_out
+    both = point.power_out - point.power_in
     assert_allclose(both, point.power.sum(axis=-1), rtol=0, atol=1e-12 * np.abs(point.power).sum(axis=-1).max())
 
 
@@ -162,8 +162,8 @@ def test_wheel_on_a_cylinder_at_prescribed_speed(element, seed):
     known = element.operate(cylinder_speed=speed, steering_angle=angle, link_speed=link)
     point = element.mechanism.operate(rates={"link": link, "cylinder": speed}, heading=as_heading(angle))
     force, torque = element.slip_force, element.slip_force * element.cylinder_radius
-    assert_allclose(point.applied[:, 0], -known.link_force, rtol=0, atol=1e-13 * force)
-    assert_allclose(point.applied[:, 1], known.torque, rtol=0, atol=1e-13 * torque)
+    assert_allclose(point.applied[:, 0], known.link_force, rtol=0, atol=1e-13 * force)
+    assert_allclose(point.applied[:, 1], -known.torque, rtol=0, atol=1e-13 * torque)
     assert_array_equal(point.limit, known.limit)
     for name, loss in known.losses.items():
         assert_allclose(point.losses[name], loss, rtol=1e-12, atol=1e-300)
@@ -174,7 +174,7 @@ def test_wheel_on_a_cylinder_at_prescribed_force(element, seed):
     speed, angle, force = states(element, seed, largest_angle=1.4)
     known = element.operate(cylinder_speed=speed, steering_angle=angle, link_force=force)
     machine = element.mechanism
-    point = machine.solve(heading=as_heading(angle), rates={"cylinder": speed}, applied={"link": -force})
+    point = machine.solve(heading=as_heading(angle), rates={"cylinder": speed}, applied={"link": force})
     found, ok = ~np.isnan(point.rates[:, 0]), known.limit == Limit.OK
     assert np.mean(found[ok]) > 0.99  # within a thousandth of slip the iteration may not end
     assert np.all(point.limit[~found] == Limit.SLIP)
@@ -182,7 +182,7 @@ def test_wheel_on_a_cylinder_at_prescribed_force(element, seed):
     both = found & ok
     # A prescribed force is met to 1e-9 of slip; the creep that it needs is 1/K of the rolling speed, more near slip.
     assert_allclose((point.rates[:, 0] / scale)[both], (known.link_speed / scale)[both], rtol=0, atol=1e-8)
-    assert_allclose(point.applied[both, 1], known.torque[both], rtol=0, atol=2e-8 * machine.reference_force)
+    assert_allclose(point.applied[both, 1], -known.torque[both], rtol=0, atol=2e-8 * machine.reference_force)
     assert off_balance(point)[both].max() < 1e-9
 
 
@@ -191,7 +191,7 @@ def test_headings_of_the_wheel_on_a_cylinder(element, seed):
     speed, angle, force = states(element, seed, largest_angle=1.2)
     link = element.operate(cylinder_speed=speed, steering_angle=angle, link_force=force).link_speed
     known = element.steer(cylinder_speed=speed, link_speed=link, link_force=force)
-    found = element.mechanism.steer(rates={"link": link, "cylinder": speed}, applied={"link": -force})
+    found = element.mechanism.steer(rates={"link": link, "cylinder": speed}, applied={"link": force})
     again = np.arctan(found[0] / found[1])[:, 0]
     assert_allclose(again[~np.isnan(again)], known[~np.isnan(again)], rtol=0, atol=1e-8)
     assert np.mean(np.isnan(again) != np.isnan(known)) < 0.01  # at slip itself
@@ -206,7 +206,7 @@ def test_wheel_with_geometry_is_the_same_machine(law):
     speed, angle, force = states(element, 3, largest_angle=1.4)
     force = 0.6 * force
     known = element.operate(cylinder_speed=speed, steering_angle=angle, link_force=force)
-    point = element.mechanism.solve(heading=as_heading(angle), rates={"cylinder": speed}, applied={"link": -force})
+    point = element.mechanism.solve(heading=as_heading(angle), rates={"cylinder": speed}, applied={"link": force})
     assert_array_equal(point.limit, known.limit)
     ok = known.limit == Limit.OK
     assert ok.mean() > 0.9

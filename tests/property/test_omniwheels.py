@@ -48,7 +48,7 @@ def test_powers_balance_in_all_quadrants(seed):
     wheels = _drawn(rng)
     angle, twist, wrench = rng.uniform(-4.0, 4.0, _POINTS), rng.normal(size=(_POINTS, 3)), rng.normal(size=(_POINTS, 3))
     here = wheels.at(angle)
-    delivered = np.sum(here.link_forces(-wrench) * here.link_speeds(twist), axis=-1)
+    delivered = np.sum(here.link_forces(wrench) * here.link_speeds(twist), axis=-1)
     wanted = np.sum(wrench * twist, axis=-1)
     assert {(a, b) for a in (-1, 1) for b in (-1, 1)} == set(
         map(tuple, np.sign(wrench[:, :2] * twist[:, :2]).astype(int))

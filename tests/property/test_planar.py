@@ -52,8 +52,8 @@ def test_a_carriage_is_the_cylinder_unrolled(law, radius, seed):
     known = element.operate(cylinder_speed=surface / radius, steering_angle=angle, link_speed=link)
     heading = np.sin(angle)[:, None], np.cos(angle)[:, None]
     point = PlanarCarriage(contact=contact).mechanism.operate(rates={"x": link, "y": -surface}, heading=heading)
-    assert_allclose(point.applied[:, 0], -known.link_force, rtol=0, atol=1e-10)
-    assert_allclose(-point.applied[:, 1] * radius, known.torque, rtol=1e-9, atol=1e-10 * radius)
+    assert_allclose(point.applied[:, 0], known.link_force, rtol=0, atol=1e-10)
+    assert_allclose(point.applied[:, 1] * radius, known.torque, rtol=1e-9, atol=1e-10 * radius)
     assert_array_equal(point.limit, known.limit)
     for name, loss in known.losses.items():
         assert_allclose(point.losses[name], loss, rtol=1e-9, atol=1e-12)
@@ -68,7 +68,7 @@ def test_a_side_load_makes_the_path_drift_whatever_the_speed(law, share, angle):
     rotated = iv.Mechanism(
         contacts=contact, jacobian=[[[cosine, -sine], [sine, cosine]]], coordinates=("along", "across")
     )
-    point = rotated.solve(heading=[angle], rates={"along": speeds}, applied={"across": force})
+    point = rotated.solve(heading=[angle], rates={"along": speeds}, applied={"across": -force})
     path = np.arctan2(point.rates[:, 1], point.rates[:, 0])
     creepage = contact.creepage(force)
     assert_allclose(path, np.arctan(creepage), rtol=1e-7, atol=1e-12)
@@ -148,7 +148,7 @@ def test_toe_in_costs_what_its_internal_force_loses(law, toe):
     scaled = 150.0 * math.tan(toe)
     lateral = 40.0 * float(creep.law(law).force(scaled))
     expected = 2.0 * (lateral * math.sin(toe) + 0.5 * math.cos(toe))
-    assert_allclose(point.applied, [expected, 0.0, 0.0], rtol=1e-12, atol=1e-12)
+    assert_allclose(point.applied, [-expected, 0.0, 0.0], rtol=1e-12, atol=1e-12)
     assert_allclose(point.losses["creep"], 2.0 * lateral * math.sin(toe) * 0.4, rtol=1e-12)
     assert (point.limit == Limit.SLIP) == (point.slip_demand.max() > 1.0)
     if toe < 1e-3:  # C toe^2 per wheel and distance
@@ -165,7 +165,7 @@ def _least_creep(toe):
 @examples(12)
 @given(st.sampled_from(LAWS), seeds)
 def test_the_user_supplies_the_losses(law, seed):
-    """W . xi = loss under a steady wrench, found by forces; the same point by rates: users and motors differ in nothing."""
+    """W . xi = -loss under a steady wrench, found by forces; the same point by rates: users and motors differ in nothing."""
     random = np.random.default_rng(seed)
     cobot = body(wheel(law), ((0.3, 0.0), (-0.2, 0.25), (-0.2, -0.25), (0.1, 0.3)))
     heading = cobot.headings(twists(random, 60)) + 1e-3 * random.normal(size=(60, 4))
@@ -175,7 +175,7 @@ def test_the_user_supplies_the_losses(law, seed):
     )
     found = ~np.isnan(point.rates[:, 0])
     assert found.mean() > 0.8  # the others cannot move along x with such headings
-    supplied = np.sum(point.applied * point.rates, axis=-1)
+    supplied = -np.sum(point.applied * point.rates, axis=-1)
     assert_allclose(supplied[found], sum(point.losses.values())[found], rtol=1e-9, atol=1e-9)
     again = cobot.mechanism.operate(rates=point.rates[found], heading=heading[found])
     assert_allclose(again.applied, point.applied[found], rtol=1e-12, atol=1e-12)
@@ -184,7 +184,7 @@ def test_the_user_supplies_the_losses(law, seed):
 def test_a_load_at_the_centre_of_parallel_wheels_makes_the_body_drift():
     contact = wheel()
     cobot = body(contact, ((0.3, 0.1), (-0.15, 0.1), (-0.15, -0.2)))
-    point = cobot.mechanism.solve(heading=np.zeros(3), rates={"x": 0.5}, applied={"y": 30.0, "angle": 0.0})
+    point = cobot.mechanism.solve(heading=np.zeros(3), rates={"x": 0.5}, applied={"y": -30.0, "angle": 0.0})
     assert_allclose(np.arctan2(point.rates[1], point.rates[0]), drift(contact, 10.0), rtol=1e-8)
     assert_allclose(point.rates[2], 0.0, atol=1e-9)
     assert_allclose(point.lateral_force, 10.0, rtol=1e-8)
@@ -226,11 +226,11 @@ def test_wheels_with_geometry_feel_the_spin_of_the_body():
     cobot = body(contact, ((0.0, 0.0),))
     point = cobot.mechanism.operate(rates=[0.0, 0.0, 2.0], heading=[0.3])
     _, moment = turning.on_the_spot(contact, 0.0)
-    assert_allclose(point.applied, [0.0, 0.0, moment], rtol=1e-9, atol=1e-9)
+    assert_allclose(point.applied, [0.0, 0.0, -moment], rtol=1e-9, atol=1e-9)
     assert_allclose(point.losses["spin"], 2.0 * moment, rtol=1e-9)
     straight = cobot.mechanism.operate(rates=[0.5, 0.0, 0.0], heading=[0.0], steering_rate=[1.0])
     assert straight.steering_power > 0.0
-    given_ = straight.power.sum() + straight.steering_power.sum()
+    given_ = straight.steering_power.sum() - straight.power.sum()
     assert_allclose(given_, sum(straight.losses.values()), rtol=1e-12)
 
 
@@ -318,7 +318,7 @@ def test_power_closure_at_many_points(law, quadrant):
         cosine, sine = machine.steer(rates=rates)
         off = 0.015 * random.normal(size=cosine.shape)
         point = machine.operate(rates=rates, heading=np.arctan2(sine, cosine) + off)
-        left = np.abs(point.power.sum(axis=-1) - sum(point.losses.values()))
+        left = np.abs(point.power.sum(axis=-1) + sum(point.losses.values()))
         assert np.max(left / np.abs(point.power).sum(axis=-1)) < 1e-9
         assert 0.05 < np.mean(point.limit == Limit.OK) < 0.95
 
@@ -333,7 +333,7 @@ def test_power_closure_with_spin_at_many_points():
     turning = random.normal(size=cosine.shape)
     heading = np.arctan2(sine, cosine) + off
     point = cobot.mechanism.operate(rates=rates, heading=heading, steering_rate=turning)
-    left = np.abs(point.power.sum(axis=-1) + point.steering_power.sum(axis=-1) - sum(point.losses.values()))
+    left = np.abs(point.steering_power.sum(axis=-1) - point.power.sum(axis=-1) - sum(point.losses.values()))
     assert np.max(left / (np.abs(point.power).sum(axis=-1) + np.abs(point.steering_power).sum(axis=-1))) < 1e-9
     assert all(np.all(loss >= -1e-9) for loss in point.losses.values())
 
@@ -408,7 +408,7 @@ def test_a_pushed_cobot_balances_work_and_losses():
         twist=START,
         steering=turning_way(cobot),
         duration=1.0,
-        wrench=lambda time, pose, twist: np.array([5.0, 160.0 * time, 0.0]),
+        wrench=lambda time, pose, twist: -np.array([5.0, 160.0 * time, 0.0]),
     )
     assert run.residual < 1e-6
     assert len(run.slips) >= 1

@@ -34,7 +34,7 @@ def body(contacts=None, positions=POINTS):
 
 def off_balance(point):
     scale = np.abs(point.power).sum(axis=-1)
-    return np.abs(point.power.sum(axis=-1) - sum(point.losses.values())) / scale
+    return np.abs(point.power.sum(axis=-1) + sum(point.losses.values())) / scale
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -51,8 +51,8 @@ def test_longitudinal_creep_of_a_driven_cart(law, way, share):
     speed = way * 0.5 / (1.0 + way * along)
     assert point.limit == Limit.OK
     assert_allclose(RADIUS * point.rates[3:], speed, rtol=1e-9)
-    assert_allclose(point.applied[:3], [-3.0 * traction, 0.0, 0.0], rtol=1e-7, atol=1e-9)
-    assert_allclose(point.applied[3:], torque, rtol=1e-9)
+    assert_allclose(point.applied[:3], [3.0 * traction, 0.0, 0.0], rtol=1e-7, atol=1e-9)
+    assert_allclose(point.applied[3:], -torque, rtol=1e-9)
     assert_allclose(point.losses["creep"], 3.0 * traction * -along * abs(speed), rtol=1e-6)
     assert_allclose(point.losses["rolling"], 3.0 * 0.6 * RESISTANCE * abs(speed), rtol=1e-9)
 
@@ -75,7 +75,7 @@ def test_side_load_on_a_driven_wheel(law):
     twist = [speed * (1.0 + along), speed * across, 0.0]
     point = body(wheel(law), [(0.0, 0.0)]).drive(twist=twist, heading=[0.0], torque=RADIUS * (traction + RESISTANCE))
     assert_allclose(RADIUS * point.rates[3], speed, rtol=1e-9)
-    assert_allclose(point.applied[:2], [-traction, side], rtol=1e-6)
+    assert_allclose(point.applied[:2], [traction, -side], rtol=1e-6)
 
 
 def test_stiffness_along_the_heading_is_c11():
@@ -129,7 +129,7 @@ def _closes(random, count, law):
     known = np.isfinite(point.rates).all(axis=-1)
     assert np.all(np.asarray(point.limit)[~known] == Limit.SLIP)
     assert all(np.all(loss[rolls] >= -1e-12) for loss in point.losses.values())
-    assert_allclose(point.applied[rolls][:, 3:], torque[rolls], rtol=0, atol=1e-8 * slip)
+    assert_allclose(point.applied[rolls][:, 3:], -torque[rolls], rtol=0, atol=1e-8 * slip)
     signs = {(a, b) for a, b in np.sign(np.stack([point.rates[rolls][:, 3], torque[rolls][:, 0]], -1)).astype(int)}
     assert signs == {(1, 1), (1, -1), (-1, 1), (-1, -1)}
 

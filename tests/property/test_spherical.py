@@ -222,7 +222,7 @@ def test_power_closure_at_many_points(layout, law):
     heading = ivt.headings(angle)
     point = ivt.mechanism(angle).operate(rates=rates, heading=heading)
     scale = np.abs(point.power).sum(axis=-1)
-    assert np.max(np.abs(point.power.sum(axis=-1) - sum(point.losses.values())) / scale) < 1e-9
+    assert np.max(np.abs(point.power.sum(axis=-1) + sum(point.losses.values())) / scale) < 1e-9
     total = sum(point.wheel_losses.values())
     assert np.all(total >= -1e-12 * scale[:, None])
     assert 0.02 < np.mean(point.limit == Limit.SLIP) < 0.98

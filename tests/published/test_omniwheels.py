@@ -47,6 +47,6 @@ def test_four_mecanum_wheels_have_the_usual_matrix():
 def test_three_wheels_at_120_degrees_share_a_force_by_two_thirds():
     """The rims of a regular ring push with 2/n of a force times its component: sum of squares, closed form."""
     ring = ring_of_omniwheels(3, 0.2)
-    forces = ring.at(np.array(0.0)).link_forces([-9.0, 0.0, 0.0])
+    forces = ring.at(np.array(0.0)).link_forces([9.0, 0.0, 0.0])
     places = 2 * np.pi * np.arange(3) / 3 + np.pi / 2
     np.testing.assert_allclose(forces, 2 / 3 * 9.0 * np.cos(places), atol=1e-14)

@@ -285,7 +285,7 @@ def test_machine_of_one_leg_is_the_drive(kind):
     speed, force = np.meshgrid([-0.3, 0.0, 0.4], [-150.0, 0.0, 120.0])
     known = leg.operate(speed=speed, force=force)
     point = iv.LeggedDrive.of(leg, 1).operate(
-        iv.Configuration(jacobian=[[1.0]]), wrench=-force[..., None], twist=speed[..., None]
+        iv.Configuration(jacobian=[[1.0]]), wrench=force[..., None], twist=speed[..., None]
     )
     for name in ("cylinder bearings", *(["backing rollers"] if kind == "backing rollers" else [])):
         assert_allclose(point.losses[name], known.losses[name], rtol=1e-12)

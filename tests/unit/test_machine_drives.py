@@ -87,9 +87,7 @@ def test_platform_with_legs_is_the_legged_drive():
     drive = PLATFORMS["legs"]
     pose, twist, wrench = [0.01, 0.0, 0.13, 0.05, 0.0, 0.1], [0, 0.1, 0.1, 0, 0, 0.2], [0, 20.0, 20, 0, 0.1, 0]
     mine = drive.perform(pose=pose, twist=twist, wrench=wrench)
-    other = iv.LeggedDrive.of(LEG, 6).operate(
-        drive.platform.at(pose[:3], pose[3:]), wrench=-np.array(wrench), twist=twist
-    )
+    other = iv.LeggedDrive.of(LEG, 6).operate(drive.platform.at(pose[:3], pose[3:]), wrench=wrench, twist=twist)
     assert mine.power_in == other.power_in
     assert mine.margin == pytest.approx(other.margin)
     assert np.array_equal(mine.part_losses, other.legs.loss_of_legs)
@@ -146,7 +144,7 @@ def test_source_of_a_cart_pushes_along_the_motion_only():
     drive, rng = CARTS["three"], np.random.default_rng(3)
     twist, wrench = rng.uniform(-1, 1, (300, 3)), 10.0 * rng.uniform(-1, 1, (300, 3))
     point = drive.operated(twist, wrench)
-    source = np.asarray(point.applied) + wrench
+    source = wrench - np.asarray(point.applied)
     scale = drive.metric()
     along = twist * scale**2  # the wrench that works on this motion alone
     along = along / np.linalg.norm(along / scale, axis=-1, keepdims=True)

@@ -76,7 +76,7 @@ def test_drawn_machine():
     assert_allclose(length, PLATFORM.rod_length, rtol=1e-12)
     pulls = numbers["tension"][:, None] * rods / length[:, None]
     moments = np.cross(there.upper - position, pulls)
-    assert_allclose(np.concatenate([pulls.sum(axis=0), moments.sum(axis=0)]), -wrench, rtol=1e-9)
+    assert_allclose(np.concatenate([pulls.sum(axis=0), moments.sum(axis=0)]), wrench, rtol=1e-9)
     assert_allclose(np.hypot(*there.contacts[:, :2].T), there.cylinder_radius, rtol=1e-12)
     turning = np.cross([0.0, 0.0, float(point.cylinder_speed)], there.contacts)
     carrier = point.link_speed[:, None] * [0.0, 0.0, 1.0] - turning
@@ -100,7 +100,7 @@ CART = iv.PlanarCobot(contacts=WHEEL, positions=[(0.4, 0.0), (-0.2, 0.25), (-0.2
 def test_drawn_planar_cobot():
     """The forces drawn are in equilibrium and lose the power of the point; headings are off the circles by the slip angles."""
     twist = np.array([0.5, 0.0, 0.7])
-    point = CART.mechanism.operate(rates=twist, heading=CART.headings(twist, {"y": 50.0, "angle": 4.0}))
+    point = CART.mechanism.operate(rates=twist, heading=CART.headings(twist, {"y": -50.0, "angle": -4.0}))
     found = wheeled.steered(CART, point)
     ((_, name, applied),) = found.applied
     assert name == "applied force"

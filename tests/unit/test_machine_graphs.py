@@ -30,7 +30,7 @@ def functions(machine, source=True):
     return System(mechanics=mechanics, motor=motor, servo=None)
 
 
-def graph_at(machine, name, state, angles, current, wrench):
+def graph_at(machine, name, state, angles, current, push):
     """Rates of the coordinates by the graph's equations, powers of sources and losses."""
     graph = machine_graph(machine, stick_speed=STICK, servos=False)
     made = model(graph)
@@ -38,7 +38,7 @@ def graph_at(machine, name, state, angles, current, wrench):
     system = functions(machine)
     first, second, _ = system.places
     c, nu = state[:first], state[first:second]
-    values = {f"user_{place + 1}": force for place, force in enumerate(wrench)}
+    values = {f"user_{place + 1}": force for place, force in enumerate(push)}
     values |= {f"phi_{place + 1}": angle for place, angle in enumerate(angles)}
     values["motor.source"] = current
     rates = {}
@@ -46,7 +46,7 @@ def graph_at(machine, name, state, angles, current, wrench):
     if name == "platform":
         turn = rotation_matrix(c[None, 3:])[0]
         flows[3:6] = turn.T @ nu[3:6]
-        values |= {f"user_{place + 4}": force for place, force in enumerate(turn.T @ wrench[3:])}
+        values |= {f"user_{place + 4}": force for place, force in enumerate(turn.T @ push[3:])}
         step = 1e-6
 
         def jacobian(time):
@@ -121,18 +121,18 @@ def test_graph_and_functions_have_the_same_accelerations_and_losses(name, change
         if name in ("platform", "arm"):
             rates[:-1] *= 0.3
             rates[-1] = 14.0 + random.normal()
-        wrench = random.normal(size=min(coordinates, 6 if name == "platform" else 3 if name != "sphere" else 2))
+        push = random.normal(size=min(coordinates, 6 if name == "platform" else 3 if name != "sphere" else 2))
         if name in ("arm",):
-            wrench = wrench[:2]
+            push = push[:2]
         angles, current = 0.4 * random.normal(size=steered), 0.05
         state = np.concatenate([pose, rates])
-        held, pushed_by = (
+        held, wrench = (
             VectorHistory(time=[0, 1], values=[angles] * 2),
-            VectorHistory(time=[0, 1], values=[wrench] * 2),
+            VectorHistory(time=[0, 1], values=[-push] * 2),
         )
-        moved = System(mechanics=system.mechanics, motor=system.motor, angles=held, wrench=pushed_by)
+        moved = System(mechanics=system.mechanics, motor=system.motor, angles=held, wrench=wrench)
         found = moved.rates(Inputs(currents=np.array([current])), np.zeros(1), state[None])
-        changes, sources, losses = graph_at(machine, name, state, angles, current, wrench)
+        changes, sources, losses = graph_at(machine, name, state, angles, current, push)
         wanted = found.derivative[0, first:]
         assert_allclose(changes, wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max())
         powers = dict(zip((*moved.sources, *moved.losses), found.balance().power[0], strict=True))
@@ -149,7 +149,7 @@ def test_whole_motions_are_those_of_the_graph(name):
     machine = MACHINES[name][0]
     steered = len(machine.mechanics(STICK).steered)
     angles = [0.5, -0.3, 0.2][:steered] if name != "sphere" else [0.7]
-    wrench = {"planar": [3.0, 1.0, 0.2], "sphere": [0.2, -0.05], "serial arm": [0.4, 0.2, -0.1]}[name]
+    push = {"planar": [3.0, 1.0, 0.2], "sphere": [0.2, -0.05], "serial arm": [0.4, 0.2, -0.1]}[name]
     start = {}
     if name == "sphere":
         ideal = machine.ivt.ideal_speeds(0.7)
@@ -162,13 +162,13 @@ def test_whole_motions_are_those_of_the_graph(name):
             source="none",
             servos=False,
             steering=angles,
-            wrench=wrench,
+            wrench=[-force for force in push],
             output_step=0.02,
             rates=list(start.values()) or None,
         ),
     )
     graph = machine_graph(machine, stick_speed=STICK, servos=False, source=False)
-    inputs = {f"user_{place + 1}": force for place, force in enumerate(wrench)}
+    inputs = {f"user_{place + 1}": force for place, force in enumerate(push)}
     inputs |= {f"phi_{place + 1}": angle for place, angle in enumerate(angles)}
     with np.errstate(divide="ignore", invalid="ignore"):  # generated code evaluates both sides of a choice
         known = solve(graph, run.time, inputs=inputs, initial=start, rtol=1e-9)
@@ -178,7 +178,7 @@ def test_whole_motions_are_those_of_the_graph(name):
         "serial arm": ("q_1", "q_2", "q_3"),
     }[name]
     for place, coordinate in enumerate(machine.mechanics(STICK).coordinates):
-        if place < len(wrench):
+        if place < len(push):
             flow = known.flows[f"user_{place + 1}", junctions[place]]
             assert_allclose(run.columns[coordinate], flow, rtol=1e-5, atol=1e-5 * np.abs(flow).max())
     for title, lost in run.lost.items():

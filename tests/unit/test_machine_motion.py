@@ -40,7 +40,7 @@ def test_balance_closes_where_energy_goes_to_and_fro(tolerance, duration):
             source="none",
             servos=False,
             steering=lambda time: [0.5 * math.sin(2.0 * time)],
-            wrench=lambda time: [10.0 * math.sin(20.0 * time), 0.0, 0.0],
+            wrench=lambda time: [-10.0 * math.sin(20.0 * time), 0.0, 0.0],
             output_step=0.02,
             tolerance=tolerance,
         ),
@@ -95,7 +95,7 @@ def test_coasting_cobot_keeps_its_energy_under_any_steering():
     assert run.closure < 1e-6
 
 
-def integrated(cobot, twist, steering, wrench, time, stick_speed):
+def integrated(cobot, twist, steering, push, time, stick_speed):
     """Pose, and losses by name, of a pushed body on wheels without spin: Newton and Euler, by an integrator of SciPy."""
     start = np.zeros(3)
     names = tuple(cobot.mechanism.forces(np.array(twist), (np.ones(3), start), start, stick_speed)[0].losses)
@@ -103,8 +103,8 @@ def integrated(cobot, twist, steering, wrench, time, stick_speed):
     def rates(now, state):
         angle, (x, y, turning) = state[2], state[3:6]
         heading = steering(now)
-        forces, against = cobot.mechanism.forces(state[3:6], (np.cos(heading), np.sin(heading)), start, stick_speed)
-        pushed = (wrench - against) / [cobot.mass, cobot.mass, cobot.inertia]
+        forces, exerted = cobot.mechanism.forces(state[3:6], (np.cos(heading), np.sin(heading)), start, stick_speed)
+        pushed = (push + exerted) / [cobot.mass, cobot.mass, cobot.inertia]
         moved = [math.cos(angle) * x - math.sin(angle) * y, math.sin(angle) * x + math.cos(angle) * y, turning]
         whirled = [turning * y, -turning * x, 0.0]
         return np.concatenate([moved, pushed + whirled, [np.sum(forces.losses[name]) for name in names]])
@@ -124,7 +124,7 @@ def test_planar_cobot_moves_as_by_another_integration():
         machine.cobot,
         twist=[0.5, 0.0, 0.0],
         steering=steering,
-        wrench=lambda *_: np.array([2.0, 1.0, 0.3]),
+        wrench=lambda *_: -np.array([2.0, 1.0, 0.3]),
         duration=0.6,
         stick_speed=1e-4,
         points=31,
@@ -141,7 +141,7 @@ def test_planar_cobot_moves_as_by_another_integration():
             servos=False,
             steering=steering,
             rates=[0.5, 0.0, 0.0],
-            wrench=[2.0, 1.0, 0.3],
+            wrench=[-2.0, -1.0, -0.3],
             output_step=0.02,
         ),
     )
@@ -162,7 +162,7 @@ def test_user_feels_the_reflected_mass(angle):
     push = -0.02
     run = simulate_machine(
         machine,
-        MachineScenario(duration=0.2, source="none", servos=False, steering=[angle], wrench=[push], output_step=0.01),
+        MachineScenario(duration=0.2, source="none", servos=False, steering=[angle], wrench=[-push], output_step=0.01),
     )
     carried = leg.link_mass + 0.3 * 0.3**2 / 3.0 / machine.pulley_radius**2
     felt = reflected_mass(carried, leg.cylinder_inertia, 0.05, math.tan(angle))
@@ -200,7 +200,7 @@ def test_slip_begins_when_the_static_limit_is_reached():
             source="held",
             steering=[0.0] * 6,
             servos=False,
-            wrench=lambda time: rise * time * direction,
+            wrench=lambda time: -rise * time * direction,
             output_step=0.01,
             rates=[0.0] * 6 + [14.0],
         ),
@@ -223,7 +223,7 @@ def test_slip_begins_when_the_static_limit_is_reached():
 @pytest.mark.slow
 def test_platform_follows_a_motion():
     run = simulate_machine(
-        HEXAPOD, MachineScenario(duration=0.15, motion=circles(0.15), wrench=[4.0, 0.0, -10.0, 0.0, 0.1, 0.0])
+        HEXAPOD, MachineScenario(duration=0.15, motion=circles(0.15), wrench=[-4.0, 0.0, 10.0, 0.0, -0.1, 0.0])
     )
     assert run.feasible, run.verdict
     assert run.position_error.max() < 3e-4
@@ -257,7 +257,7 @@ def test_balance_closes_with_other_laws_and_with_spin(law):
     assert leg.transmission.turns_with_spin == (law == "exact")
     run = simulate_machine(
         replace(HEXAPOD, leg=leg),
-        MachineScenario(duration=0.02, motion=circles(0.1), wrench=[4.0, 0.0, -10.0, 0, 0.1, 0]),
+        MachineScenario(duration=0.02, motion=circles(0.1), wrench=[-4.0, 0.0, 10.0, 0, -0.1, 0]),
     )
     assert run.complete
     assert run.closure < 1e-6
@@ -284,7 +284,7 @@ def test_spheres_with_spin_close_their_balance(layout):
             servos=False,
             rates=list(ivt.rolling_rates(0.7, 5.0)),
             steering=lambda time: [0.7 + 0.3 * math.sin(5.0 * time)],
-            wrench=[0.1, -0.05],
+            wrench=[-0.1, 0.05],
             output_step=0.005,
         ),
     )
@@ -324,7 +324,7 @@ def test_platform_at_the_end_of_its_reach_stops_and_says_why():
         source="none",
         servos=False,
         steering=[1.2] * 6,
-        wrench=[900.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        wrench=[-900.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         output_step=0.01,
     )
     run = simulate_machine(HEXAPOD, scenario)

@@ -150,7 +150,7 @@ def one_joint(**changes):
 
 def test_acceleration_with_motors_on_links_is_that_of_one_inertia():
     machine = one_joint().moving(load_inertia=0.02)
-    run = iv.simulate_machine(machine, MachineScenario(duration=0.002, wrench=[3.0], output_step=0.001))
+    run = iv.simulate_machine(machine, MachineScenario(duration=0.002, wrench=[-3.0], output_step=0.001))
     motors = machine.link_motors(1e-4)
     rotor = (GEARED.motor.rotor_inertia + (GEARED.gearhead.inertia or 0.0)) * GEARED.gearhead.ratio**2
     carried = 0.4 * 0.3**2 / 3.0 + 0.02 + rotor + GEARED.output_inertia
@@ -166,7 +166,7 @@ def test_a_motor_on_one_joint_spends_what_the_simulation_of_one_drive_spends(mom
     machine, reach = one_joint(), iv.Reach(angle=0.5, time=0.4)
     time = np.linspace(0.0, 0.5, 251)
     motion = iv.VectorHistory(time=time, values=[[reach.at(float(one)).position] for one in time])
-    run = iv.simulate_machine(machine.moving(), MachineScenario(duration=0.5, motion=motion, wrench=[-moment]))
+    run = iv.simulate_machine(machine.moving(), MachineScenario(duration=0.5, motion=motion, wrench=[moment]))
     assert run.feasible, run.verdict
     alone = iv.simulate(
         machine.separate,

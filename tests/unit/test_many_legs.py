@@ -36,7 +36,7 @@ def test_machine_of_one_leg_is_the_cobotic_drive():
     speed, force = np.meshgrid(np.linspace(-0.4, 0.4, 9), np.linspace(-70, 70, 8))
     known = LEG.operate(speed=speed, force=force)
     point = LeggedDrive.of(LEG, 1).operate(
-        Configuration(jacobian=[[1.0]]), wrench=-force[..., None], twist=speed[..., None]
+        Configuration(jacobian=[[1.0]]), wrench=force[..., None], twist=speed[..., None]
     )
     assert_array_equal(point.power_in, known.power_in)
     assert_array_equal(point.limit, known.limit)
@@ -167,7 +167,7 @@ def strokes(count, speed, force):
     """Up and down against a force that resists."""
     phase = 2.0 * np.pi * np.arange(count) / count
     twist, wrench = np.zeros((count, 6)), np.zeros((count, 6))
-    twist[:, 2], wrench[:, 2] = speed * np.cos(phase), -force * np.cos(phase)
+    twist[:, 2], wrench[:, 2] = speed * np.cos(phase), force * np.cos(phase)
     return {"twist": twist, "wrench": wrench}
 
 

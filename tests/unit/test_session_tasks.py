@@ -153,7 +153,7 @@ def test_slides_follow_motions_of_scenarios():
     motion = iv.VectorHistory.of(lambda time: [0.01 * math.sin(9.0 * time) ** 2, 0.0, 0.0], 0.1)
     for machine in (COBOTIC, GEARED):
         run = iv.simulate_machine(
-            machine, iv.MachineScenario(duration=0.1, motion=motion, wrench=[5.0, -4.0, 0.0], output_step=0.01)
+            machine, iv.MachineScenario(duration=0.1, motion=motion, wrench=[-5.0, 4.0, 0.0], output_step=0.01)
         )
         assert run.complete
         assert run.position_error.max() < 4e-4

@@ -182,7 +182,7 @@ def test_locked_machine_leaks_by_creep_while_its_cylinder_turns():
     run = session(machine, controller=HoldGuide(stop_cylinder=False), user=force, duration=0.03, output_step=0.002,
                   servos="ideal")  # fmt: skip
     jacobian = PLATFORM.at(machine.home[:3]).jacobian
-    wanted = creep_drift(jacobian, np.array([*force, 0.0, 0.0, 0.0]), 0.05 * 14.0, 3e4)
+    wanted = creep_drift(jacobian, -np.array([*force, 0.0, 0.0, 0.0]), 0.05 * 14.0, 3e4)
     assert_allclose(run.leak([0.0, 0.0, 1.0], 0.01), wanted[2] / 12.0, rtol=5e-3)
 
 

@@ -112,7 +112,7 @@ def test_components_and_joint_rates_are_one_machine(load):
     assert np.all(by_hand.limit == iv.Limit.OK)
     assert_allclose(by_hand.power_in, by_joint.power_in, rtol=1e-12)
     assert_allclose(by_hand.legs.link_speed, by_joint.legs.link_speed, rtol=1e-12)
-    assert_allclose(by_hand.power_out, -speed @ push, rtol=1e-12)
+    assert_allclose(by_hand.power_out, speed @ push, rtol=1e-12)
 
 
 def test_spatial_robot_against_differences(load):

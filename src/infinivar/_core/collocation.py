@@ -94,7 +94,7 @@ class Balance(NamedTuple):
 
 
 class Rates(NamedTuple):
-    """What a motion does at m states: rows. Most are asked for their derivative alone."""
+    """What a motion does at m states: rows. Mostly the derivative alone is needed."""
 
     derivative: np.ndarray
     """(m, n) [s^-1]"""

@@ -102,11 +102,11 @@ def chosen(
     ParameterError
         If the engine is unknown.
     InputError
-        If the user asked for JAX, and it is not installed or cannot compile the computation.
+        If the user requested JAX, and it is not installed or cannot compile the computation.
     """
     check(engine)
     if engine == "numpy":
-        return None, "as asked"
+        return None, "as requested"
     if engine == "auto" and not worth:
         return None, "too small to compile"
     if engine == "jax":

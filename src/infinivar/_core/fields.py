@@ -86,7 +86,7 @@ def tagged(meaning: str, kinds: Mapping[str, type], *, flat: bool = False, key: 
     return dataclasses.field(**default, metadata={"meaning": meaning, "kinds": kinds, "flat": flat, "key": key})
 
 
-def _wanted(bound: Bound, value: float | None = None) -> str:
+def _condition(bound: Bound, value: float | None = None) -> str:
     """What a number must be, in words; for nan, which is not 0 either, in other words."""
     if value is None:
         return "a finite number" if bound == FINITE else f"a number {words(bound)}"
@@ -102,9 +102,9 @@ def check_value(field: str, value: Any, unit: str, bound: Bound) -> None:
         return
     shown = "" if unit == "1" else unit
     if isinstance(value, (bool, str, bytes, list, tuple, dict, set)) or value is None:
-        require(False, field, repr(value), _wanted(bound), f"in {shown}" if shown and bound == FINITE else shown)
+        require(False, field, repr(value), _condition(bound), f"in {shown}" if shown and bound == FINITE else shown)
     if isinstance(value, (int, float)):
-        require(fits(bound, value), field, value, _wanted(bound, value), shown)
+        require(fits(bound, value), field, value, _condition(bound, value), shown)
     elif type(value).__module__ == "numpy":
         import numpy as np
 

@@ -106,7 +106,7 @@ def _locked(array: np.ndarray) -> bool:
         views.append(views[-1].base)
     if type(views[-1].base) is not bytes:
         return False
-    # From the owner of the memory on: a view made by `broadcast_arrays` warns if it is asked first.
+    # From the owner of the memory on: a view made by `broadcast_arrays` warns if it is queried first.
     return not any(view.flags.writeable for view in reversed(views))
 
 

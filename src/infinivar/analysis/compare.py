@@ -33,7 +33,7 @@ from infinivar.drivetrain.drive import Drive, MovingDrive
 from infinivar.drivetrain.uncounted import not_counted
 from infinivar.errors import InputError
 from infinivar.motion.duty_cycles import DutyCycle
-from infinivar.study.check import check_asked, check_duty, check_spreads, check_study
+from infinivar.study.check import check_demands, check_duty, check_spreads, check_study
 from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
 from infinivar.units import margin_words, plain
@@ -262,13 +262,13 @@ def compare(
     Raises
     ------
     InputError
-        If a drive lacks a value that a duty cycle requires, or JAX is asked for and is not installed or cannot compile a drive.
+        If a drive lacks a value that a duty cycle requires, or JAX is requested and is not installed or cannot compile a drive.
     AuditError
         If a power balance does not close.
     """
     check_study(study)
     check_spreads(study)
-    check_asked(study, "compare")
+    check_demands(study, "compare")
     if study.tasks or study.paths:
         found = compare_machines(study, progress)
         return replace(found, hangs_on=hanging_machines(found))

@@ -49,8 +49,8 @@ def hanging_drives(
             return Judged(used[name].able, (used[name].figure + beside,))
         return _judge_drive(study, drive, variant, covers[name])
 
-    asked = [one for one in variants(study) if study.duty or one.scope != "motion"]
-    answers = [*asked, *best_speeds(study)]
+    applicable = [one for one in variants(study) if study.duty or one.scope != "motion"]
+    answers = [*applicable, *best_speeds(study)]
     return hang(answers, judge, used, study.titles, figure, unit, _simulated(study, used, duty))
 
 
@@ -78,9 +78,9 @@ def _simulated(study: Study, used: Mapping[str, Judged], duty: Mapping[str, Duty
 def hanging_machines(comparison: MachineComparison) -> Hanging:
     """What the verdict on machines hangs on."""
     study = comparison.study
-    asked = tasks_and_paths(study)
+    tasks = tasks_and_paths(study)
     # No answer changes the geometry of a machine or what moves with its links.
-    prepared = {name: Prepared(drive, asked) for name, drive in study.drives.items()}
+    prepared = {name: Prepared(drive, tasks) for name, drive in study.drives.items()}
 
     def judge(name: str, drive: Any, variant: Variant) -> Judged:
         return decided_machine(drive, prepared[name], study.machine_shares)

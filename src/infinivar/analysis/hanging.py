@@ -28,7 +28,7 @@ class Judged(NamedTuple):
     """What decides on one drive."""
 
     able: bool
-    """Whether it is feasible in all that is asked."""
+    """Whether it is feasible in all that is required."""
     values: tuple[float, ...]
     """Of which the least wins: one of mixed use or of the region, else one for each motion or task."""
 
@@ -204,7 +204,7 @@ def hang(
         try:
             changed = {name: judge(name, drive, variant) for name, drive in variant.drives.items()}
         except InputError:
-            continue  # such a drive cannot move as asked, which says nothing about the verdict
+            continue  # such a drive cannot move as required, which says nothing about the verdict
         answered.append(((variant.choice, variant.used, variant.instead), {**used, **changed}))
     return decided_again(used, [*answered, *also], titles, figure, unit)
 
@@ -261,7 +261,7 @@ def _made(
     )
 
 
-def told(hanging: Hanging | None) -> Iterator[str]:
+def printed_lines(hanging: Hanging | None) -> Iterator[str]:
     """Yield what a command prints: a heading and the table, or one line if nothing has an effect."""
     if hanging is None or not hanging.tried:
         return

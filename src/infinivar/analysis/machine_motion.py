@@ -127,11 +127,11 @@ class _Run:
         """Angles of rolling at the start, or those prescribed."""
         if self.angles is not None:
             return np.asarray(self.angles(0.0), dtype=float)
-        wanted = self._wanted()
-        assert wanted is not None
-        return wanted(0.0, pose, rates, np.zeros(len(self.mechanics.steered)))[0]
+        law = self._steering_law()
+        assert law is not None
+        return law(0.0, pose, rates, np.zeros(len(self.mechanics.steered)))[0]
 
-    def _wanted(self) -> control.Wanted | None:
+    def _steering_law(self) -> control.SteeringLaw | None:
         if self.angles is not None:
             return control.following_angles(self.angles)
         pose = self.machine.home if self.scenario.pose is None else np.array(self.scenario.pose)
@@ -143,7 +143,7 @@ class _Run:
             loops=control.begun_loops(system, settings, self.state, self.period, held),
             duration=self.scenario.duration,
             set_speed=self.machine.set_speed,
-            wanted=self._wanted() if system.servo is not None else None,
+            steering_law=self._steering_law() if system.servo is not None else None,
             links=None if system.links is None else self._links(system.links),
         )
 

@@ -22,7 +22,7 @@ from infinivar.study.study import Study
 from infinivar.units import show, signed
 
 OUTCOMES = {"power": "W", "loss": "W", "margin": "1"}
-"""Results whose derivatives can be asked for, with their units."""
+"""Results whose derivatives are available, with their units."""
 
 _STEP = 1e-3
 """Relative step of central differences; their error is of the order of its square."""
@@ -113,7 +113,7 @@ def machine_sensitivity(
     check_study(study)
     if of not in OUTCOMES:
         raise InputError(f"of must be one of {', '.join(OUTCOMES)}, got {of!r}{nearest(of, OUTCOMES)}")
-    name, one = asked_of(study, asked)
+    name, one = task_of(study, asked)
     machine = _with_rated_gears(study.drive(drive))
     perform: Any = perform_task if isinstance(one, MachineTask) else follow_path
 
@@ -169,7 +169,7 @@ def _changed(machine: Any, path: str, value: float) -> Any:
     return with_values(machine, {path: value})
 
 
-def asked_of(study: Study, asked: str | None) -> tuple[str, Any]:
+def task_of(study: Study, asked: str | None) -> tuple[str, Any]:
     """A task or path by its name, with or without its group; the first one by default.
 
     Raises

@@ -2,8 +2,8 @@
 
 A path is followed for two periods, of which the first settles; one that does not repeat, once. A task is held, or passed through
 at its twist with its pose in the middle, for `HELD`, of which the first half settles. Wheels start at the angles that hold the
-wrench against creep, with the pose error by which the controllers command them. The wrenches of tasks and paths are those on
-the load; the user exerts the opposite on the machine. What accelerates the load is inertia of the machine here, not a wrench.
+wrench against creep, with the pose error by which the controllers command them. What accelerates the load is inertia of the
+machine here, not a part of the wrench.
 Platforms and arms follow the pose in closed loops. The steering angles of a sphere are prescribed: those of steady operation.
 """
 
@@ -33,7 +33,7 @@ _STEPS = 200
 
 def simulated(
     drive: Any,
-    asked: MachinePath | MachineTask,
+    task: MachinePath | MachineTask,
     *,
     title: str = "",
     progress: Callable[[float], None] | None = None,
@@ -43,7 +43,7 @@ def simulated(
     Parameters
     ----------
     drive : PlatformDrive, ArmDrive or SphereDrive   With the masses that motion requires.
-    asked : MachinePath or MachineTask
+    task : MachinePath or MachineTask
     title : str                         Name for reports.
     progress : callable                 Called with the share done.
 
@@ -59,15 +59,15 @@ def simulated(
     Source: faulring2006, section V, for plants and controllers.
     """
     check_moves(drive)
-    for name in asked.beyond(drive.coordinates) if isinstance(asked, MachinePath) else ():
+    for name in task.beyond(drive.coordinates) if isinstance(task, MachinePath) else ():
         raise ParameterError(f"{name} is no coordinate of the machine, which has {', '.join(drive.coordinates)}")
-    if isinstance(asked, MachinePath):
-        machine = drive.moving(given(asked.load_mass, 0.0), given(asked.load_inertia, 0.0))
-        time, pose, wrench = _along(drive, asked)
+    if isinstance(task, MachinePath):
+        machine = drive.moving(given(task.load_mass, 0.0), given(task.load_inertia, 0.0))
+        time, pose, wrench = _along(drive, task)
     else:
         machine = drive.moving()
-        time, pose, wrench = _through(drive, asked)
-    closed = isinstance(asked, MachineTask) or asked.closed
+        time, pose, wrench = _through(drive, task)
+    closed = isinstance(task, MachineTask) or task.closed
     scenario = drive.scenario(machine, time, pose, wrench, closed)
     return simulate_machine(machine, scenario, title=title, progress=progress)
 
@@ -93,7 +93,7 @@ def check_moves(drive: Any, where: str = "drive") -> None:
 
 
 def _along(drive: Any, path: MachinePath) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Instants of a path, twice over if it repeats, with poses and wrenches of the user on the machine."""
+    """Instants of a path, twice over if it repeats, with poses and wrenches on the load."""
     bare = replace(path, load_mass=None, load_inertia=None)
     count = len(bare.instants(drive.coordinates, drive.home).time)
     once = np.linspace(0.0, path.period, count + 1)
@@ -101,9 +101,9 @@ def _along(drive: Any, path: MachinePath) -> tuple[np.ndarray, np.ndarray, np.nd
         once = once[:-1]
     found = bare.at(once, drive.coordinates, drive.home)
     if not path.closed:
-        return once, found.pose, -found.wrench
+        return once, found.pose, found.wrench
     time = np.concatenate([once, path.period + once, [2.0 * path.period]])
-    pose, wrench = (np.concatenate([row, row, row[:1]]) for row in (found.pose, -found.wrench))
+    pose, wrench = (np.concatenate([row, row, row[:1]]) for row in (found.pose, found.wrench))
     return time, pose, wrench
 
 
@@ -112,4 +112,4 @@ def _through(drive: Any, task: MachineTask) -> tuple[np.ndarray, np.ndarray, np.
     names = drive.coordinates
     time = np.linspace(0.0, HELD, _STEPS + 1)
     pose = passing(task.pose.row(names, drive.home), task.twist.row(names), names, time - 0.5 * HELD)
-    return time, pose, np.tile(-task.wrench.row(names), (len(time), 1))
+    return time, pose, np.tile(task.wrench.row(names), (len(time), 1))

@@ -116,7 +116,7 @@ class TaskResult(Result):
 
     @property
     def tightest_words(self) -> str:
-        """The tightest limit, with its margin, and where if other wrenches are asked for."""
+        """The tightest limit, with its margin, and where if other wrenches are required."""
         where = "" if self.corner == 0 else f" at {corner_words(self.coordinates, self.corners[self.corner], 'wrench')}"
         return tight_words(self.demand, self.margin) + where
 
@@ -264,10 +264,10 @@ class _Placed(NamedTuple):
 class Prepared:
     """Tasks and paths of a machine, by key, with what all machines of its geometry and moving masses have in common."""
 
-    def __init__(self, drive: Any, asked: Mapping[str, MachineTask | MachinePath]) -> None:
+    def __init__(self, drive: Any, tasks: Mapping[str, MachineTask | MachinePath]) -> None:
         """Place them, and side by side those that count more than steady points do, as a call has its own cost."""
         self._machine = as_machine(drive)
-        self.placed = {key: _placed(self._machine, one) for key, one in asked.items()}
+        self.placed = {key: _placed(self._machine, one) for key, one in tasks.items()}
         groups: dict[bool, list[str]] = {}
         for key, one in self.placed.items():
             groups.setdefault(_counts(self._machine, one.course), []).append(key)
@@ -290,11 +290,11 @@ class Prepared:
         return {key: found[key] for key in self.placed}
 
 
-def power_and_feasibility(drive: Any, asked: Prepared) -> dict[str, tuple[float, bool]]:
+def power_and_feasibility(drive: Any, prepared: Prepared) -> dict[str, tuple[float, bool]]:
     """What decides between machines: `mean_power` [W] and `feasible` of what `evaluated` returns, and nothing else."""
     found = {}
-    for key, (point, _) in asked.points(as_machine(drive)).items():
-        one = asked.placed[key]
+    for key, (point, _) in prepared.points(as_machine(drive)).items():
+        one = prepared.placed[key]
         _audit(point, one.where)
         if one.time is None:
             found[key] = float(point.power_in[0]), min(margin for _, margin in _of_corners(point, one.size)) >= 1.0
@@ -303,32 +303,32 @@ def power_and_feasibility(drive: Any, asked: Prepared) -> dict[str, tuple[float,
     return found
 
 
-def evaluated(drive: Any, asked: Mapping[str, MachineTask | MachinePath]) -> dict[str, TaskResult | PathResult]:
+def evaluated(drive: Any, tasks: Mapping[str, MachineTask | MachinePath]) -> dict[str, TaskResult | PathResult]:
     """`perform_task` and `follow_path` of several tasks and paths, by key."""
-    machine, prepared = as_machine(drive), Prepared(drive, asked)
+    machine, prepared = as_machine(drive), Prepared(drive, tasks)
     placed, points = prepared.placed, prepared.points(machine)
     steady = {key: point for key, (point, counted) in points.items() if not counted}
-    rest = {key: placed[key].loads for key in asked if key not in steady}
+    rest = {key: placed[key].loads for key in tasks if key not in steady}
     if rest:
         pose, twist, wrench = (np.concatenate(rows) for rows in zip(*rest.values(), strict=True))
         every = machine.perform(pose=pose, twist=twist, wrench=wrench)
         steady |= _parted(every, {key: len(row[0]) for key, row in rest.items()})
     found: dict[str, TaskResult | PathResult] = {}
-    for key, one in asked.items():
+    for key, one in tasks.items():
         make = _task_result if isinstance(one, MachineTask) else _path_result
         found[key] = make(machine, one, placed[key], points[key][0], steady[key])  # type: ignore[arg-type]
     return found
 
 
-def _placed(machine: Machine, asked: MachineTask | MachinePath) -> _Placed:
+def _placed(machine: Machine, task: MachineTask | MachinePath) -> _Placed:
     names = machine.coordinates
-    if isinstance(asked, MachinePath):
-        return _Placed(*on_path(asked, names, machine.home), f"path {asked.title!r}")
-    for key, vector in asked.vectors.items():
+    if isinstance(task, MachinePath):
+        return _Placed(*on_path(task, names, machine.home), f"path {task.title!r}")
+    for key, vector in task.vectors.items():
         for name in vector.beyond(names):
             raise ParameterError(f"{key}.{name} does not apply: the machine has {', '.join(names)} only")
-    pose, twist, corners = asked.pose.row(names, machine.home), asked.twist.row(names), _judged(asked.corners(names))
-    return _Placed(None, through(pose, twist, names, corners), f"task {asked.title!r}")
+    pose, twist, corners = task.pose.row(names, machine.home), task.twist.row(names), _judged(task.corners(names))
+    return _Placed(None, through(pose, twist, names, corners), f"task {task.title!r}")
 
 
 def _parted(point: TaskPoint, counts: Mapping[str, int]) -> dict[str, TaskPoint]:

@@ -168,9 +168,9 @@ def judged_machine(found: MachineResult, power: str = "mean_power") -> Judged:
     return Judged(found.feasible, tuple(getattr(one, power) for one in judged))
 
 
-def decided_machine(drive: Any, asked: Prepared, shares: Mapping[str, float]) -> Judged:
+def decided_machine(drive: Any, prepared: Prepared, shares: Mapping[str, float]) -> Judged:
     """The same of a machine in tasks and on paths, without anything else."""
-    found = power_and_feasibility(drive, asked)
+    found = power_and_feasibility(drive, prepared)
     powers = {key: power for key, (power, _) in found.items()}
     values = (sum(share * powers[key] for key, share in shares.items()),) if shares else tuple(powers.values())
     return Judged(all(feasible for _, feasible in found.values()), values)

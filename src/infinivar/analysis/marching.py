@@ -1,6 +1,6 @@
 """The march of a machine through time: from sample to sample, with limits as events and a balance of energies.
 
-Runs under a scenario and sessions with a user are marched alike; they differ in who commands, and in what is told of them.
+Runs under a scenario and sessions with a user are marched alike; they differ in who commands, and in what is reported of them.
 """
 
 from __future__ import annotations

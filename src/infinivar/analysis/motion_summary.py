@@ -325,7 +325,7 @@ def summary(
     """Summarise a recording that is already read; arguments as of `inspect_motion`."""
     table = one_course(table)
     values = table.values
-    _check_asked(Sampling.of(values["time"]), cutoff, stride_time, load_mass)
+    _check_request(Sampling.of(values["time"]), cutoff, stride_time, load_mass)
     field = "position" if "position" in values else "speed"
     time = values["time"]
     drift, span = _drift(time, values[field], field)
@@ -369,7 +369,7 @@ def summary(
     )
 
 
-def _check_asked(sampling: Sampling, cutoff: float | None, stride_time: float | None, load_mass: float) -> None:
+def _check_request(sampling: Sampling, cutoff: float | None, stride_time: float | None, load_mass: float) -> None:
     """Refuse options outside their ranges, among them a cutoff of which the recording holds nothing."""
     if cutoff is not None:
         most = 0.5 * sampling.rate

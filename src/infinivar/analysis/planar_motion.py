@@ -2,12 +2,12 @@ r"""Motion in time of a planar cobot that coasts or is pushed by a user.
 
 In axes of the body, with the mass m and the moment of inertia I about its reference point,
 
-.. math:: m(\dot v_x - \omega v_y) = W_x + Q_x, \quad m(\dot v_y + \omega v_x) = W_y + Q_y, \quad
-    I\dot\omega = W_\theta + Q_\theta
+.. math:: m(\dot v_x - \omega v_y) = Q_x - W_x, \quad m(\dot v_y + \omega v_x) = Q_y - W_y, \quad
+    I\dot\omega = Q_\theta - W_\theta
 
-with the wrench W of the user and the forces Q of the contacts. Creep is fast beside the motion, so that the equations are stiff;
-below the stick speed the contacts become viscous. The march is that of all machines, with a tight tolerance; unlike those of a
-scenario, headings may depend on the pose, and the wrench on pose and twist.
+with the wrench W of the body on the user or load, and the forces Q of the contacts. Creep is fast beside the motion, so that the
+equations are stiff; below the stick speed the contacts become viscous. The march is that of all machines, with a tight tolerance;
+unlike those of a scenario, headings may depend on the pose, and the wrench on pose and twist.
 
 Source: Newton and Euler; contacts as in `infinivar.transmission.creepage`.
 """
@@ -105,7 +105,7 @@ def planar_motion(
     twist : 3 floats        At the start, in axes of the body. [m s^-1], [m s^-1], [rad s^-1]
     steering : callable     Angles of the wheels by time and pose, smooth. [rad]
     duration : float        > 0. [s]
-    wrench : callable       Of the user, by time, pose and twist; None: the body coasts.
+    wrench : callable       Of the body on the user or load, by time, pose and twist; None: the body coasts.
     pose : 3 floats         At the start. [m], [m], [rad]
     stick_speed : float     v_eps > 0; see `infinivar.transmission.creepage`. [m s^-1]
     points : int            Instants of the result, at least 2.
@@ -141,7 +141,7 @@ def planar_motion(
         return np.hypot(motion[..., :wheels], motion[..., wheels : 2 * wheels]).max(axis=-1) - _REST * stick_speed
 
     found = March(
-        system=_Prescribed(mechanics=mechanics, headings=steering, push=wrench),
+        system=_Prescribed(mechanics=mechanics, headings=steering, exerted=wrench),
         state=start,
         controller=None,
         period=duration,
@@ -178,7 +178,7 @@ def _three(name: str, values: Any) -> np.ndarray:
     return found
 
 
-def _told(name: str, values: Any, time: float, count: int, what: str) -> np.ndarray:
+def _returned(name: str, values: Any, time: float, count: int, what: str) -> np.ndarray:
     """What a function of the user returns."""
     found = real_array(name, values)
     require(found.shape == (count,), name, f"shape {found.shape}", f"of shape ({count},), {what}")
@@ -188,10 +188,10 @@ def _told(name: str, values: Any, time: float, count: int, what: str) -> np.ndar
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Prescribed(System):
-    """A cobot whose headings depend on time and pose, and whose user pushes by time, pose and twist."""
+    """A cobot whose headings depend on time and pose, and whose wrench on the load on time, pose and twist."""
 
     headings: Steering
-    push: Wrench | None
+    exerted: Wrench | None
 
     def steering(
         self, time: np.ndarray, state: np.ndarray, turning: np.ndarray | None = None
@@ -200,16 +200,18 @@ class _Prescribed(System):
         pose, wheels = state[:, :3], len(self.mechanics.steered)
         change = _STEP * self.mechanics.at(pose, state[:, 3:6]).changes
 
-        def told(off: float) -> np.ndarray:
+        def prescribed(off: float) -> np.ndarray:
             rows = zip((time + off * _STEP).tolist(), pose + off * change, strict=True)
             what = "one angle for each wheel"
-            return np.array([_told("steering", self.headings(*row), row[0], wheels, what) for row in rows])
+            return np.array([_returned("steering", self.headings(*row), row[0], wheels, what) for row in rows])
 
-        return told(0.0), (told(1.0) - told(-1.0)) / (2.0 * _STEP)
+        return prescribed(0.0), (prescribed(1.0) - prescribed(-1.0)) / (2.0 * _STEP)
 
     def pushed(self, time: np.ndarray, state: np.ndarray) -> np.ndarray | None:
-        """Wrench of the user at rows. (m, 3)"""
-        if self.push is None:
+        """What the user or load exerts at rows: the opposite of the wrench. (m, 3)"""
+        if self.exerted is None:
             return None
         rows = zip(time.tolist(), state[:, :3], state[:, 3:6], strict=True)
-        return np.array([_told("wrench", self.push(*row), row[0], 3, "two forces and a moment") for row in rows])
+        return -np.array(
+            [_returned("wrench", self.exerted(*row), row[0], 3, "two forces and a moment") for row in rows]
+        )

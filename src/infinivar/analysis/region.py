@@ -90,7 +90,7 @@ def _sample(requirement: Requirement, count: int | None) -> tuple[np.ndarray, np
 
 
 class _Points(NamedTuple):
-    """A drive at many points (n,), and the largest residual of the power balance if it is asked for."""
+    """A drive at many points (n,), and the largest residual of the power balance if it is requested."""
 
     power_in: np.ndarray
     power_out: np.ndarray

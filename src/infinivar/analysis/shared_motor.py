@@ -166,7 +166,7 @@ def share_motor(
     for count in counts:
         machine = LeggedDrive.of(leg, int(count))
         joints = Configuration(jacobian=np.eye(int(count)))
-        wrench = -np.append(forces, 0.0)[:, None] * np.ones(int(count))
+        wrench = np.append(forces, 0.0)[:, None] * np.ones(int(count))
         moving = np.where(wrench != 0, speed, 0.0)
         point = machine.operate(joints, wrench=wrench, twist=moving)
         power = np.broadcast_to(point.power_in, wrench.shape[:1])

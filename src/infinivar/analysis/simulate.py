@@ -11,10 +11,11 @@ import numpy as np
 
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
-from infinivar.analysis import machine_study, output_histories, run_limits, sampled_springs
+from infinivar.analysis import machine_study, run_limits, sampled_springs
 from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.run import Run, error_words
 from infinivar.analysis.run_limits import Event
+from infinivar.axis import Axis
 from infinivar.bondgraph.audit import ClosureError, Trajectory
 from infinivar.bondgraph.graph import JUNCTIONS, TWO_PORTS
 from infinivar.bondgraph.march import Instants, Watch
@@ -24,11 +25,14 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, axis_fault, check_drive, refuse_machine
 from infinivar.drivetrain.graphs.closed_loop import Machine as Plant
 from infinivar.drivetrain.graphs.closed_loop import closed_loop
+from infinivar.drivetrain.graphs.output_pieces import names
+from infinivar.drivetrain.output import Output, Place
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.machines.machine import Machine
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.motion.scenario import Scenario, check_scenario
+from infinivar.parts.linkage import Linkage
 from infinivar.parts.motor import Motor
 from infinivar.transmission import creepage, turning
 from infinivar.units import plain
@@ -53,7 +57,7 @@ class Simulation(Run, Result):
         wanted_position_m, force_N (external force on the load), motor_current_A, motor_voltage_V, supply_power_W; with a
         wheel also steering_angle_rad, cylinder_speed_rad_s, slip_ratio, steering_current_A, steering_voltage_V. About a
         joint, the first are angle_rad, speed_rad_s, wanted_angle_rad and moment_Nm. With springs or a linkage between drive
-        and load also drive_position_m, drive_speed_m_s and deflections of series springs (see `output_histories`).
+        and load also drive_position_m, drive_speed_m_s and deflections of series springs.
     events            Intervals in which a demand exceeds its allowance, by start time.
     root_mean_squares Root mean square of each demand that it limits, over the run after its settling time: current of each
         motor over its continuous current, output torque of the gearhead over its continuous torque. [-]
@@ -244,7 +248,7 @@ def _watched(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, at: In
 
 def _error(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, at: Instants) -> Any:
     """Position error of the load. [m], [rad]"""
-    position = output_histories.load_columns(at, drive.output, drive.axis)[drive.axis.columns[0]]
+    position = _load_columns(at, drive.output, drive.axis)[drive.axis.columns[0]]
     if scenario.link == "free":
         return 0.0 * position
     return np.abs(position - np.array([scenario.path.at(time).position for time in at.time.tolist()]))
@@ -254,16 +258,16 @@ def _columns(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, run: T
     cobotic = isinstance(drive, CoboticDrive)
     prefix = "cylinder." if cobotic else ""
     voltage, current = run.at(f"{prefix}source")
-    wanted = np.array([scenario.path.at(time).position for time in run.time])
+    prescribed = np.array([scenario.path.at(time).position for time in run.time])
     position, _, force = drive.axis.columns
     columns = {
         "time_s": run.time,
-        **output_histories.load_columns(run, drive.output, drive.axis),
-        **({f"wanted_{position}": wanted} if scenario.link != "free" else {}),
+        **_load_columns(run, drive.output, drive.axis),
+        **({f"wanted_{position}": prescribed} if scenario.link != "free" else {}),
         force: run.at("motion" if scenario.link == "imposed" else "force")[0],
         "motor_current_A": current,
         "motor_voltage_V": voltage,
-        **output_histories.columns(run, drive.output, drive.axis),
+        **_output_columns(run, drive.output, drive.axis),
     }
     supplied = [np.asarray(run.power(f"{prefix}source"))]
     if cobotic:
@@ -310,7 +314,7 @@ def _utilisation(drive: CoboticDrive | ConventionalDrive, run: Instants) -> dict
         found[limit, "gearhead"] = demand
     if not cobotic:
         found.update(_stage_utilisation(drive, run))
-    return {**found, **output_histories.demands(run, drive.output)}
+    return {**found, **_output_demands(run, drive.output)}
 
 
 def _slip_ratio(drive: CoboticDrive, run: Instants) -> Any:
@@ -341,3 +345,57 @@ def _stage_utilisation(drive: ConventionalDrive, run: Instants) -> dict[Demand, 
     (out,) = (b for b in run.graph.bonds_of(last) if b.tail == last and run.graph[b.head].kind in inner)
     found = stage.utilisation(force=run.efforts[out.tail, out.head], speed=run.signals["ldot"])
     return {(limit, stage.title): demand for limit, demand in found.items()}
+
+
+def _load_columns(run: Trajectory | Instants, output: Output, axis: Axis) -> dict[str, Any]:
+    """Position and speed of the load, under their names along a line or about a joint."""
+    position, speed, _ = axis.columns
+    of = ("load", "load_rate") if output.chain else ("l", "ldot")
+    return {position: run.signals[of[0]], speed: run.signals[of[1]]}
+
+
+def _output_columns(run: Trajectory, output: Output, axis: Axis) -> dict[str, Any]:
+    """Position and speed of the drive, and deflections of the series springs; none without springs and linkage.
+
+    Parameters
+    ----------
+    run : Trajectory
+    output : Output
+    axis : Axis   Of the load.
+
+    Returns
+    -------
+    dict of str to (n,) float   Under names that end in their unit.
+    """
+    if not output.chain:
+        return {}
+    linkage = output.linkage
+    unit = "rad" if (axis.rotary if linkage is None else linkage.rotary_drive) else "m"
+    found = {f"drive_position_{unit}": run.signals["l"], f"drive_speed_{unit}_s": run.signals["ldot"]}
+    for place in output.chain:
+        if place.kind == "series":
+            unit = "rad" if "torsion" in place.name else "m"
+            found[f"{place.name.replace(' ', '_')}_deflection_{unit}"] = _deflection(run, place)
+    return found
+
+
+def _output_demands(run: Trajectory | Instants, output: Output) -> dict[Demand, Any]:
+    """Travel of springs and range of the linkage over their allowance, over time."""
+    found: dict[Demand, Any] = {}
+    for place in output.chain:
+        part = place.part
+        if isinstance(part, Linkage):
+            angle = run.signals["joint" if "joint" in run.signals else "load"]
+            found[Limit.LINKAGE, place.name] = np.asarray(part.demand(angle))
+        elif part.shape == "progressive":
+            found[Limit.SPRING, place.name] = np.asarray(part.demand(_deflection(run, place)))
+        elif part.shape == "one-sided" and place.kind == "series":
+            found[Limit.SPRING, place.name] = np.asarray(part.pull_demand(run.at(names(place).elastic)[0]))
+    return found
+
+
+def _deflection(run: Trajectory | Instants, place: Place) -> Any:
+    """Deflection of a spring; the state of a linear one is its deflection from the free state, if it has one."""
+    assert not isinstance(place.part, Linkage)
+    name = names(place).elastic
+    return place.part.deflection(run.at(name)[0]) if place.part.shape == "linear" else run.states[name]

@@ -114,7 +114,7 @@ def steady_map(
     Raises
     ------
     InputError
-        If an axis is not a finite vector, or JAX is asked for and is not installed or cannot compile the drive.
+        If an axis is not a finite vector, or JAX is requested and is not installed or cannot compile the drive.
     ParameterError
         If the engine is unknown, the drive has no method `operate`, or it does not return a `DrivePoint`.
     AuditError

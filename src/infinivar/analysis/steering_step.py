@@ -276,11 +276,11 @@ def _from_start(values: np.ndarray) -> np.ndarray:
     return np.concatenate([[0.0], values])
 
 
-def _reaching(distance: np.ndarray, force: np.ndarray, wanted: float) -> float:
+def _reaching(distance: np.ndarray, force: np.ndarray, required: float) -> float:
     """Distance at which a force first reaches a value; nan if it does not."""
-    beyond = np.flatnonzero(force >= wanted)
+    beyond = np.flatnonzero(force >= required)
     if not beyond.size:
         return math.nan
     index = int(beyond[0])
     before, at = (0.0, 0.0) if index == 0 else (force[index - 1], distance[index - 1])
-    return float(at + (distance[index] - at) * (wanted - before) / (force[index] - before))
+    return float(at + (distance[index] - at) * (required - before) / (force[index] - before))

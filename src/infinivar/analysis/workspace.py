@@ -102,7 +102,7 @@ def static_points(
     platform : Platform           Of as many rods as there are legs.
     position : (..., 3) float     [m]
     rotation : (..., 3) float     Rotation vector. [rad]
-    wrench : (..., 6) float       Force and moment that the user applies to the platform's origin. [N], [N m]
+    wrench : (..., 6) float       Force and moment of the platform on its load, at its origin. [N], [N m]
     twist : (..., 6) float        Velocity and angular velocity; None: all wheels locked. [m s^-1], [rad s^-1]
     workers : int                 Threads; all processors by default.
 

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from infinivar.bondgraph.state_space import Equations
 
 
-def source(equations: Equations, wanted: Mapping[str, Any], name: str = "equations") -> str:
+def source(equations: Equations, outputs: Mapping[str, Any], name: str = "equations") -> str:
     """Text of a module with one function ``make(xp, parameters)``, which returns ``name(states, inputs, rates)``.
 
     Parameters
     ----------
     equations : Equations
-    wanted : mapping of str to SymPy expression   What the function returns, in this order.
+    outputs : mapping of str to SymPy expression   What the function returns, in this order.
     name : str                                    Of the inner function.
 
     Returns
@@ -37,7 +37,7 @@ def source(equations: Equations, wanted: Mapping[str, Any], name: str = "equatio
     from infinivar.bondgraph.printing import printer
 
     parameters = [sympy.Symbol(symbol, real=True) for symbol in equations.graph.parameters]
-    reduced = _reduced(equations, wanted, parameters)
+    reduced = _reduced(equations, outputs, parameters)
     states = [state.symbol for state in equations.states]
     inputs, rates = list(equations.inputs.values()), list(equations.rates.values())
     text = printer(
@@ -80,7 +80,7 @@ _Step: TypeAlias = tuple[Any, Any]
 
 
 class _Reduced(NamedTuple):
-    """Expressions cut into steps: those of parameters only, those shared by several, the laws, and what is wanted."""
+    """Expressions cut into steps: those of parameters only, those shared by several, the laws, and the outputs."""
 
     constants: list[_Step]
     shared: list[_Step]
@@ -89,7 +89,7 @@ class _Reduced(NamedTuple):
 
 
 def _reduced(equations: Equations, required: Mapping[str, Any], parameters: Sequence[Any]) -> _Reduced:
-    """Every law once, under its own symbol, then what is wanted; shared terms are found across all of them."""
+    """Every law once, under its own symbol, then the outputs; shared terms are found across all of them."""
     import sympy
 
     constants = _Constants(set(parameters))

@@ -148,11 +148,11 @@ class March:
         """Integrate one segment; returns the reason for an early stop, or ""."""
         last = int(np.searchsorted(self.times, end, side="right"))
         inside = self.times[self.reached : last]
-        wanted = inside if len(inside) and inside[-1] == end else np.append(inside, end)
-        widths = np.array([end - begin]) if len(wanted) == 1 else np.diff(wanted, prepend=begin)
+        requested = inside if len(inside) and inside[-1] == end else np.append(inside, end)
+        widths = np.array([end - begin]) if len(requested) == 1 else np.diff(requested, prepend=begin)
         stride = len(_STEPS)
-        grid = ((wanted - widths)[:, None] + widths[:, None] * _STEPS).ravel()
-        grid[stride - 1 :: stride] = wanted
+        grid = ((requested - widths)[:, None] + widths[:, None] * _STEPS).ravel()
+        grid[stride - 1 :: stride] = requested
         try:
             rows, problem = step(self.now, begin, grid, functions)
         except (ArithmeticError, ValueError) as problem:  # a law was evaluated outside its domain
@@ -164,11 +164,11 @@ class March:
         self.rows[first:last] = ends[: len(inside)]
         self.held[first:last] = _over(functions, inside)
         self.passed_at[first:last] = range(self.passed + 1, self.passed + 1 + len(inside))
-        self.passed += len(wanted)
+        self.passed += len(requested)
         self.reached = last
         between = grid.reshape(-1, stride)[:, :-1].ravel()
         moving = [functions[self.made.inputs.index(name)] for name in self.made.rates]
-        states = rows.reshape(len(wanted), stride, rows.shape[1])[:, :-1, : self.count]
+        states = rows.reshape(len(requested), stride, rows.shape[1])[:, :-1, : self.count]
         states = states.reshape(len(between), self.count)
         self.nodes.append((states, _over(functions, between), _over(moving, between, rate=True), between))
         self.widths.append(widths)

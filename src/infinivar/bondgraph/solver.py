@@ -67,7 +67,7 @@ def stepper(
     moving = [made.inputs.index(name) for name in made.rates]
 
     def piece(now: list[float], begin: float, required: Any, functions: Sequence[Input]) -> tuple[Any, str]:
-        # Asked some thousand times a second of motion: only what changes is computed again.
+        # Called some thousand times a second of motion: only what changes is computed again.
         given = [function.value(begin) for function in functions]
         changing = [(i, each.value) for i, each in enumerate(functions) if not isinstance(each, Constant)]
         speeds = [functions[index].rate for index in moving]

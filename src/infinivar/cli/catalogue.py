@@ -146,7 +146,7 @@ def search(
         "materials": ("youngs_modulus", "poisson", "yield_strength"),
     }
     found = search_parts(
-        (one.parts for one in _asked(of)[0]),
+        (one.parts for one in _selected(of)[0]),
         kind,
         conditions or (),
         sort=sort,
@@ -181,7 +181,7 @@ def check(
     from infinivar.parts.tables.consistency import check_parts
     from infinivar.report import catalogue as report
 
-    sets, unread = _asked(names)
+    sets, unread = _selected(names)
     clean, results = not unread, []
     for found in sets:
         outcome = check_parts(found.parts)
@@ -281,7 +281,7 @@ def _beside() -> tuple[Path, ...]:
     return (Path("parts"),)
 
 
-def _asked(names: list[str] | None) -> tuple[list[PartImport], int]:
+def _selected(names: list[str] | None) -> tuple[list[PartImport], int]:
     """The sets named; by default all that can be read, and how many cannot, which are reported on stderr."""
     from infinivar.parts.tables.stores import readable
 

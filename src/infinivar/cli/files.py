@@ -46,12 +46,12 @@ def init(
     beside = path.with_name(SCHEMA_FILE)
     if not beside.exists():
         _write_new(beside, _schema())
-    from infinivar.study.check import check_asked
+    from infinivar.study.check import check_demands
     from infinivar.study.load import load_study
 
     command = "compare"
     try:
-        check_asked(load_study(path), command)
+        check_demands(load_study(path), command)
     except InputError:  # sessions only, of a user at the handle
         command = "session"
     say(f"{path} written. Next: infinivar {command} {shlex.quote(str(path))} --out out")

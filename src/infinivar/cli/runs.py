@@ -111,13 +111,13 @@ def sensitivity(
     from infinivar.drivetrain.drive import axis_of
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
-    from infinivar.study.check import check_asked
+    from infinivar.study.check import check_demands
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
     if force is moment is None:
         with naming(study):
-            check_asked(loaded, "sensitivity")
+            check_demands(loaded, "sensitivity")
     name = chosen(study, "drive", drive, loaded.drives)
     derived: Any = next((known for known in METHODS if known == method), None)
     if derived is None:
@@ -162,7 +162,7 @@ def _simulate_machine(
     study: Path, loaded: Study, name: str, task: str | None, scenario: str | None, out: Path, as_json: bool
 ) -> NoReturn:
     """Simulate a machine on a path or in a task, and exit."""
-    from infinivar.analysis.machine_sensitivity import asked_of
+    from infinivar.analysis.machine_sensitivity import task_of
     from infinivar.analysis.machine_study import check_moves, simulated
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
@@ -178,7 +178,7 @@ def _simulate_machine(
         check_moves(loaded.drives[name], f"drives.{name}")
         check_machines(loaded)
         every = [f"paths.{one}" for one in loaded.paths] + [f"tasks.{one}" for one in loaded.tasks]
-        place, requested = asked_of(loaded, every[0] if task is None else task)
+        place, requested = task_of(loaded, every[0] if task is None else task)
     if task is None and len(every) > 1:
         complain(f"no --task given: using {printable(place)}, the first of {', '.join(map(printable, every))}")
     title = f"{loaded.titles[name]}, {requested.title}"

@@ -54,12 +54,12 @@ SlipMargin = Annotated[
     float | None,
     typer.Option(
         "--slip-margin",
-        help="Cobotic drives: slip force over lateral force that is wanted. [default: 1.1]",
+        help="Cobotic drives: required slip force over lateral force. [default: 1.1]",
         min=1.0,
     ),
 ]
 Life = Annotated[
-    str | None, typer.Option("--life", help='Cobotic drives: wanted life of the axle bearings, such as "5000 h".')
+    str | None, typer.Option("--life", help='Cobotic drives: required life of the axle bearings, such as "5000 h".')
 ]
 
 

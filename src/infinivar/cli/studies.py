@@ -83,10 +83,10 @@ def compare(
     """
     from infinivar._core.engine import ENGINES
     from infinivar.analysis.compare import compare as run
-    from infinivar.analysis.hanging import told
+    from infinivar.analysis.hanging import printed_lines
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
-    from infinivar.study.check import check_asked, check_duty
+    from infinivar.study.check import check_demands, check_duty
 
     if quick and out is not None:
         raise InputError("--quick writes no files: remove --out or --quick")
@@ -97,7 +97,7 @@ def compare(
     loaded = loaded_study(study)
     with naming(study):
         loaded = loaded.with_drives(drive) if drive else loaded
-        check_asked(loaded, "compare")
+        check_demands(loaded, "compare")
         check_duty(loaded)
     with contextlib.nullcontext() if quick else claimed(out):
         with progress_bar() as progress, naming(study):
@@ -106,7 +106,7 @@ def compare(
             # Drawing takes longer than computing, so print the verdicts first.
             for line in _verdicts(comparison):
                 say(line)
-            for line in told(comparison.hangs_on):
+            for line in printed_lines(comparison.hangs_on):
                 say(line)
             flush()
         files = []

@@ -180,7 +180,7 @@ def inward(chain: Sequence[Place], course: Course, load_mass: Array, axis: Axis,
 
 
 def _course(rows: _Rows, place: int, push: int) -> Course:
-    """The course of the drive's output, with no more derivatives than asked for."""
+    """The course of the drive's output, with no more derivatives than requested."""
     position = [*rows.position[: place + 1], *[0.0] * 5][:5]
     force = [*(-part for part in rows.force[: push + 1]), 0.0, 0.0][:3]
     return Course(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.bounds import NonZero
-from infinivar._core.fields import brief, check, component, given, quantity
+from infinivar._core.fields import brief, check, component, quantity
 from infinivar._core.labels import labelled
 from infinivar.axis import LINEAR, Axis
 from infinivar.contact import creep
@@ -18,7 +18,7 @@ from infinivar.contact.friction import STICK_SPEED
 from infinivar.drivetrain import chain
 from infinivar.drivetrain.chain import Inward
 from infinivar.drivetrain.control import CoboticControl
-from infinivar.drivetrain.drive import DrivePoint, MotorSide, MovingPoint, motor_side, needed, placed
+from infinivar.drivetrain.drive import DrivePoint, MotorSide, MovingPoint, motor_side, needed, placed, shaft_inertia
 from infinivar.drivetrain.output import Output
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
@@ -59,8 +59,26 @@ class Rolled(NamedTuple):
     """Of the wheel. [-]"""
 
 
+class TurnedCylinder:
+    """What motor, gearhead and cylinder of a drive turn together: a base of drives with these three fields."""
+
+    __slots__ = ()
+
+    @property
+    def turning_inertia(self: Any) -> float:
+        """Inertia of cylinder, gearhead and rotor about the cylinder's axis. [kg m^2]
+
+        Raises
+        ------
+        ParameterError
+            If an inertia that motion requires is missing.
+        """
+        of_motor = self.gearhead.ratio**2 * shaft_inertia(self.motor, self.gearhead)
+        return needed(self.cylinder_inertia, "cylinder_inertia") + of_motor
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CoboticDrive:
+class CoboticDrive(TurnedCylinder):
     """Motor and gearhead turn a cylinder at constant speed; a steered wheel drives the link from it.
 
     Source: faulring2006, Fig 10, Fig 11, Fig 12 and Fig 13.
@@ -92,8 +110,8 @@ class CoboticDrive:
         self.output.check_axis(self.own_axis)
         follows = getattr(self.guideway, "coefficient", 0.0)
         if self.cylinder_bearings is not None and self.cylinder_bearings.backing_rollers and type(follows) is float:
-            wanted = "0 with cylinder_bearings.backing_rollers, which carry the preload; state guideway.friction"
-            require(follows == 0.0, "guideway.coefficient", follows, wanted)
+            allowed = "0 with cylinder_bearings.backing_rollers, which carry the preload; state guideway.friction"
+            require(follows == 0.0, "guideway.coefficient", follows, allowed)
         if self.steering is None:
             return
         measured, derived = self.steering.patch_half_length is not None, self.transmission.geometry is not None
@@ -229,17 +247,6 @@ class CoboticDrive:
             length = steering.patch_half_length * (preload / element.preload) ** (1.0 / 3.0)
             steering = replace(steering, patch_half_length=length)
         return replace(self, transmission=element.pressed(preload), steering=steering)
-
-    @property
-    def turning_inertia(self) -> float:
-        """Inertia of cylinder, gearhead and rotor about the cylinder's axis. [kg m^2]
-
-        Raises
-        ------
-        ParameterError
-            If an inertia that motion requires is missing.
-        """
-        return turning_inertia(self.motor, self.gearhead, self.cylinder_inertia)
 
     def inward(self, course: Course, load_mass: Array) -> Inward:
         """Motion of the link and force on it, for a load that follows a course; see `chain.inward`."""
@@ -465,9 +472,3 @@ class CoboticDrive:
                 **load.states,
             },
         )
-
-
-def turning_inertia(motor: Motor, gearhead: Gearhead, cylinder_inertia: Array | None) -> Array:
-    """Inertia of cylinder, gearhead and rotor about the cylinder's axis; ParameterError if one is missing. [kg m^2]"""
-    rotor = needed(motor.rotor_inertia, "motor.rotor_inertia") + given(gearhead.inertia, 0.0)
-    return needed(cylinder_inertia, "cylinder_inertia") + gearhead.ratio**2 * rotor

@@ -14,8 +14,7 @@ from infinivar._core.labels import Labels
 from infinivar._core.plugins import is_own
 from infinivar._core.result import Result, result
 from infinivar.axis import LINEAR, Axis
-from infinivar.drivetrain import own
-from infinivar.drivetrain.blame import blaming
+from infinivar.drivetrain import extension_checks
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.motion.course import Course
@@ -200,12 +199,12 @@ def operated(drive: Any, *, speed: Array, force: Array, position: Array = 0.0) -
     """
     check_drive(drive, "drive")
     placed_at = {} if isinstance(position, (int, float)) and position == 0 else {"position": position}
-    with blaming(drive, "operate", "operate(*, speed, force), which returns a DrivePoint"):
+    with extension_checks.naming_failures(drive, "operate", "operate(*, speed, force), which returns a DrivePoint"):
         point = drive.operate(speed=speed, force=force, **placed_at)
         if is_own(drive):
             where = f"{type(drive).__name__}.operate"
-            own.check_kind(point, DrivePoint, where)
-            own.check_steady(point, speed * force, where)
+            extension_checks.check_kind(point, DrivePoint, where)
+            extension_checks.check_steady(point, speed * force, where)
     return point
 
 
@@ -221,12 +220,12 @@ def followed(drive: Any, course: Course, *, load_mass: Array = 0.0, **options: A
         slip, or the powers do not balance.
     """
     check_drive(drive, "drive", ("operate", "follow"))
-    with blaming(drive, "follow", "follow(course, *, load_mass), which returns a MovingPoint"):
+    with extension_checks.naming_failures(drive, "follow", "follow(course, *, load_mass), which returns a MovingPoint"):
         point = drive.follow(course, load_mass=load_mass, **options)
         if is_own(drive):
             where = f"{type(drive).__name__}.follow"
-            own.check_kind(point, MovingPoint, where)
-            own.check_moving(point, course.driving_force(load_mass).value * course.speed, where)
+            extension_checks.check_kind(point, MovingPoint, where)
+            extension_checks.check_moving(point, course.driving_force(load_mass).value * course.speed, where)
     return point
 
 
@@ -323,15 +322,14 @@ def motor_side(
         output_torque=output_torque, output_speed=output_speed, motor_rated_torque=motor.continuous_torque
     )
     if is_own(gearhead):
-        own.check_kind(gear, GearPoint, f"{type(gearhead).__name__}.operate")
+        extension_checks.check_kind(gear, GearPoint, f"{type(gearhead).__name__}.operate")
     torque, stored = gear.motor_torque, 0.0 * gear.motor_speed
     if output_acceleration is not None:
-        inertia = needed(motor.rotor_inertia, "motor.rotor_inertia") + given(gearhead.inertia, 0.0)
-        extra = inertia * gearhead.ratio * output_acceleration
+        extra = shaft_inertia(motor, gearhead) * gearhead.ratio * output_acceleration
         torque, stored = torque + extra, extra * gear.motor_speed
     electric = motor.operate(torque=torque, speed=gear.motor_speed)
     if is_own(motor):
-        own.check_kind(electric, MotorPoint, f"{type(motor).__name__}.operate")
+        extension_checks.check_kind(electric, MotorPoint, f"{type(motor).__name__}.operate")
     states = {
         "motor_current_A": electric.current,
         "motor_voltage_V": electric.voltage,
@@ -357,6 +355,11 @@ def needed(value: T | None, field: str) -> T:
     if value is None:
         raise ParameterError(f"{field} is missing: motion needs it")
     return value
+
+
+def shaft_inertia(motor: Motor, gearhead: Gearhead) -> float:
+    """Inertia of rotor and gearhead at the motor's shaft; ParameterError if that of the rotor is missing. [kg m^2]"""
+    return needed(motor.rotor_inertia, "motor.rotor_inertia") + given(gearhead.inertia, 0.0)
 
 
 def with_rated_gear(drive: T) -> T:

@@ -77,13 +77,13 @@ class Output:
     def check_axis(self, inner: Axis) -> None:
         """Raise ParameterError unless springs and linkage fit a drive whose own output moves along or about `inner`."""
         if self.linkage is not None and self.linkage.rotary_drive is not inner.rotary:
-            turns, wanted = (
+            turns, suited = (
                 ("about a shaft", "lever, table or crank")
                 if self.linkage.rotary_drive
                 else ("along a line", "four-bar")
             )
             raise ParameterError(
-                f"output.linkage.shape = {self.linkage.shape!r} needs a drive that moves {turns}; use {wanted} with this one"
+                f"output.linkage.shape = {self.linkage.shape!r} needs a drive that moves {turns}; use {suited} with this one"
             )
         for name, spring_axis in (("spring", LINEAR), ("torsion_spring", ROTARY)):
             for way in ("parallel", "series"):

@@ -50,8 +50,8 @@ class SteeringPlant:
         check(self)
         if self.bell_bearing is not None:
             bearing = self.bell_bearing.type
-            wanted = "deep_groove, angular_contact or thrust_ball, which carry the preload along the bell's axis"
-            require(bearing not in ("cylindrical", "needle"), "bell_bearing.type", bearing, wanted)
+            allowed = "deep_groove, angular_contact or thrust_ball, which carry the preload along the bell's axis"
+            require(bearing not in ("cylindrical", "needle"), "bell_bearing.type", bearing, allowed)
         if self.bell_bearing is None and self.bell_friction is None:
             raise ParameterError("bell_friction is missing: give it, or bell_bearing, which determines it")
         if self.bell_bearing is not None and self.bell_friction is not None:

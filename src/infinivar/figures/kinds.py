@@ -67,7 +67,7 @@ def _sphere_map(name: str, title: str, drive: SphereDrive) -> Drawing:
 def _platform(name: str, title: str, drive: PlatformDrive, task: TaskResult, caption: str) -> Iterator[Drawing]:
     legs, pose = drive.legs, drive.configuration(task.pose)
     assert legs is not None
-    point = legs.operate(pose, wrench=-task.wrench, twist=task.twist).legs
+    point = legs.operate(pose, wrench=task.wrench, twist=task.twist).legs
     yield (
         f"machine-{name}",
         lambda: machine.draw_all(drive.platform, legs.legs, point, task.pose[:3], task.pose[3:]),
@@ -78,5 +78,5 @@ def _platform(name: str, title: str, drive: PlatformDrive, task: TaskResult, cap
         lambda: wrench_set.draw_all(
             [legs.wrench_set(pose), legs.wrench_set(pose, twist=task.twist)], titles=("at rest", task.title)
         ),
-        f"{title}: wrenches of the user that ideal wheels hold at the pose of {task.title}, at rest and in that motion.",
+        f"{title}: wrenches on the load that ideal wheels can exert at the pose of {task.title}, at rest and in that motion.",
     )

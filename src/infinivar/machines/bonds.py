@@ -165,7 +165,7 @@ def contact(
 
 
 def user(junctions: Sequence[str]) -> Bonds:
-    """A wrench of the user on coordinates."""
+    """What the user exerts on coordinates."""
     sources = [
         bg.effort_source(f"user_{place + 1}", f"W_{{{place + 1}}}", title="user") for place in range(len(junctions))
     ]
@@ -419,13 +419,13 @@ def under_wheels(mechanics: LeggedMechanics, stick_speed: float) -> Bonds:
     backed = float(bearings.roller_torque(rolling, radius))
     rollers = pieces.friction("backing_rollers", "T_{br}", backed, "N m", stick, ROLLERS)
     signals = [Signal(name=f"ldot_{one}", symbol=rf"\dot{{l}}_{{{one}}}", of=f"link_{one}") for one in places]
-    asked = [f"{name}_{one}" for name in ("phi", "ldot") for one in places]
+    inputs = [f"{name}_{one}" for name in ("phi", "ldot") for one in places]
     if bearings.span is not None and mechanics.load.slides:
         signals += [Signal(name=f"l_{one}", symbol=f"l_{{{one}}}", of=f"link_{one}", integral=True) for one in places]
-        asked += [f"l_{one}" for one in places]
+        inputs += [f"l_{one}" for one in places]
     law = functools.partial(_under_all, mechanics, stick_speed)
     made = bg.resistance(
-        "bearings", "T_{cb}", law, signals=tuple(asked), parameters={"stick_speed": stick}, title=bearings.title
+        "bearings", "T_{cb}", law, signals=tuple(inputs), parameters={"stick_speed": stick}, title=bearings.title
     )
     elements = [one for one in (made, rollers) if one is not None]
     return Bonds(elements, [f"cylinder > {one.name}" for one in elements], signals)

@@ -30,7 +30,7 @@ def machine_graph(
     Returns
     -------
     BondGraph
-        Inputs are the user's wrench ("user_1" ...), currents of motor ("motor.source") and servos ("servo_1.source" ...) or
+        Inputs are forces of the user ("user_1" ...), currents of motor ("motor.source") and servos ("servo_1.source" ...) or
         angles ("phi_1" ...). For a platform the entries of the Jacobian ("J_11" ...) are inputs as well, of which the rates
         count: its body turns in its own axes, so that they are those of an angular velocity in these axes.
 

@@ -137,7 +137,7 @@ class GrippingArm:
     intention: Callable[[float], Any]
     """Position by time. (d,) [m]"""
 
-    def wanted(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def intended(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Intention and its rate at rows of time. (m, d) [m], [m s^-1]"""
         if isinstance(self.intention, VectorHistory):
             return at_times(self.intention, time), at_times(self.intention.rate, time)
@@ -199,8 +199,8 @@ class Hand:
 
             return Grasp(generalised, None, of_force, held.position, pushed)
         velocity = np.matmul(held.jacobian, rates[..., None])[..., 0]
-        wanted, moving = arm.wanted(time)
-        apart, slower = wanted - held.position, moving - velocity
+        intended, moving = arm.intended(time)
+        apart, slower = intended - held.position, moving - velocity
         drawn = arm.stiffness * apart + arm.damping * slower
         force = pushed + drawn
         across = np.swapaxes(held.jacobian, -1, -2)

@@ -28,7 +28,7 @@ from infinivar.errors import ParameterError
 from infinivar.machines.bonds import Bonds
 from infinivar.machines.motors import LinkMotors, PowerMotor, SteeringServo
 from infinivar.machines.pictures.strokes import Picture
-from infinivar.machines.system import Mechanics, Wanted
+from infinivar.machines.system import Mechanics, SteeringLaw
 from infinivar.motion.histories import VectorHistory
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
@@ -98,7 +98,7 @@ class Machine:
         """Steering angles at which the wheels coast from a motion; those of now if nothing else is known. (s,)"""
         return angles
 
-    def follow(self, mechanics: Any, motion: VectorHistory | None, pose: np.ndarray, duration: float) -> Wanted:
+    def follow(self, mechanics: Any, motion: VectorHistory | None, pose: np.ndarray, duration: float) -> SteeringLaw:
         """Steering angles that follow a motion, or without one hold a pose for a duration.
 
         Raises
@@ -147,7 +147,7 @@ class MachineDrive:
         return ()
 
     def followed(self, pose: Array, wrench: Array) -> tuple[np.ndarray, np.ndarray]:
-        """Configuration of the machine in motion, and forces on it, of poses and wrenches (..., d)."""
+        """Configuration of the machine in motion, and forces on the load there, of poses and wrenches (..., d)."""
         return np.asarray(pose, dtype=float), np.asarray(wrench, dtype=float)
 
 

@@ -52,13 +52,13 @@ class Rubbing(NamedTuple):
 def rubbed(
     rubbing: Sequence[Rubbing], twist: np.ndarray, stick_speed: float | None = None
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Wrench of a load's own friction at twists (..., d), and its losses by name (..., k)."""
-    wrench, losses = np.zeros_like(twist), {}
+    """Forces of a load's own friction on its coordinates at twists (..., d), and its losses by name (..., k)."""
+    friction, losses = np.zeros_like(twist), {}
     for one in rubbing:
         against, speed = one.against(twist, stick_speed)
-        wrench = wrench - np.matmul(against[..., None, :], one.jacobian)[..., 0, :]
+        friction = friction - np.matmul(against[..., None, :], one.jacobian)[..., 0, :]
         losses[one.name] = against * speed
-    return wrench, losses
+    return friction, losses
 
 
 class Linkage(NamedTuple):

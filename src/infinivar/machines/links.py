@@ -62,7 +62,7 @@ def moved(
         return _with_legs(configuration, leg, twist, wrench, parts, kinematic, lever, units)
     assert separate is not None
     with np.errstate(invalid="ignore", over="ignore"):
-        speed, force = configuration.link_speeds(twist), configuration.link_forces(-wrench)
+        speed, force = configuration.link_speeds(twist), configuration.link_forces(wrench)
     reaches = np.all(np.isfinite(speed) & np.isfinite(force), axis=-1)
     safe = reaches[..., None]
     # Links of a configuration over pulleys move at the rim; a drive about the joint has the joint's own rate and torque.
@@ -94,7 +94,7 @@ def _with_legs(
     lever: float,
     units: tuple[str, str],
 ) -> TaskPoint:
-    found = leg.operate(configuration, wrench=-wrench, twist=twist)
+    found = leg.operate(configuration, wrench=wrench, twist=twist)
     legs = found.legs
     shape = legs.link_force.shape
     known = {limit: one for limit, one in found.utilisation.items() if limit not in configuration.utilisation}
@@ -167,7 +167,7 @@ class Carried:
             link_position=0.0,
             utilisation={},
         )
-        return held.link_forces(-self.load)
+        return held.link_forces(self.load)
 
     @property
     def stored(self) -> np.ndarray:

@@ -14,7 +14,7 @@ from infinivar._core.arrays import real_array
 from infinivar._core.bounds import FINITE, NonZero
 from infinivar._core.fields import brief, check, check_number, component, quantity
 from infinivar._core.result import Result, result
-from infinivar.drivetrain.cobotic import CoboticDrive, turning_inertia
+from infinivar.drivetrain.cobotic import CoboticDrive, TurnedCylinder
 from infinivar.drivetrain.drive import motor_side, needed
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
@@ -41,7 +41,7 @@ class MachinePoint(PowerPoint, Result):
     Attributes
     ----------
     power_in : (...,) float          From the supply. [W]
-    losses : name to (...,) float    From supply to user; those of legs are sums over the legs. [W]
+    losses : name to (...,) float    From supply to load; those of legs are sums over the legs. [W]
     stored : (...,) float            Power into the inertia of cylinder, gearhead and rotor. [W]
     utilisation : Limit to (...)     Demand over allowance, of the worst leg. [-]
     states : name to (...,) float    Of the motor; each name ends in its unit.
@@ -57,7 +57,7 @@ class MachinePoint(PowerPoint, Result):
 
     @property
     def power_out(self) -> Array:
-        """Power to the user, ``-W xi``. [W]"""
+        """Power to the load, ``W xi``. [W]"""
         return self.legs.power_out
 
     @property
@@ -77,7 +77,7 @@ class Driven(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LeggedDrive:
+class LeggedDrive(TurnedCylinder):
     """One motor turns the common cylinder of n legs.
 
     Source: faulring2006, section I and section VI.
@@ -124,17 +124,6 @@ class LeggedDrive:
             cylinder_bearings=leg.cylinder_bearings,
         )
 
-    @property
-    def turning_inertia(self) -> float:
-        """Inertia of cylinder, gearhead and rotor about the cylinder's axis. [kg m^2]
-
-        Raises
-        ------
-        ParameterError
-            If an inertia that motion requires is missing.
-        """
-        return turning_inertia(self.motor, self.gearhead, self.cylinder_inertia)
-
     def operate(
         self,
         configuration: Configuration,
@@ -149,7 +138,7 @@ class LeggedDrive:
         Parameters
         ----------
         configuration : Configuration            Of as many links as there are legs.
-        wrench : (..., d) float                  W, applied by the user to the machine.
+        wrench : (..., d) float                  W, which the machine applies to its load.
         twist : (..., d) float                   None: all wheels locked, see `Legs.operate`.
         cylinder_speed : (...,) float            By default that of the drive. [rad s^-1]
         cylinder_acceleration : (...,) float     Of a cylinder whose speed varies; this needs the inertias. [rad s^-2]
@@ -255,7 +244,7 @@ class LeggedDrive:
         Parameters
         ----------
         configuration : Configuration   Of as many links as components of the twist.
-        direction : (..., d) float      The wrench that the user applies, such as 1 N along x.
+        direction : (..., d) float      The wrench that the machine applies to its load, such as 1 N along x.
         twist, cylinder_speed           As in `operate`; None: locked.
 
         Returns
@@ -288,7 +277,7 @@ class LeggedDrive:
     def wrench_set(
         self, configuration: Configuration, *, twist: Array | None = None, cylinder_speed: float | None = None
     ) -> WrenchSet:
-        """Wrenches that ideal wheels hold at one pose without slip, within the continuous torque of the motor.
+        """Wrenches on the load that ideal wheels exert at one pose without slip, within the continuous torque of the motor.
 
         Parameters
         ----------
@@ -298,7 +287,7 @@ class LeggedDrive:
 
         Returns
         -------
-        WrenchSet   The zonotope of ``mu P cos(phi)`` of each leg, cut where the power to or from the user would exceed that
+        WrenchSet   The zonotope of ``mu P cos(phi)`` of each leg, cut where the power to or from the load would exceed that
             of the continuous torque with the losses without a wrench; see `largest_wrench` for the limits of real wheels.
 
         Raises
@@ -324,7 +313,7 @@ class LeggedDrive:
             raise ParameterError(
                 f"twist must be one that the motor sustains without a wrench; its power falls short by {-spare:.3g} W"
             )
-        return zonotope.cut(-xi, spare).cut(xi, self.continuous_power(speed, braking=True) + idle)
+        return zonotope.cut(xi, spare).cut(-xi, self.continuous_power(speed, braking=True) + idle)
 
     def continuous_power(self, cylinder_speed: float, *, braking: bool = False) -> float:
         """Power at the cylinder at the motor's continuous torque, into the cylinder or, braking, out of it. [W]"""

@@ -14,7 +14,7 @@ from infinivar._core.fields import given
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.control.loops import largest_current
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import needed
+from infinivar.drivetrain.drive import needed, shaft_inertia
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError
 from infinivar.parts.amplifier import Amplifier
@@ -23,10 +23,21 @@ from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 
 Powers = Callable[[], dict[str, np.ndarray]]
-"""Computes powers by name, (m,) each, when they are asked for. [W]"""
+"""Computes powers by name, (m,) each, on request. [W]"""
 
 POWER_LOSSES = ("winding", "motor friction", "motor iron", "gearhead", "amplifier")
 STEERING_LOSSES = ("winding", "motor friction", "motor iron", "bearing", "patch", "amplifier")
+
+
+def _electric(
+    motor: Motor, amplifier: Amplifier, currents: np.ndarray, driven: np.ndarray, speed: np.ndarray
+) -> dict[str, np.ndarray]:
+    """What all motors take from the supply and lose in windings and amplifiers, (m,) each, at the torques or forces that their
+    currents drive and the speeds there, (m, k). [W]"""
+    winding = motor.resistance * currents * currents + 0.0 * speed
+    taken, burnt, _ = amplifier.supply(winding + driven * speed)
+    lost = {"supply": taken, "winding": winding, "amplifier": burnt + 0.0 * speed}
+    return {name: one.sum(axis=-1) for name, one in lost.items()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +75,7 @@ class PowerMotor:
 
     def __post_init__(self) -> None:
         """Compute what does not change."""
-        rotor = needed(self.motor.rotor_inertia, "motor.rotor_inertia") + given(self.gearhead.inertia, 0.0)
+        rotor = shaft_inertia(self.motor, self.gearhead)
         reduction = self.gearhead.ratio / self.travel
         object.__setattr__(self, "reduction", reduction)
         object.__setattr__(self, "rotor", rotor * reduction**2)
@@ -128,16 +139,12 @@ class PowerMotor:
         torque = self.reduction * (driven - (motor.friction_torque + self.gear_friction) * way - iron)
 
         def powers() -> dict[str, np.ndarray]:
-            winding = motor.resistance * currents * currents + 0.0 * shaft
-            taken, burnt, _ = self.amplifier.supply(winding + driven * shaft)
             slid = (way * shaft).sum(axis=-1)
             return {
-                "supply": taken.sum(axis=-1),
-                "winding": winding.sum(axis=-1),
+                **_electric(motor, self.amplifier, currents, driven, shaft),
                 "motor friction": motor.friction_torque * slid,
                 "motor iron": (iron * shaft).sum(axis=-1),
                 "gearhead": self.gear_friction * slid,
-                "amplifier": (burnt + 0.0 * shaft).sum(axis=-1),
             }
 
         return torque, powers
@@ -184,18 +191,15 @@ class SteeringServo:
         torque = driven - self.friction * share - iron
 
         def powers() -> dict[str, np.ndarray]:
-            winding = motor.resistance * currents * currents + 0.0 * turning
-            taken, burnt, _ = self.amplifier.supply(winding + driven * turning)
             slid = (share * turning).sum(axis=-1)
-            return {
-                "steering supply": taken.sum(axis=-1),
-                "steering winding": winding.sum(axis=-1),
-                "steering motor friction": ratio * motor.friction_torque * slid,
-                "steering motor iron": (iron * turning).sum(axis=-1),
-                "steering bearing": self.bell_friction * slid,
-                "steering patch": self.patch_friction * slid,
-                "steering amplifier": (burnt + 0.0 * turning).sum(axis=-1),
+            found = {
+                **_electric(motor, self.amplifier, currents, driven, turning),
+                "motor friction": ratio * motor.friction_torque * slid,
+                "motor iron": (iron * turning).sum(axis=-1),
+                "bearing": self.bell_friction * slid,
+                "patch": self.patch_friction * slid,
             }
+            return {f"steering {name}": one for name, one in found.items()}
 
         return torque, powers
 
@@ -223,7 +227,7 @@ class LinkMotors:
     def __post_init__(self) -> None:
         """Compute what does not change."""
         drive, gear, stage = self.drive, self.drive.gearhead, self.drive.stage
-        rotor = needed(drive.motor.rotor_inertia, "motor.rotor_inertia") + given(gear.inertia, 0.0)
+        rotor = shaft_inertia(drive.motor, gear)
         law = gear.law(drive.motor.continuous_torque)
         if law.OF_LOAD and not law.is_zero:
             raise ParameterError(
@@ -276,10 +280,9 @@ class LinkMotors:
         force = driven - sum(self.frictions) * way - iron
 
         def powers() -> dict[str, np.ndarray]:
-            winding = motor.resistance * currents * currents + 0.0 * speed
-            taken, burnt, _ = self.drive.amplifier.supply(winding + driven * speed)
-            lost = [*(one * way * speed for one in self.frictions), winding, iron * speed, burnt + 0.0 * speed]
-            found = {name: one.sum(axis=-1) for name, one in zip(self.losses, lost, strict=True)}
-            return {"supply": taken.sum(axis=-1), **found}
+            found = _electric(motor, self.drive.amplifier, currents, driven, speed)
+            slid = {name: one * way * speed for name, one in zip(self.losses[:4], self.frictions, strict=True)}
+            lost = {**slid, "motor iron": iron * speed}
+            return {**found, **{name: one.sum(axis=-1) for name, one in lost.items()}}
 
         return force, powers

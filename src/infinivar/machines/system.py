@@ -36,7 +36,7 @@ from infinivar.motion.histories import VectorHistory
 Angles = Callable[[float], Any]
 """Steering angles by time, where no servo sets them. [s] to (s,) [rad]"""
 
-Wanted = Callable[[float, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+SteeringLaw = Callable[[float, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Steering angles and rates by the time at which they act, configuration, rates and present angles."""
 
 _STEP = 1e-6
@@ -74,7 +74,7 @@ class Mechanics(Protocol):
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Names of the rates; the user's wrench acts on the first ones."""
+        """Names of the rates; the wrench on the load is that of the first ones."""
         ...
 
     @property
@@ -178,7 +178,7 @@ class Inputs:
     steering: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Currents of the servos. (s,) [A]"""
     turning: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    """Rates of steered axes that turn as told. (s,) [rad s^-1]"""
+    """Rates of steered axes that turn as commanded. (s,) [rad s^-1]"""
     links: np.ndarray = field(default_factory=lambda: np.zeros(()))
     """Currents of the motors of links, (n,) or one for all. [A]"""
 
@@ -198,7 +198,7 @@ class _Acting(NamedTuple):
     """With those of motors and arm."""
     forces: Forces
     pushed: np.ndarray | None
-    """Wrench of a user without a hand. (m, N)"""
+    """What a user without a hand exerts. (m, N)"""
     grasp: Grasp | None
     electric: list[Powers]
     """Of motors and servos."""
@@ -220,7 +220,7 @@ class System:
     prescribed_steering: bool = False
     """Whether, without servo, the angles are states that turn at the rates of the inputs."""
     wrench: Callable[[float], np.ndarray] | None = None
-    """Of the user, on the first coordinates, by time. None: none."""
+    """Of the first coordinates on the load, by time. None: none."""
     hand: Hand | None = None
     """The user at the handle."""
     watch: Callable[[np.ndarray], np.ndarray] | None = None
@@ -274,7 +274,7 @@ class System:
     def steering(
         self, time: np.ndarray, state: np.ndarray, turning: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Angles and rates of the steered axes, (m, s) each; `turning` are the rates of those that turn as told. [rad],
+        """Angles and rates of the steered axes, (m, s) each; `turning` are the rates of those that turn as commanded. [rad],
         [rad s^-1]"""
         _, second, third = self.places
         if self.servo is not None:
@@ -292,11 +292,11 @@ class System:
         return now, (ahead - behind) / (2.0 * _STEP)
 
     def user(self, time: np.ndarray) -> np.ndarray:
-        """Wrench of the user on all coordinates, without a hand. (m, N)"""
+        """What a user or load without a hand exerts on all coordinates: the opposite of the wrench. (m, N)"""
         found = np.zeros((len(time), len(self.mechanics.coordinates)))
         if self.wrench is not None:
-            pushed = at_times(self.wrench, time)
-            found[:, : pushed.shape[-1]] = pushed
+            wrench = at_times(self.wrench, time)
+            found[:, : wrench.shape[-1]] = -wrench
         return found
 
     def pushed(self, time: np.ndarray, state: np.ndarray) -> np.ndarray | None:
@@ -304,7 +304,7 @@ class System:
         return None if self.wrench is None else self.user(time)
 
     def rates(self, inputs: Inputs, time: np.ndarray, state: np.ndarray) -> Rates:
-        """Derivatives of states; powers of sources and losses, stored energy and demands when they are asked for."""
+        """Derivatives of states; powers of sources and losses, stored energy and demands on request."""
         first, second, _ = self.places
         c, nu = state[:, :first], state[:, first:second]
         angles, turning = self.steering(time, state, inputs.turning)

@@ -45,8 +45,9 @@ class MachineScenario:
         default=None,
     )
     wrench: History | None = component(
-        "What the user exerts on the machine over time: force and moment on a platform [N, N m], torques on the joints of an "
-        "arm [N m], force and moment on a cart in its own axes [N, N m], torques on both shafts of a sphere [N m]; None: none",
+        "What the machine exerts on its load or user over time: force and moment of a platform [N, N m], torques of the joints "
+        "of an arm [N m], force and moment of a cart in its own axes [N, N m], torques of both shafts of a sphere [N m]; None: "
+        "none",
         default=None,
     )
     source: Literal["held", "off", "none"] = component("What the power motor does", default="held")

@@ -1,8 +1,7 @@
 r"""What a machine must do: tasks, each a wrench at a twist in a pose, and paths, on which its end point moves over time.
 
 Wrenches are those that the machine exerts on its load, so that ``wrench . twist`` is the power to the load, as force times speed
-is for a drive of one axis. `infinivar.LeggedDrive` and `infinivar.Mechanism` take the wrench of the user on the machine instead,
-which is the opposite.
+is for a drive of one axis.
 """
 
 from __future__ import annotations

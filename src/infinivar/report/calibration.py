@@ -1,4 +1,4 @@
-"""The report of a calibration, the calibrated study, and the data of a virtual rig as files."""
+"""The reports of calibrations, of all drives and of geared ones, the calibrated study, and the data of a virtual rig as files."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from infinivar import units
 from infinivar.calibration import model
 from infinivar.calibration.data import RigData
 from infinivar.calibration.fitted import Fitted
+from infinivar.calibration.geared import model as geared_model
+from infinivar.calibration.geared import words
 from infinivar.calibration.geared.data import Dynamometer
 from infinivar.calibration.geared.result import GearedCalibration
 from infinivar.calibration.laws import DECIDED
@@ -20,6 +22,7 @@ from infinivar.calibration.result import Calibration
 from infinivar.calibration.virtual_rig import Setting
 from infinivar.calibration.words import combined, described, with_interval
 from infinivar.figures import calibration as figure
+from infinivar.figures import geared_calibration as geared_figure
 from infinivar.figures import style
 from infinivar.report.output import all_or_nothing, check_file
 from infinivar.report.page import render, to_json, write_csv
@@ -178,3 +181,22 @@ def _relative(path: Path, directory: Path) -> str:
 
 def _plain(text: str) -> str:
     return "".join(letter for letter in text if letter.isprintable())
+
+
+def save_geared(calibration: GearedCalibration, directory: Path) -> list[Path]:
+    """As `save`, of the calibration of a geared drive."""
+    return write(calibration, directory, geared_figure.draw_all, geared_html)
+
+
+def geared_html(calibration: GearedCalibration, image: str) -> str:
+    """The report as one self-contained page."""
+    fit, known = calibration.fit, calibration.known
+    return render(
+        "geared_calibration.html",
+        calibration=calibration,
+        parameters=geared_model.PARAMETERS,
+        estimate=lambda name: with_interval(fit.values[name], fit.deviations[name], geared_model.PARAMETERS[name]),
+        known=lambda name: units.show_in(known[name], *geared_model.PARAMETERS[name][:2], digits=5),
+        sums=[words.sum_in_words(one, fit) for one in fit.combinations],
+        image=image,
+    )

@@ -11,7 +11,7 @@ from infinivar.report.output import check_file
 
 
 def save(graph: BondGraph, picture: Path, equations: Path | None = None) -> None:
-    """Write the picture of a graph and, if asked for, its equations.
+    """Write the picture of a graph and, if requested, its equations.
 
     Parameters
     ----------

@@ -100,7 +100,7 @@ _TYPES: dict[str, dict[str, str]] = {
     },
     "calibration.geared.result.GearedCalibration": {
         "plot": "figures.geared_calibration:draw_all",
-        "save": "report.geared_calibration:save",
+        "save": "report.calibration:save_geared",
         "table": "report.tables:calibration",
     },
     "calibration.result.Calibration": {

@@ -11,15 +11,15 @@ from typing import Any
 
 from infinivar._core.fields import value_at
 from infinivar._core.text import aligned, counted
-from infinivar.analysis.hanging import told
+from infinivar.analysis.hanging import printed_lines
 from infinivar.analysis.robustness.verdicts import percent
 from infinivar.figures import sizing as figure
 from infinivar.figures import style
 from infinivar.motion.scenario import Scenario
-from infinivar.report import sizing_doubt
 from infinivar.report.numbers import capitalise
 from infinivar.report.output import all_or_nothing, check_inputs
 from infinivar.report.page import render, to_json
+from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import (
     ROLES,
     UNITS,
@@ -51,6 +51,8 @@ TIGHTEST = 5
 """Limits of the best designs that are set side by side."""
 _ABREAST = 8
 """Designs beside each other in a table of margins: as many as fit on a page."""
+_LISTED_BUILDS = 5
+"""Most runners-up, and most of the front, that are printed in a terminal."""
 
 
 def save(sizing: Sizing, directory: Path) -> list[Path]:
@@ -144,9 +146,9 @@ def text(sizing: Sizing) -> Iterator[str]:
             yield ""
             yield from _listed(sizing, group, title, designs)
     for lines in (
-        told(sizing.hangs_on),
+        printed_lines(sizing.hangs_on),
         *(_changes(one) for one in sizing.what_if.values()),
-        () if sizing.doubt is None else sizing_doubt.text(sizing.doubt),
+        () if sizing.doubt is None else _doubt_lines(sizing.doubt),
         _searched(sizing),
     ):
         block = [*lines]
@@ -351,3 +353,21 @@ def _unchecked(group: str, designs: tuple[SizedDrive, ...]) -> Iterator[str]:
             if key in design.unchecked
         ]
         yield demand_words(*key) + (f" ({', '.join(names)})" if len(names) < len(designs) else "")
+
+
+def _doubt_lines(doubt: Doubt) -> Iterator[str]:
+    """Yield the lines on the builds of designs within their tolerances, for a terminal."""
+    yield f"Within tolerances, {counted(doubt.count, 'builds')}:"
+    yield f"  {doubt.designs[0].name}: {doubt.verdict}"
+    for one in doubt.runners_up[:_LISTED_BUILDS]:
+        yield f"  {one.name}: least {doubt.objective} in {percent(one.best_share, one.count)}; {one.verdict}"
+    more = len(doubt.runners_up) - _LISTED_BUILDS
+    if more > 0:
+        yield f"  ... and {more} more that {'is' if more == 1 else 'are'} best in some builds"
+    never = len(doubt.designs) - 1 - len(doubt.runners_up)
+    if never:
+        yield f"  ... and {never} more that {'is' if never == 1 else 'are'} best in no build"
+    if doubt.stated:
+        yield f"  spreads stated in the study: {'; '.join(doubt.stated)}"
+    if doubt.assumed:
+        yield f"  spreads assumed, as the study states none: {', '.join(doubt.assumed)}"

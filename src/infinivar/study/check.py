@@ -48,8 +48,8 @@ def check_machines(study: Study) -> None:
     _refuse(_machine_faults(study))
 
 
-def check_asked(study: Study, command: str) -> None:
-    """Refuse a study that states sessions of a user only to a command that asks what the drives must do.
+def check_demands(study: Study, command: str) -> None:
+    """Refuse a study that states sessions of a user only to a command that needs what the drives must do.
 
     Raises
     ------

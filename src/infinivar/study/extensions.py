@@ -75,7 +75,7 @@ def word_of(group: str, kind: type, find: Callable[[str], Any]) -> str | None:
 
 
 Skip = Callable[[str], None]
-"""Is told what is wrong with an extension that is left out."""
+"""Called with what is wrong with an extension that is left out."""
 
 
 def drive_types(known: Mapping[str, type], skip: Skip) -> dict[str, type]:

@@ -244,15 +244,15 @@ def extended_schema(skip: extensions.Skip | None = None) -> dict[str, Any]:
 
     Parameters
     ----------
-    skip : callable   Is told, once each, what is wrong with extensions that are left out as they cannot be used.
+    skip : callable   Called, once each, with what is wrong with extensions that are left out as they cannot be used.
     """
     schema = json_schema()
-    told: set[str] = set()
+    reported: set[str] = set()
 
     def tell(fault: str) -> None:
-        if skip is not None and fault not in told:
+        if skip is not None and fault not in reported:
             skip(fault)
-        told.add(fault)
+        reported.add(fault)
 
     definitions = schema["$defs"]
     _add_drives(schema, definitions, tell)

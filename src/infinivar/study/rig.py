@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from annotated_types import Ge, Gt
 
 from infinivar._core.fields import check, quantity
+from infinivar.units import STANDARD_GRAVITY
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +35,7 @@ class Rig:
     voltage_noise: float = quantity("V", Ge(0), "Noise of one motor voltage sample", default=0.05)
     preload_deviation: float = quantity("1", Ge(0), "Relative deviation of the preload spring's rate", default=0.01)
     mass_deviation: float = quantity("kg", Ge(0), "Deviation of the balance that weighs the masses", default=1e-3)
-    gravity: float = quantity("m/s^2", Gt(0), "Gravitational acceleration at the rig", default=9.80665)
+    gravity: float = quantity("m/s^2", Gt(0), "Gravitational acceleration at the rig", default=STANDARD_GRAVITY)
     pendulum_mass: float | None = quantity("kg", Gt(0), "Mass of a pendulum on a geared drive", default=None)
     pendulum_length: float | None = quantity(
         "m", Gt(0), "Distance of the pendulum's centre of mass from the axis", default=None

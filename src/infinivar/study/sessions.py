@@ -151,7 +151,7 @@ class SessionTask(Whole):
         "kg m^2", Ge(0), "Moment of inertia of that tool, about all axes", default=None
     )
     servos: Literal["real", "ideal"] = component(
-        "Steering with motors, inertia and friction, or wheels that turn as told", default="real"
+        "Steering with motors, inertia and friction, or wheels that turn as commanded", default="real"
     )
     output_step: float | None = quantity(
         "s", Gt(0), "Time between results; default: a thousandth of the session, or a sample", default=None

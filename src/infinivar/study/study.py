@@ -82,7 +82,7 @@ class Study(Frozen):
             "titles": _distinct({name: self.titles.get(name, name) for name in self.drives}),
             "scenarios": _named(self.scenarios, self.requirement),
             "duty": _named(self.duty, self.requirement),
-            **_told_apart(named(self.tasks), named(self.paths)),
+            **_distinguished(named(self.tasks), named(self.paths)),
             "sessions": {name: one.titled(name) for name, one in self.sessions.items()},
             "provenance": completed(self._owners(), self.provenance),
         }
@@ -313,7 +313,7 @@ def _named(tasks: Mapping[str, T], requirement: Requirement | None) -> dict[str,
     return {name: task.loaded(mass) if task.axis is axis else task for name, task in made.items()}
 
 
-def _told_apart(tasks: dict[str, Any], paths: dict[str, Any]) -> dict[str, dict[str, Any]]:
+def _distinguished(tasks: dict[str, Any], paths: dict[str, Any]) -> dict[str, dict[str, Any]]:
     """Tasks and paths by group; those of one title are called "task T" and "path T"."""
     both = {one.title for one in tasks.values()} & {one.title for one in paths.values()}
     return {

@@ -91,11 +91,11 @@ class Configuration(Result):
         return np.matmul(self.jacobian, self.vector(twist, "twist")[..., None])[..., 0]
 
     def link_forces(self, wrench: Array) -> np.ndarray:
-        """Forces of the links on the machine that hold a wrench applied to it: ``J^T f = -W``.
+        """Forces of the links on the machine with which it exerts a wrench on its load: ``J^T f = W``.
 
         Parameters
         ----------
-        wrench : (..., d) float   W, applied by the user to the machine: work over twist.
+        wrench : (..., d) float   W, which the machine applies to its load: ``W xi`` is the power to the load.
 
         Returns
         -------
@@ -103,7 +103,7 @@ class Configuration(Result):
 
         Source: principle of virtual power.
         """
-        required = -self.vector(wrench, "wrench")
+        required = self.vector(wrench, "wrench")
         if self.links == self.freedoms:
             return solved(np.swapaxes(self.jacobian, -1, -2), required)
         return np.matmul(self.jacobian, solved(self.squared(), required)[..., None])[..., 0]

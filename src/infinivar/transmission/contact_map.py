@@ -33,7 +33,7 @@ class MechanismPoint(PowerPoint, Result):
     rates: Array
     """qdot. (..., n)"""
     applied: Array
-    """Forces applied to the machine, Q_a. (..., n)"""
+    """Forces Q that the machine applies on its coordinates. (..., n)"""
     cosine: Array
     """Of the headings, as `sine`. (..., k)"""
     sine: Array
@@ -61,12 +61,12 @@ class MechanismPoint(PowerPoint, Result):
 
     @property
     def power(self) -> Array:
-        """Power into the machine by coordinate, Q_a qdot. (..., n) [W]"""
+        """Power out of the machine by coordinate, Q qdot. (..., n) [W]"""
         return self.applied * self.rates
 
     @property
     def steering_power(self) -> Array:
-        """Power of the steering of each wheel, M times the steering rate. (..., k) [W]"""
+        """Power into the machine by the steering of each wheel, M times the steering rate. (..., k) [W]"""
         return self.moment * self.steering_rate
 
     @property
@@ -86,7 +86,7 @@ class MechanismPoint(PowerPoint, Result):
 
     def _directed(self, sign: float) -> Array:
         xp = namespace(self.power)
-        powers = [sign * self.power, sign * self.steering_power]
+        powers = [-sign * self.power, sign * self.steering_power]
         # Not clipped, which would hide a nan.
         return sum(xp.sum(xp.where(power < 0, 0.0 * power, power), axis=-1) for power in powers) + 0.0
 
@@ -194,7 +194,8 @@ class ContactMap:
     def forces(
         self, rates: Array, heading: tuple[Array, Array], steering_rate: Array = 0.0, stick_speed: float | None = None
     ) -> tuple[ContactForces, Array]:
-        """Forces of every contact, (..., k) each, and the applied forces Q_a, (..., n); arguments as in `operate`."""
+        """Forces of every contact, (..., k) each, and the forces Q that they exert on the coordinates, (..., n); arguments as in
+        `operate`."""
         xp = namespace(self.rows, rates, *heading, steering_rate)
         k = self.wheels
         motion = self.velocities(rates)
@@ -204,7 +205,7 @@ class ContactMap:
         parts = [found.x, found.y] + ([-found.moment] if self.spin is not None else [])
         if any(part.shape != parts[0].shape for part in parts):
             parts = list(xp.broadcast_arrays(*parts))
-        return found, -applied_to(self.columns, xp.concat(parts, axis=-1))
+        return found, applied_to(self.columns, xp.concat(parts, axis=-1))
 
     def spins(self, motion: Array, steering_rate: Array) -> Array | None:
         """psi of every wheel, (..., k), from `velocities`; None where nothing turns."""
@@ -239,7 +240,7 @@ class ContactMap:
     ) -> MechanismPoint:
         """The point of known forces."""
         xp = namespace(rates, applied, forces.x)
-        # What does not move as told, because a heading or the configuration is beyond a limit, has no demand of its own.
+        # What does not move as prescribed, because a heading or the configuration is beyond a limit, has no demand of its own.
         lost = xp.isnan(forces.creep_speed)
         cosine, sine, steering_rate, u = xp.broadcast_arrays(
             *heading, *as_floats(xp, steering_rate), forces.creep_speed

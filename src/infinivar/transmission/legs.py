@@ -1,12 +1,12 @@
 r"""Legs on a common cylinder: n wheels, each with a link of its own, coupled by the cylinder alone.
 
-A machine's kinematics give the link speeds ``ldot = J xi``, and the forces f of the links hold the wrench W that the user
-applies to it: ``J^T f = -W``. Each wheel is a `RotaryLinearIVT` with a steering angle of its own, and the torques on the
+A machine's kinematics give the link speeds ``ldot = J xi``, and the forces f of the links exert the wrench W that the machine
+applies to its load: ``J^T f = W``. Each wheel is a `RotaryLinearIVT` with a steering angle of its own, and the torques on the
 cylinder add up, so that
 
-.. math:: \omega \sum_i \tau_i + W \cdot \xi = \sum_i \mathrm{loss}_i \ge 0.
+.. math:: \omega \sum_i \tau_i - W \cdot \xi = \sum_i \mathrm{loss}_i \ge 0.
 
-A positive torque goes from the cylinder plant into the legs; ``-W xi`` is the power to the user.
+A positive torque goes from the cylinder plant into the legs; ``W xi`` is the power to the load.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class LegsPoint(PowerPoint, Result):
     twist: Array
     """xi. (..., d)"""
     wrench: Array
-    """W, applied by the user. (..., d)"""
+    """W, which the machine applies to its load. (..., d)"""
     link_speed: Array
     """(..., n) [m s^-1]"""
     link_force: Array
@@ -79,8 +79,8 @@ class LegsPoint(PowerPoint, Result):
 
     @property
     def power_out(self) -> Array:
-        """Power to the user, ``-W xi``. [W]"""
-        return -over_links(np.add, self.wrench * self.twist) + 0.0
+        """Power to the load, ``W xi``. [W]"""
+        return over_links(np.add, self.wrench * self.twist) + 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,9 +126,9 @@ class Legs:
         ----------
         configuration : Configuration    Of as many links as there are legs.
         cylinder_speed : (...,) float    omega. [rad s^-1]
-        wrench : (..., d) float          W, applied by the user to the machine.
+        wrench : (..., d) float          W, which the machine applies to its load.
         twist : (..., d) float           xi; the steering angles follow. None: all wheels locked at steering angle 0, where
-            the machine creeps under the wrench; this requires as many links as components of the twist.
+            the machine yields to its load; this requires as many links as components of the twist.
 
         Returns
         -------
@@ -219,8 +219,8 @@ class Legs:
 
         Returns
         -------
-        Mechanism   With coordinates "xi1" to "xi<d>" and "cylinder". Forces applied to the first are the wrench W, that on the
-            last is the torque of the cylinder plant.
+        Mechanism   With coordinates "xi1" to "xi<d>" and "cylinder". The forces that it applies along the first are the wrench W;
+            about the last it takes up the torque of the cylinder plant, so that it applies the opposite there.
 
         Raises
         ------
@@ -270,26 +270,26 @@ def _worst(demand: Array, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def creep_drift(jacobian: Array, wrench: Array, surface_speed: Array, creep_stiffness: Array) -> np.ndarray:
-    r"""Twist at which a locked machine yields to a wrench while its cylinder turns, for small creep.
+    r"""Twist at which a locked machine yields to its load while its cylinder turns, for small creep.
 
-    .. math:: \xi = \frac{R|\omega|}{C} (J^T J)^{-1} W
+    .. math:: \xi = -\frac{R|\omega|}{C} (J^T J)^{-1} W
 
     Parameters
     ----------
     jacobian : (..., n, d) float       J.
-    wrench : (..., d) float            W, applied by the user.
+    wrench : (..., d) float            W, which the machine applies to its load.
     surface_speed : (...,) float       R omega. [m s^-1]
     creep_stiffness : (...,) float     C, one for all legs. [N]
 
     Returns
     -------
-    (..., d) float   Along the wrench, in the sense of ``W xi >= 0``.
+    (..., d) float   Against the wrench, in the sense of ``W xi <= 0``.
 
-    Source: linear creep law with ``J^T f = -W``; exact for the linear law with as many legs as components.
+    Source: linear creep law with ``J^T f = W``; exact for the linear law with as many legs as components.
     """
     found = Configuration(jacobian=jacobian)
     ease = np.abs(np.asarray(surface_speed, dtype=float)) / creep_stiffness
-    return ease[..., None] * solved(found.squared(), found.vector(wrench, "wrench"))
+    return -ease[..., None] * solved(found.squared(), found.vector(wrench, "wrench"))
 
 
 def creep_loss(link_speed: Array, surface_speed: Array, link_force: Array, creep_stiffness: Array) -> np.ndarray:

@@ -4,10 +4,10 @@ The carrier of wheel k moves relative to its surface at ``V_k = A_k qdot`` in th
 ``psi_k = S_k qdot`` plus the rate at which the wheel is steered. By virtual power the contacts exert the generalised forces
 
 .. math:: Q = \sum_k \left(A_k^T f_k - S_k^T M_k\right), \qquad
-    Q_a \cdot \dot q + \sum_k M_k \dot h_k = \sum_k \mathrm{loss}_k \ge 0, \qquad Q_a = -Q,
+    -Q \cdot \dot q + \sum_k M_k \dot h_k = \sum_k \mathrm{loss}_k \ge 0
 
-for every machine and every law of the contact. ``Q_a`` are the forces that motors, users and loads apply to the machine in
-steady motion; a positive power ``Q_a qdot`` goes into the machine.
+for every machine and every law of the contact. In steady motion the machine applies ``Q`` to all that is connected to its
+coordinates; a positive power ``Q qdot`` goes to a load, a negative one comes from a motor or a user.
 
 The forces do not depend on the size of the velocities, only on their direction, with one exception: bearings and friction
 limits that depend on speed. So at rest they are indeterminate, and a motion is determined by forces alone except for its speed.
@@ -67,13 +67,14 @@ class Mechanism(ContactMap):
         applied: Mapping[str, Array],
         steering_rate: Array = 0.0,
     ) -> MechanismPoint:
-        """Steady motion with some rates prescribed, and the applied forces on all other coordinates.
+        """Steady motion with some rates prescribed, and the forces that the machine applies on all other coordinates.
 
         Parameters
         ----------
         heading, steering_rate : as in `operate`.
         rates : mapping of coordinate to (...,) float     Prescribed rates.
-        applied : mapping of coordinate to (...,) float   Prescribed applied forces, on each coordinate whose rate is not.
+        applied : mapping of coordinate to (...,) float   Forces Q that the machine must apply, on each coordinate whose rate is
+            not prescribed.
 
         Returns
         -------
@@ -104,9 +105,9 @@ class Mechanism(ContactMap):
         Parameters
         ----------
         rates : (..., n) float or mapping of coordinate to (...,) float   qdot.
-        applied : mapping of coordinate to (...,) float   Prescribed applied forces, on at most k coordinates; the others follow.
-            With fewer than k, the wheels share them with the smallest lateral forces (to first order in the slip angles).
-            None: headings of pure rolling without lateral force.
+        applied : mapping of coordinate to (...,) float   Forces Q that the machine must apply, on at most k coordinates; the
+            others follow. With fewer than k, the wheels share them with the smallest lateral forces (to first order in the slip
+            angles). None: headings of pure rolling without lateral force.
         steering_rate : as in `operate`.
 
         Returns
@@ -161,7 +162,7 @@ def _steer(
         made = mechanism.by_contact(xp, _at_ratio, ratio, *columns)
         parts = [made.x, made.y] + ([-made.moment] if mechanism.spin is not None else [])
         exerted = applied_to(transposed, xp.concat(xp.broadcast_arrays(*parts), axis=-1))
-        return made, required + exerted / mechanism.reference_force
+        return made, exerted / mechanism.reference_force - required
 
     def forth(ratio: Array) -> Array:
         """One step of Newton's method."""

@@ -179,7 +179,7 @@ class _System:
         self.fixed = fixed
         self.given = xp.where(fixed > 0, prescribed * unit, 0.0)
         self.base = applied_to(scaled, self.given)
-        self.wanted = xp.take(prescribed / unit, at, axis=-1)
+        self.required = xp.take(prescribed / unit, at, axis=-1)
         self.surface = None if surface is None else surface / unit[..., None, :]
         count = prescribed.shape[-1]
         places = [[1.0 if place == one else 0.0 for one in free] for place in range(count)]
@@ -215,7 +215,7 @@ class _System:
         exerted = exerted - applied_to(xp.matrix_transpose(self.along), made.rolling)
         if self.turning is not None:
             exerted = exerted - applied_to(xp.matrix_transpose(self.turning), made.moment)
-        missing = (exerted + self.wanted) / self.force
+        missing = (exerted - self.required) / self.force
         return missing, xp.max(xp.abs(missing), axis=-1), made
 
     def slope(self, made: Any) -> Array:
@@ -404,7 +404,7 @@ def _judged(
 def static_demand(
     mechanism: ContactMap, heading: tuple[Array, Array], applied: Array, rests: Array, free: list[int]
 ) -> Array:
-    """Share of the static friction of all wheels that holds applied forces at rest: of the best distribution, the worst wheel.
+    """Share of the static friction of all wheels with which they apply forces at rest: of the best distribution, the worst wheel.
 
     A wheel at rest holds a lateral force up to mu P and a rolling one up to F0; its steering is locked, and friction about
     the normal is neglected. Minimising the largest share is a linear program.
@@ -413,13 +413,13 @@ def static_demand(
     ----------
     mechanism : ContactMap
     heading : two of (..., k) float   Cosines and sines.
-    applied : (..., n) float          [N] or [N m]
+    applied : (..., n) float          Q. [N] or [N m]
     rests : (...,) bool               The points to judge, p of them.
-    free : list of int                Coordinates whose forces must balance.
+    free : list of int                Coordinates whose forces are prescribed.
 
     Returns
     -------
-    (p,) float   Above 1 the machine cannot rest; inf where no force of the wheels balances those applied. [-]
+    (p,) float   Above 1 the machine cannot rest; inf where the wheels cannot exert those forces. [-]
 
     Source: Coulomb's law as an inequality.
     """

@@ -4,9 +4,10 @@ A carriage that slides along x and y on one steered wheel is the cylinder of `Ro
 with wheels at points p_i, each with its own steering. With the twist :math:`\xi = (v_x, v_y, \omega)` of the body,
 
 .. math:: V_i = v + \omega\, J p_i, \qquad A_i = [I \mid J p_i], \qquad J = \begin{pmatrix} 0 & -1 \\ 1 & 0 \end{pmatrix},
-    \qquad W \cdot \xi = \sum \mathrm{loss}
+    \qquad W \cdot \xi = -\sum \mathrm{loss}
 
-in steady motion under the wrench W. All in axes of the body, or of the carriage.
+in steady motion with the wrench W that the body applies to its load, here to the user who pushes it. All in axes of
+the body, or of the carriage.
 
 A wheel driven along its heading e with the speed w of its axle slides over the ground along its heading and across it at
 
@@ -14,7 +15,7 @@ A wheel driven along its heading e with the speed w of its axle slides over the 
 
 and transmits the traction f_x and the side force f_y of `infinivar.transmission.driven_contact`. In steady motion
 
-.. math:: \tau = r f_x + \tau_0\,\mathrm{sgn}(w), \qquad W \cdot \xi + \sum_k \tau_k w_k = \sum \mathrm{loss}
+.. math:: \tau = r f_x + \tau_0\,\mathrm{sgn}(w), \qquad \sum_k \tau_k w_k - W \cdot \xi = \sum \mathrm{loss}
 
 with the rolling and bearing torque :math:`\tau_0`.
 
@@ -51,7 +52,7 @@ from infinivar.transmission.mechanism import Mechanism, MechanismPoint
 from infinivar.transmission.rolling_contact import RollingContact
 
 COORDINATES = ("x", "y", "angle")
-"""Of a body in the plane: its twist is their rates, its wrench the forces along x and y and the moment."""
+"""Of a body in the plane: its twist is their rates, its wrench the forces along x and y and the moment, on its load."""
 
 _LARGEST = 0.9
 """Longitudinal creepage beyond which a wheel counts as sliding. [-]"""
@@ -165,7 +166,7 @@ class PlanarCobot:
         Parameters
         ----------
         twist : (..., 3) float    v_x, v_y and omega of the body; only its direction matters. [m s^-1], [rad s^-1]
-        wrench : mapping          Applied forces "x", "y" [N] and moment "angle" [N m] that the wheels must support, see
+        wrench : mapping          Forces "x", "y" [N] and moment "angle" [N m] that the body must apply to its load, see
             `Mechanism.steer`. In steady motion not all three are free, as the user must supply the losses.
 
         Returns
@@ -192,8 +193,9 @@ class PlanarCobot:
         Returns
         -------
         MechanismPoint
-            With the speeds of the axles as further coordinates "wheel1" to "wheel<k>", whose applied forces are the torques.
-            The forces applied to "x", "y" and "angle" are the wrench of user and load: negative where the wheels drive it.
+            With the speeds of the axles as further coordinates "wheel1" to "wheel<k>", on whose motors the wheels apply the
+            opposite of the torques. The forces on "x", "y" and "angle" are the wrench on the load: along the motion where the
+            wheels drive it.
             `creep_speed` is that along the heading, `lateral_force` the whole tangential force of a wheel. Where a wheel cannot
             transmit its torque, or does not roll, all is nan and the limit is SLIP. NumPy arrays only.
 
@@ -372,5 +374,5 @@ def _with_resistance(
         groups = contact.groups(contact.wheel_radius * speed)
         for name, torque in (("rolling", groups.rolling_torque), ("bearing", groups.bearing_torque)):
             losses[name][..., place] += torque * np.abs(speed)
-            applied[..., 3 + place] += torque * np.sign(speed)
+            applied[..., 3 + place] -= torque * np.sign(speed)
     return replace(point, applied=applied, wheel_losses=losses, cosine=cosine, sine=sine)

@@ -149,8 +149,8 @@ class RotaryLinearIVT:
     def mechanism(self) -> Mechanism:
         """The same machine as a kinematic map over its contact, with coordinates "link" and "cylinder".
 
-        The carrier moves at ``V = (ldot, -R omega)`` and the wheel heads along ``(sin(phi), cos(phi))``, so that the force
-        applied to the link coordinate is ``-fl`` and that to the cylinder coordinate is tau.
+        The carrier moves at ``V = (ldot, -R omega)`` and the wheel heads along ``(sin(phi), cos(phi))``, so that it
+        applies ``fl`` on the link and ``-tau`` on the cylinder coordinate: on the plant, which turns it.
 
         Raises
         ------
@@ -441,7 +441,7 @@ def turning_as(element: RotaryLinearIVT, known: RotaryLinearIVT) -> RotaryLinear
 
 
 def _check_angle(xp: Any, rest: Array, scale: Array, rolls: Array, give: Callable[[], Array]) -> None:
-    """The steering angle found must give the speed asked for; without this a wrong one would hide in the creep loss.
+    """The steering angle found must give the required speed; without this a wrong one would hide in the creep loss.
 
     `give` is the derivative of link speed by force ratio: near slip, an asymptotic law amplifies the rounding of the ratio.
     """

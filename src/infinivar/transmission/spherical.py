@@ -246,19 +246,19 @@ class SphericalIVT:
         Returns
         -------
         forces : ContactForces (m, k)     Of the contacts.
-        applied : (m, 5) float            Forces that steady motion would need; minus those exerted.
+        exerted : (m, 5) float            Forces on the shafts and the sphere. [N m]
         losses : name to (m, k) float     creep, spin, rolling, bearing. [W]
         moment : (m,) float               That the contacts exert against gamma. [N m]
         """
         frames = self._frames
         heading, slope = frames.headings(steering_angle), frames.heading_slopes(steering_angle)
         turning = slope * np.asarray(steering_rate, dtype=float)[..., None]
-        forces, applied, shaft, _ = spherical_solve.forces_at(frames, heading, rates, stick_speed, turning)
+        forces, exerted, shaft, _ = spherical_solve.forces_at(frames, heading, rates, stick_speed, turning)
         losses = {
             name: forces.losses.get(name, 0.0 * forces.x) + shaft.get(name, 0.0)
             for name in ("creep", "spin", "rolling", "bearing")
         }
-        return forces, applied, losses, np.sum(forces.moment * slope, axis=-1)
+        return forces, exerted, losses, np.sum(forces.moment * slope, axis=-1)
 
 
 class _Frames:

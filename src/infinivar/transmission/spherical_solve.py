@@ -132,7 +132,7 @@ class _Batch(NamedTuple):
     speed: np.ndarray
     """Prescribed. [rad s^-1]"""
     torque: np.ndarray
-    """Prescribed. [N m]"""
+    """Prescribed, on the load. [N m]"""
     turning: np.ndarray
     """Size of the speed of the sphere without creep. [rad s^-1]"""
 
@@ -155,12 +155,12 @@ def point(
         turns = np.where(given == 0, 0.0, turns)
         ones, zeros = np.ones_like(gamma), np.zeros_like(gamma)
         along, across = np.stack([ones, zeros], -1), np.stack([zeros, ones], -1)
-        torque = -load  # applied to shaft 2
+        torque = load
     else:
         size = np.linalg.norm(ideal, axis=-1)
         along = ideal / size[:, None]
         across = np.stack([along[:, 1], -along[:, 0]], -1)
-        turns, torque = given, load * frames.sphere_radius / size
+        turns, torque = given, -load * frames.sphere_radius / size
     # Forces do not depend on the size of the speed, except by bearings: at rest they are those of slow motion.
     rests = turns == 0
     moving = np.where(rests, 1e-6, turns)
@@ -292,11 +292,11 @@ def _rates(frames: Any, batch: _Batch, unknown: np.ndarray) -> np.ndarray:
 def _residual(frames: Any, batch: _Batch, unknown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Missing forces over the slip force, (m, 4), and the largest of a point."""
     rates = _rates(frames, batch, unknown)
-    applied = _forces(frames, batch, rates)[1]
+    exerted = _forces(frames, batch, rates)[1]
     reference = _reference(frames)
-    torque = np.sum(applied[:, :2] * batch.across, axis=-1) - batch.torque
+    torque = batch.torque - np.sum(exerted[:, :2] * batch.across, axis=-1)
     missing = (
-        np.concatenate([torque[:, None] / _radius(frames), applied[:, 2:] / frames.sphere_radius], axis=-1) / reference
+        np.concatenate([torque[:, None] / _radius(frames), -exerted[:, 2:] / frames.sphere_radius], axis=-1) / reference
     )
     size = np.max(np.abs(missing), axis=-1)
     return missing, np.where(np.isnan(size), np.inf, size)
@@ -306,7 +306,7 @@ _Forces = tuple[ContactForces, np.ndarray, dict[str, np.ndarray], np.ndarray]
 
 
 def _forces(frames: Any, batch: _Batch, rates: np.ndarray) -> _Forces:
-    """Forces of the contacts, applied forces with the resistance of rollers on fixed axles, losses by it, and its force."""
+    """Forces of the contacts, those on the coordinates with the resistance of rollers on fixed axles, losses by it, its force."""
     return forces_at(frames, (batch.cosine, batch.sine), rates, STANDING * frames.sphere_radius * batch.turning)
 
 
@@ -316,7 +316,7 @@ def forces_at(
     """The same at headings (m, k), rates (m, 5) and stick speeds (m,) or one [m s^-1], while rollers are steered."""
     mechanism = frames.mechanism(*heading)
     sticks = stick[:, None] if isinstance(stick, np.ndarray) else stick
-    forces, applied = mechanism.forces(rates, heading, steering_rate, stick_speed=sticks)
+    forces, exerted = mechanism.forces(rates, heading, steering_rate, stick_speed=sticks)
     losses, held = {"rolling": 0.0 * forces.x, "bearing": 0.0 * forces.x}, 0.0 * forces.x
     for place in np.flatnonzero(~frames.steered):
         row, contact = frames.rolling_rows[place], frames.contacts[place]
@@ -324,10 +324,10 @@ def forces_at(
         groups = contact.groups(speed)
         for name, torque in (("rolling", groups.rolling_torque), ("bearing", groups.bearing_torque)):
             resisted = coulomb(speed, torque / contact.wheel_radius, stick)
-            applied = applied + resisted[:, None] * row
+            exerted = exerted - resisted[:, None] * row
             losses[name][:, place] = resisted * speed
             held[:, place] += resisted
-    return forces, applied, losses, held
+    return forces, exerted, losses, held
 
 
 def _point(
@@ -340,11 +340,11 @@ def _point(
     angle: np.ndarray,
     shape: tuple[int, ...],
 ) -> SphericalPoint:
-    forces, applied, shaft_losses, held = _forces(frames, batch, rates)
+    forces, exerted, shaft_losses, held = _forces(frames, batch, rates)
     # What the forces on the sphere miss to balance, within rounding, does no work of its own.
     turns = batch.speed != 0
-    over = np.sum(applied[:, 2:] * rates[:, 2:], axis=-1) * turns / np.where(turns, batch.speed, 1.0)
-    applied = np.concatenate([applied[:, :2] + over[:, None] * batch.along, applied[:, 2:]], axis=-1)
+    over = np.sum(exerted[:, 2:] * rates[:, 2:], axis=-1) * turns / np.where(turns, batch.speed, 1.0)
+    exerted = np.concatenate([exerted[:, :2] + over[:, None] * batch.along, exerted[:, 2:]], axis=-1)
     k = len(frames.contacts)
     at_rest = rests[:, None]
     losses = {}
@@ -368,8 +368,8 @@ def _point(
         steering_angle=angle,
         input_speed=rates[:, 0].reshape(shape),
         output_speed=rates[:, 1].reshape(shape),
-        input_torque=applied[:, 0].reshape(shape),
-        output_torque=-applied[:, 1].reshape(shape),
+        input_torque=-exerted[:, 0].reshape(shape),
+        output_torque=exerted[:, 1].reshape(shape),
         sphere_velocity=rates[:, 2:].reshape(*shape, 3),
         ideal_speeds=ideal.reshape(*shape, 2),
         roller_forces=force.reshape(*shape, k),

@@ -15,7 +15,7 @@ from infinivar.analysis.cycles import performance
 from infinivar.analysis.cycles.duty_result import DutyResult, Holding, WithoutHelp, within_limits
 from infinivar.analysis.cycles.performance import motors_of
 from infinivar.analysis.cycles.single_strides import stride_energies
-from infinivar.drivetrain import own
+from infinivar.drivetrain import extension_checks
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import (
@@ -80,9 +80,9 @@ def duty_cycle(
     cold, point, found, lacking = _settled(drive, duty, instants, follow)
     closure = performance.audit(point, where)
     # Also of the program's own drives, in which a part may be of another package.
-    own.check_losses(point.losses, point.power_in, point.power_out, where)
+    extension_checks.check_losses(point.losses, point.power_in, point.power_out, where)
     if duty.closed and is_own(drive):
-        own.check_returned(point.stored, f"{type(drive).__name__}.follow in {where}")
+        extension_checks.check_returned(point.stored, f"{type(drive).__name__}.follow in {where}")
     demands = _demands(point, instants, travel, duty, found)
     without_help = None
     rests = np.broadcast_to(course.at_rest, instants.time.shape)

@@ -11,7 +11,7 @@ from annotated_types import Interval
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import check, component, quantity
-from infinivar.drivetrain import own
+from infinivar.drivetrain import extension_checks
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import MovingPoint
@@ -197,7 +197,7 @@ def closure(point: MovingPoint) -> np.ndarray:
     At each instant, supply power equals load power plus losses plus power into the drive's inertias.
     """
     moved = np.mean(np.abs(point.power_in) + np.abs(point.power_out), axis=-1)
-    return np.abs(np.mean(own.unbalanced(point), axis=-1)) / (moved + 1e-300)
+    return np.abs(np.mean(extension_checks.unbalanced(point), axis=-1)) / (moved + 1e-300)
 
 
 def audit(point: MovingPoint, where: str) -> float:
@@ -208,7 +208,7 @@ def audit(point: MovingPoint, where: str) -> float:
     AuditError
         If either exceeds `infinivar.power.AUDIT_TOLERANCE`, at an instant relative to the largest power.
     """
-    own.check_balance(point, where)
+    extension_checks.check_balance(point, where)
     worst = float(np.fmax.reduce(closure(point), axis=None, initial=0.0))
     if not worst <= AUDIT_TOLERANCE:
         raise AuditError(f"{where}: the energy balance of a cycle does not close; relative residual {plain(worst, 3)}")

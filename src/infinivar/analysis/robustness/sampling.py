@@ -108,7 +108,7 @@ class Batch:
         Raises
         ------
         InputError
-            If JAX is asked for and is not installed or cannot compile the function.
+            If JAX is requested and is not installed or cannot compile the function.
         """
 
         def run(piece: Array) -> Array:

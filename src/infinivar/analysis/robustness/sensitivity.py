@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import Field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from infinivar._core.fields import quantities_of, value_at
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.robustness import outcomes
-from infinivar.analysis.robustness.advice import Conclusion, conclusions
 from infinivar.analysis.robustness.derivatives import Method, gradient, values_of
 from infinivar.analysis.robustness.outcomes import Outcome
 from infinivar.analysis.robustness.sampling import WORTH_COMPILING, Batch, evaluated, low_discrepancy, placed
@@ -26,6 +25,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import is_machine, type_words
 from infinivar.errors import InputError, ParameterError
+from infinivar.parts.bearing import SIZE_POWERS
 from infinivar.study.check import check_study
 from infinivar.study.spreads import Spread
 from infinivar.study.study import Study
@@ -51,6 +51,55 @@ _POINTS = ("efficiency", "loss")
 
 _LEFT_OUT = ("control.",)
 """Prefixes of fields that affect neither steady operation nor cycles."""
+
+
+class Direction(NamedTuple):
+    """A design change that the paper recommends: fields, and the power of the change by which each scales."""
+
+    words: str
+    powers: Mapping[str, float]
+
+
+def _bearing(at: str) -> dict[str, float]:
+    """Powers for a smaller bearing."""
+    return {f"{at}.{name}": -power for name, power in SIZE_POWERS.items()}
+
+
+_GEOMETRY = "transmission.geometry"
+DIRECTIONS = (
+    Direction("higher friction, less preload", {"transmission.friction": 1.0, "transmission.preload": -1.0}),
+    Direction(
+        "stiffer wheel and cylinder, which creep less",
+        {
+            f"{_GEOMETRY}.wheel_material.youngs_modulus": 1.0,
+            f"{_GEOMETRY}.cylinder_material.youngs_modulus": 1.0,
+            "transmission.creep_stiffness": 1.0,
+        },
+    ),
+    Direction(
+        "less hysteresis",
+        {
+            f"{_GEOMETRY}.wheel_material.hysteresis_factor": -1.0,
+            f"{_GEOMETRY}.cylinder_material.hysteresis_factor": -1.0,
+            "transmission.rolling_torque": -1.0,
+        },
+    ),
+    Direction("smaller axle bearings", {**_bearing(f"{_GEOMETRY}.axle_bearing"), "transmission.bearing_torque": -1.0}),
+    Direction("smaller bell bearing", {**_bearing("steering.bell_bearing"), "steering.bell_friction": -1.0}),
+    Direction("less steering inertia", {"steering.bell_inertia": -1.0, "steering.motor.rotor_inertia": -1.0}),
+    Direction("lighter link", {"link_mass": -1.0}),
+)
+"""Recommendations of section VII of the paper; fields that a drive lacks are skipped."""
+
+
+class Conclusion(NamedTuple):
+    """Effect of a recommendation of the paper on an outcome."""
+
+    words: str
+    elasticity: float
+    """Relative change of the outcome per relative change in the recommended direction. [-]"""
+    verdict: str
+    """helps, hurts, or "no effect"."""
 
 
 @result
@@ -204,7 +253,7 @@ def sensitivity(
     Raises
     ------
     InputError
-        If the drive or the outcome is unknown, the outcome is infeasible, the drive lacks a required value, or JAX is asked for
+        If the drive or the outcome is unknown, the outcome is infeasible, the drive lacks a required value, or JAX is requested
         and is not installed or cannot compile the outcome.
 
     Source: sobol2001 for the indices; squire1998 for the derivatives.
@@ -212,40 +261,40 @@ def sensitivity(
     check_study(study)
     check_engine(engine)
     drive = modelled(study, name)
-    asked = outcomes.outcome(study, kind, speed=speed, force=force, duty=duty)
+    outcome = outcomes.outcome(study, kind, speed=speed, force=force, duty=duty)
     tell = progress or (lambda title, share: None)
     tell("derivatives", 0.0)
     try:
-        paths, value, elasticities = _elasticities(asked, drive, method)
+        paths, value, elasticities = _elasticities(outcome, drive, method)
     except ParameterError as problem:
         raise InputError(f"drives.{name}: {problem}") from problem
-    _check_finite(asked, drive, name, value)
+    _check_finite(outcome, drive, name, value)
     stated = {spread.path: spread for spread in study.uncertainty.spreads.get(name, ())}
     fields = quantities_of(drive)
     spreads = [stated.get(path) or _assumed(drive, name, path, fields[path]) for path in paths]
     tell("swings", 0.1)
-    influences = _influences(asked, drive, spreads, elasticities, stated)
+    influences = _influences(outcome, drive, spreads, elasticities, stated)
     found = Sensitivity(
         study=study,
         name=name,
-        outcome=asked,
+        outcome=outcome,
         value=value,
         influences=influences,
-        conclusions=conclusions(asked, dict(zip(paths, elasticities, strict=True)), drive),
+        conclusions=conclusions(outcome, dict(zip(paths, elasticities, strict=True)), drive),
         impossible=0.0,
-        beyond=asked.beyond(drive),
+        beyond=outcome.beyond(drive),
     )
     ranked = ranked_spreads(found)
     if samples and len(ranked) > 1:
         batch = Batch(
-            asked.of,
+            outcome.of,
             drive,
             [spread.path for spread in ranked],
             engine=engine,
-            worth=asked.name not in _POINTS and samples * (len(ranked) + 2) >= WORTH_COMPILING,
+            worth=outcome.name not in _POINTS and samples * (len(ranked) + 2) >= WORTH_COMPILING,
         )
-        told = functools.partial(tell, "Sobol's indices")
-        values = index_values(batch, ranked, samples, progress=lambda share: told(0.2 + 0.8 * share))
+        report = functools.partial(tell, "Sobol's indices")
+        values = index_values(batch, ranked, samples, progress=lambda share: report(0.2 + 0.8 * share))
         found = replace(with_indices(found, ranked, values), engine=batch.engine)
     return found
 
@@ -271,19 +320,19 @@ def modelled(study: Study, name: str) -> AnyDrive:
     return drive
 
 
-def _check_finite(asked: Outcome, drive: AnyDrive, name: str, value: float) -> None:
+def _check_finite(outcome: Outcome, drive: AnyDrive, name: str, value: float) -> None:
     """Refuse an outcome that is not finite, as it cannot rank parameters."""
     if math.isnan(value):
-        raise InputError(f"drives.{name}: {asked.words}: infeasible, so parameters cannot be ranked")
+        raise InputError(f"drives.{name}: {outcome.words}: infeasible, so parameters cannot be ranked")
     if math.isinf(value):
-        why = asked.beyond(drive) or "it diverges"
-        raise InputError(f"drives.{name}: {asked.words}: unbounded, so parameters cannot be ranked: {why}")
+        why = outcome.beyond(drive) or "it diverges"
+        raise InputError(f"drives.{name}: {outcome.words}: unbounded, so parameters cannot be ranked: {why}")
 
 
-def _elasticities(asked: Outcome, drive: AnyDrive, method: Method) -> tuple[list[str], float, np.ndarray]:
+def _elasticities(outcome: Outcome, drive: AnyDrive, method: Method) -> tuple[list[str], float, np.ndarray]:
     """Paths of all candidate fields, the outcome, and its elasticities."""
     paths = [path for path in quantities_of(drive) if not path.startswith(_LEFT_OUT) and value_at(drive, path) != 0]
-    value, slopes = gradient(asked.of, drive, paths, method=method)
+    value, slopes = gradient(outcome.of, drive, paths, method=method)
     return paths, float(value), slopes * values_of(drive, paths) / (float(value) or 1.0)
 
 
@@ -306,7 +355,7 @@ def _assumed(drive: AnyDrive, name: str, path: str, field: Field[Any]) -> Spread
 
 
 def _influences(
-    asked: Outcome, drive: AnyDrive, spreads: Sequence[Spread], elasticities: np.ndarray, stated: Mapping[str, Spread]
+    outcome: Outcome, drive: AnyDrive, spreads: Sequence[Spread], elasticities: np.ndarray, stated: Mapping[str, Spread]
 ) -> tuple[Influence, ...]:
     """Vary each parameter alone to the ends of its range, the 95 % range for a normal spread."""
     paths = [spread.path for spread in spreads]
@@ -318,7 +367,7 @@ def _influences(
     at = np.repeat(values_of(drive, paths)[None, :], 2 * len(paths), axis=0)
     for place in range(len(paths)):
         at[2 * place : 2 * place + 2, place] = ends[place]
-    found = evaluated(asked.of, drive, paths, at).reshape(-1, 2)
+    found = evaluated(outcome.of, drive, paths, at).reshape(-1, 2)
     rows = [
         Influence(
             path=spread.path,
@@ -362,13 +411,13 @@ def index_values(
     return batch(at, progress).reshape(size + 2, samples)
 
 
-def indices(asked: Outcome, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+def indices(outcome: Outcome, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     """Sobol's first-order and total indices from values of `index_values`, and the share of infeasible samples. (k,), (k,)"""
     lost = ~np.isfinite(values)
     if lost.all():
         none = np.full(len(values) - 2, np.nan)
         return none, none, 1.0
-    worst = np.min(values[~lost]) if asked.better > 0 else np.max(values[~lost])
+    worst = np.min(values[~lost]) if outcome.better > 0 else np.max(values[~lost])
     known = np.where(lost, worst, values)
     return *sobol(known[0], known[1], known[2:]), float(np.mean(lost))
 
@@ -376,9 +425,9 @@ def indices(asked: Outcome, values: np.ndarray) -> tuple[np.ndarray, np.ndarray,
 def with_indices(found: Sensitivity, spreads: Sequence[Spread], values: np.ndarray) -> Sensitivity:
     """The same with Sobol's indices of some parameters, from values of `index_values`."""
     own, total, lost = indices(found.outcome, values)
-    told = {spread.path: (a, b) for spread, a, b in zip(spreads, own.tolist(), total.tolist(), strict=True)}
+    estimated = {spread.path: (a, b) for spread, a, b in zip(spreads, own.tolist(), total.tolist(), strict=True)}
     rows = [
-        replace(row, first=told[row.path][0], total=told[row.path][1]) if row.path in told else row
+        replace(row, first=estimated[row.path][0], total=estimated[row.path][1]) if row.path in estimated else row
         for row in found.influences
     ]
     return replace(found, influences=tuple(rows), impossible=lost)
@@ -419,3 +468,20 @@ def _sentence(found: Sensitivity, place: int, row: Influence) -> str:
     outcome = "temperature rise" if found.outcome.name == "temperature" else found.outcome.name
     effect = f"+1 % {change} the {outcome} by {plain(abs(row.elasticity), 3)} %"
     return f"{place + 1}. {row.words}: {effect}; {span}{share}"
+
+
+def conclusions(outcome: Outcome, elasticities: Mapping[str, float], drive: AnyDrive) -> tuple[Conclusion, ...]:
+    """Evaluate the paper's recommendations for an outcome of a cobotic drive; empty for other drives.
+
+    Source: faulring2006, section VII.
+    """
+    if not isinstance(drive, CoboticDrive):
+        return ()
+    known, found = quantities_of(drive), []
+    for direction in DIRECTIONS:
+        if not any(path in known for path in direction.powers):
+            continue
+        slope = sum(power * elasticities.get(path, 0.0) for path, power in direction.powers.items())
+        verdict = "no effect" if abs(slope) < 1e-6 else "helps" if slope * outcome.better > 0 else "hurts"
+        found.append(Conclusion(direction.words, float(slope), verdict))
+    return tuple(found)

@@ -287,7 +287,7 @@ def builds(
     ParameterError
         If the drive lacks a value that a duty cycle requires.
     InputError
-        If JAX is asked for and is not installed or cannot compile the drive.
+        If JAX is requested and is not installed or cannot compile the drive.
     """
     engines.check(engine)
     spreads = uncertainty.spreads[name]
@@ -339,13 +339,13 @@ def judge(
     paths, stages, used = [spread.path for spread in spreads], 3 + len(duty), set()
     worth = len(at) >= WORTH_COMPILING
 
-    def told(stage: int) -> Callable[[float], None]:
+    def progress_of(stage: int) -> Callable[[float], None]:
         return lambda share: progress((stage + share) / stages) if progress is not None else None
 
     def run(stage: int, of: Callable[[AnyDrive], Array], width: int) -> np.ndarray:
         batch = Batch(of, drive, paths, width=width, engine=engine, worth=worth)
         used.add(batch.engine)
-        return batch(at, told(stage))
+        return batch(at, progress_of(stage))
 
     covered, loss = np.empty((0, 2)), np.empty(0)
     if requirement is not None:
@@ -353,7 +353,7 @@ def judge(
         covered = run(0, functools.partial(_covered, required=region), width=2)
         # A single point of each sample is not worth compiling.
         loss = evaluated(
-            functools.partial(outcomes.loss, speed=speed, force=force), drive, paths, at, told(1), engine="numpy"
+            functools.partial(outcomes.loss, speed=speed, force=force), drive, paths, at, progress_of(1), engine="numpy"
         )
     travel = None if requirement is None else requirement.travel
     worked = {

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import shown
 from infinivar._core.described import derived, finite, reported
 from infinivar._core.fields import check_instance
@@ -23,9 +24,12 @@ from infinivar.analysis.sessions.displays import AdmittanceDisplay, ImpedanceDis
 from infinivar.analysis.sessions.handle_session import (
     PARTS,
     HandleSession,
+    cobotic_part,
+    geared_part,
 )
 from infinivar.analysis.sessions.rounds import CONVENTIONAL, DISPLAYS, RUN_UP, TURNING, round_of
 from infinivar.analysis.sessions.stability import MASSES, WALLS, least_stable_mass, stiffest_wall
+from infinivar.analysis.shared_motor import SharedMotor, share_motor
 from infinivar.errors import ParameterError, require
 from infinivar.motion.users import ArmModel
 from infinivar.units import plain
@@ -350,3 +354,62 @@ def _plain_rows(values: np.ndarray) -> Any:
     if np.ndim(values) == 0:
         return float(values) if math.isfinite(values) else None
     return [_plain_rows(row) for row in np.asarray(values)]
+
+
+def display_break_even(
+    pair: DisplayPair,
+    session: HandleSession | None = None,
+    *,
+    force: Array,
+    axes: Sequence[int] = (1, 2, 3, 4, 5, 6),
+    duty: Array,
+) -> SharedMotor:
+    """Mean powers of both displays where a force is held for a share of the time, with free motion and idling in the rest.
+
+    Parameters
+    ----------
+    pair : DisplayPair
+    session : HandleSession     Its free motion and idling share the rest as in the session; one run-up in each round. Its other
+        parts do not matter.
+    force : (F,) float          Held by each axis, rising, >= 0. [N]
+    axes : (N,) int             Numbers of axes.
+    duty : float or (D,) float  Shares of time in which the force is held, 0 to 1.
+
+    Returns
+    -------
+    SharedMotor   Its legs are the axes.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range.
+
+    Source: `share_motor`, with the powers of free motion from `cobotic_part` and `geared_part`.
+    """
+    session = HandleSession() if session is None else session
+    check_instance("pair", pair, DisplayPair)
+    check_instance("session", session, HandleSession)
+    shares = session.shares
+    rest = shares["free"] + shares["idle"]
+    free = shares["free"] / rest if rest > 0.0 else 0.0
+    powers = np.zeros(np.size(np.asarray(axes))), 0.0
+    if free > 0.0:
+        mass, share = pair.handle_mass, pair.compensation
+        powers = (
+            np.array(
+                [cobotic_part(pair.cobotic, session, "free", axes=int(one), handle_mass=mass).supply for one in axes]
+            ),
+            geared_part(pair.conventional, session, "free", axes=1, handle_mass=mass, compensation=share).supply,
+        )
+    return share_motor(
+        pair.cobotic,
+        pair.conventional,
+        force=force,
+        legs=axes,
+        duty=duty,
+        period=session.round_time,
+        run_up_time=pair.run_up_time,
+        held_by_friction=pair.friction_helps,
+        free_share=free,
+        free_power=powers,
+    )

@@ -190,16 +190,16 @@ class AdmittanceDisplay:
         before = memory[0]
         if self.wall == "measured":
             speed = (mass * before + period * (sensed.force - stiffness * sensed.position)) / (mass + period * damping)
-            kept, wanted, wanted_acceleration = [speed], speed, (speed - before) / period
+            kept, demanded, demanded_acceleration = [speed], speed, (speed - before) / period
         else:
             push = sensed.force - stiffness * memory[1]
             speed = (mass * before + period * push) / (mass + period * (damping + period * stiffness))
             place, gain = memory[1] + period * speed, 2.0 * math.pi * control.link_bandwidth
-            kept, wanted = [speed, place], speed + gain * (place - sensed.position)
-            wanted_acceleration = (speed - before) / period + gain * (speed - sensed.speed)
+            kept, demanded = [speed, place], speed + gain * (place - sensed.position)
+            demanded_acceleration = (speed - before) / period + gain * (speed - sensed.speed)
         servo = self.servo
-        rate = -wanted_acceleration / surface if self.rate_feedforward else 0.0 * speed
-        error = -wanted / surface - sensed.angle
+        rate = -demanded_acceleration / surface if self.rate_feedforward else 0.0 * speed
+        error = -demanded / surface - sensed.angle
         return kept, servo.proportional * error + servo.damping * (rate - sensed.turning)
 
     @property

@@ -142,7 +142,7 @@ def guidance_limits(
         angle=float(angle),
         slip_force=slip_force,
         rolling_speed=rolling,
-        leak=float(creep_drift(np.eye(1), np.ones(1), np.float64(rolling), np.float64(stiffness))[0]),
+        leak=float(creep_drift(np.eye(1), -np.ones(1), np.float64(rolling), np.float64(stiffness))[0]),
         leak_speed=rolling * creepage if push < slip_force else math.nan,
         leak_per_angle=max(turned) if turned else math.nan,
         turn_rate=rate if bodily else math.nan,

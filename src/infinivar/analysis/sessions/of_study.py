@@ -71,15 +71,15 @@ def named_session(study: Study, task: str | None, drive: str | None) -> tuple[st
         )
     if task not in study.sessions:
         raise InputError(f"task {task!r} is not in the study{nearest(task, study.sessions)}; it has {_listed(study)}")
-    wanted = study.sessions[task].drive if drive is None else drive
-    if wanted is None:
-        wanted = next(iter(study.drives))
-    if wanted not in study.drives:
-        place = f"tasks.{task}.drive = {wanted!r}" if drive is None else f"drive {wanted!r}"
+    chosen = study.sessions[task].drive if drive is None else drive
+    if chosen is None:
+        chosen = next(iter(study.drives))
+    if chosen not in study.drives:
+        place = f"tasks.{task}.drive = {chosen!r}" if drive is None else f"drive {chosen!r}"
         raise InputError(
-            f"{place} is no drive of the study{nearest(wanted, study.drives)}; it has {', '.join(study.drives)}"
+            f"{place} is no drive of the study{nearest(chosen, study.drives)}; it has {', '.join(study.drives)}"
         )
-    return task, wanted
+    return task, chosen
 
 
 def check_sessions(study: Study) -> None:

@@ -234,7 +234,7 @@ def session(
     intention : history         Where an arm wants the handle to be; by default where it is at the start. [m]
     force : history             Force on the handle beside that of an arm. [N]
     sensing : Sensing           Sample rate and sensors; by default ideal sensors at 1 kHz.
-    servos : str                "real": with the motors, inertia and friction of the steering; "ideal": wheels turn as told.
+    servos : str                "real": with the motors, inertia and friction of the steering; "ideal": wheels turn as commanded.
     wall : surface              To measure penetration; by default that of the task or controller. One of fewer dimensions than
         the handle extends along the others.
     path : curve                To measure offsets; by default that of the task or controller.
@@ -317,8 +317,8 @@ def _user(user: Any, intention: History | None, force: History | None, home: np.
     if user is not None and hasattr(user, "stiffness"):
         values = {name: np.broadcast_to(np.asarray(getattr(user, name), dtype=float), (count,)) for name in
                   ("mass", "damping", "stiffness")}  # fmt: skip
-        wanted: Any = home if intention is None else intention
-        arm = GrippingArm(**values, intention=over_time("intention", wanted, count))
+        intended: Any = home if intention is None else intention
+        arm = GrippingArm(**values, intention=over_time("intention", intended, count))
     elif intention is not None:
         raise ParameterError("intention is of an arm: user must be one, with mass, damping and stiffness")
     elif user is not None:

@@ -26,9 +26,9 @@ class Loop:
     ) -> tuple[float, float]:
         """Output and new integral; `memory` is the integral so far, `ahead` maps it to the output with feedforward."""
         grown = memory + self.integral * error * period
-        wanted = self.proportional * error + ahead(grown)
-        output = min(max(wanted, -self.limit), self.limit)
-        return output, grown if output == wanted or (wanted > output) != (error > 0) else memory
+        demanded = self.proportional * error + ahead(grown)
+        output = min(max(demanded, -self.limit), self.limit)
+        return output, grown if output == demanded or (demanded > output) != (error > 0) else memory
 
 
 def speed_loop(bandwidth: float, inertia: float, gain: float, limit: float) -> Loop:
@@ -64,12 +64,12 @@ class Servo:
             limit=limit,
         )
 
-    def act(self, error: float, speed: float, wanted_speed: float) -> float:
+    def act(self, error: float, speed: float, demanded_speed: float) -> float:
         """Current for an angle error, the angular speed and the commanded speed. [rad], [rad s^-1]"""
-        heading = wanted_speed + self.proportional / self.damping * error
+        heading = demanded_speed + self.proportional / self.damping * error
         current = (
             self.proportional * error
-            + self.damping * (wanted_speed - speed)
+            + self.damping * (demanded_speed - speed)
             + self.friction * share_of(heading, self.full_speed)
         )
         return min(max(current, -self.limit), self.limit)

@@ -77,8 +77,8 @@ class CoboticController:
         share = 1.0 if self.run_up_time <= 0.0 else min(time / self.run_up_time, 1.0)
         error = share * self.cylinder_speed - measured["omega"]
         cylinder, drive = self.cylinder.act(error, memory[0], self.sample_time)
-        wanted, turning, rests = self.steer(self.path.at(time), measured, memory[1])
-        steering = 0.0 if rests else self.steering.act(wanted - measured["phi"], measured["phi_rate"], turning)
+        demanded, turning, rests = self.steer(self.path.at(time), measured, memory[1])
+        steering = 0.0 if rests else self.steering.act(demanded - measured["phi"], measured["phi_rate"], turning)
         return dict(zip(self.outputs, (cylinder, steering), strict=True)), (drive, rests)
 
     def steer(self, goal: MotionState, measured: Mapping[str, float], rests: bool) -> tuple[float, float, bool]:
@@ -121,7 +121,7 @@ class ConventionalController:
 
     Inertia and friction of the load (`inertia` [A s^2 m^-1], `friction` [A]) and of the motor (`rotor`, `motor_friction`) are
     fed forward, multiplied by the gear's factors while it drives and while it is backdriven (`driving`, `driven` [-]), and so
-    is measured friction of a gear, at the wanted speed and the known load (`gear_friction`). The integral, which begins with
+    is measured friction of a gear, at the demanded speed and the known load (`gear_friction`). The integral, which begins with
     `started` [A], thus converges to the external force. While the load is left at rest, the motor supplies what friction does
     not hold. Springs and linkages between drive and load make a planned force there (`planned` [A] over time), which is fed
     forward as well; it then includes the inertia of the load and the external force.
@@ -137,7 +137,7 @@ class ConventionalController:
     driving: float
     driven: float
     gear_friction: Callable[[float, float], tuple[float, float]]
-    """Maps the current for the torque behind the gear [A] and the wanted speed [m s^-1] to the current for friction [A] that
+    """Maps the current for the torque behind the gear [A] and the demanded speed [m s^-1] to the current for friction [A] that
     depends on both, and its slope over the first. [-]"""
     full_speed: float
     path: Motion | None
@@ -169,20 +169,20 @@ class ConventionalController:
             load = self.planned(time)
             held = self.holding(integral + load) - load if held is None else held
             return {self.output: min(max(held + load, -self.speed.limit), self.speed.limit)}, (integral, held)
-        wanted = 0.0 if near else goal.speed + self.link_gain * (goal.position - position)
+        demanded = 0.0 if near else goal.speed + self.link_gain * (goal.position - position)
         # The current lasts for a sample, in whose middle a motion that starts or reverses may have another direction.
-        share = share_of(wanted + (0.0 if near else 0.5 * self.sample_time * goal.acceleration), self.full_speed)
+        share = share_of(demanded + (0.0 if near else 0.5 * self.sample_time * goal.acceleration), self.full_speed)
 
         known = self.inertia * goal.acceleration + self.planned(time)
         # What the gear passes on, friction behind it included: a load that friction still brakes does not drive the motor.
         effort = integral + known + self.friction * share
         way = math.copysign(share, share * effort)
         passed = 0.5 * (self.driving + self.driven) + 0.5 * way * (self.driving - self.driven)
-        lost, slope = self.gear_friction(passed * effort, wanted)
+        lost, slope = self.gear_friction(passed * effort, demanded)
         current, integral = self.speed.act(
-            wanted - speed,
+            demanded - speed,
             integral,
-            self._learnt(passed * (1.0 + share * slope), effort, share * (wanted - speed)) * self.sample_time,
+            self._learnt(passed * (1.0 + share * slope), effort, share * (demanded - speed)) * self.sample_time,
             lambda grown: (
                 passed * (grown + known + self.friction * share)
                 + self.rotor * goal.acceleration

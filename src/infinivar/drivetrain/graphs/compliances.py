@@ -14,7 +14,7 @@ from infinivar._core.fields import given
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import Element, Parameter, Signal
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import needed
+from infinivar.drivetrain.drive import shaft_inertia
 from infinivar.parts.gear_law import Torsion
 
 DAMPING = 0.05
@@ -110,8 +110,7 @@ def _depth(angle: Array, backlash: Array) -> Array:
 
 def rotor_inertia(drive: ConventionalDrive) -> float:
     """Inertia of rotor and gearhead at the gear output. [kg m^2]"""
-    rotor = needed(drive.motor.rotor_inertia, "motor.rotor_inertia") + given(drive.gearhead.inertia, 0.0)
-    return drive.gearhead.ratio**2 * rotor
+    return drive.gearhead.ratio**2 * shaft_inertia(drive.motor, drive.gearhead)
 
 
 def damping_of_gear(drive: ConventionalDrive) -> float:

@@ -53,7 +53,7 @@ def motor_terminals(
     if electrical == "current":
         return [bg.flow_source("source", f"I_{tag}", losses=burnt, title=f"{named}supply"), *elements], chains, []
     inductance = needed(motor.inductance, f"{where}motor.inductance")
-    wanted, measured, turning = f"I_{tag}", f"i_{tag}", f"omega_{tag}"
+    commanded, measured, turning = f"I_{tag}", f"i_{tag}", f"omega_{tag}"
     loop = {
         "resistance": resistance,
         "constant": constant,
@@ -64,13 +64,13 @@ def motor_terminals(
         "source",
         f"V_{tag}",
         _current_loop,
-        signals=(wanted, measured, turning),
+        signals=(commanded, measured, turning),
         parameters=loop,
         losses=burnt,
         title=f"{named}supply",
     )
     signals = [
-        Signal(name=wanted, symbol=f"I_{tag}"),
+        Signal(name=commanded, symbol=f"I_{tag}"),
         Signal(name=measured, symbol=f"i_{tag}", of="electrical"),
         Signal(name=turning, symbol=rf"\omega_{{m,{tag}}}", of="rotor"),
     ]
@@ -88,11 +88,11 @@ def _inverse(ratio: Array) -> Array:
 
 
 def _current_loop(
-    wanted: Array, current: Array, speed: Array, resistance: Array, constant: Array, gain: Array, largest: Array
+    commanded: Array, current: Array, speed: Array, resistance: Array, constant: Array, gain: Array, largest: Array
 ) -> Array:
     """Voltage of an amplifier with current control, limited to the supply voltage."""
-    xp = namespace(wanted, current, speed)
-    return xp.clip(resistance * wanted + constant * speed + gain * (wanted - current), -largest, largest)
+    xp = namespace(commanded, current, speed)
+    return xp.clip(resistance * commanded + constant * speed + gain * (commanded - current), -largest, largest)
 
 
 def gearhead(

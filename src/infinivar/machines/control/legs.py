@@ -59,31 +59,31 @@ class Constraint(Protocol):
         ...
 
 
-def nearest_within(wanted: np.ndarray, limits: np.ndarray, least: np.ndarray) -> np.ndarray:
-    """The point nearest to a wanted one with ``limits @ point >= least``; where there is none, the wanted one scaled to zero.
+def nearest_within(demanded: np.ndarray, limits: np.ndarray, least: np.ndarray) -> np.ndarray:
+    """The point nearest to the demanded one with ``limits @ point >= least``; where there is none, zero.
 
     Parameters
     ----------
-    wanted : (d,) float       Coordinates in which distance is Euclidean.
+    demanded : (d,) float       Coordinates in which distance is Euclidean.
     limits : (k, d) float
     least : (k,) float
 
     Source: a quadratic program, solved by the dual active-set method of daqp.
     """
-    if np.all(limits @ wanted >= least):
-        return wanted
+    if np.all(limits @ demanded >= least):
+        return demanded
     import daqp  # imported where limits bind
 
     found, _, flag, _ = daqp.solve(
-        np.eye(len(wanted)),
-        -np.ascontiguousarray(wanted),
+        np.eye(len(demanded)),
+        -np.ascontiguousarray(demanded),
         np.ascontiguousarray(limits),
         np.full(len(least), 1e30),
         np.ascontiguousarray(least),
         np.zeros(len(least), dtype=np.int32),
         primal_tol=_STRICT,
     )
-    return np.asarray(found) if flag > 0 else np.zeros_like(wanted)
+    return np.asarray(found) if flag > 0 else np.zeros_like(demanded)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -165,21 +165,21 @@ class _Admittance:
         assert self.twist is not None
         held = self.plant.grip.at(c[None], measured.rates[None])
         grip = held.jacobian[0][:, :-1]
-        wrench = grip.T @ measured.force
+        push = grip.T @ measured.force
         mass, damping = self._virtual(grip)
-        wanted = self.twist + period * np.linalg.solve(mass, wrench - damping @ self.twist)
+        demanded = self.twist + period * np.linalg.solve(mass, push - damping @ self.twist)
         free = self._free(measured, grip, mass)
         place = mechanics.load.at(c[None], nu[None])
         jacobian = place.jacobian[0]
         back = self.gain * self._apart(c + (0.0 if begins else period) * self._changes(c, nu))
         surface = self._surface(float(measured.rates[-1]))
-        share = nearest_within(free.T @ mass @ wanted, *self._limits(measured, grip, jacobian, free, back, surface))
+        share = nearest_within(free.T @ mass @ demanded, *self._limits(measured, grip, jacobian, free, back, surface))
         acceleration = (free @ share - self.twist) / period
         self.twist = free @ share
         self.pose = self._moved(self.pose, (2.0 if begins else 1.0) * period * self.twist)
         # The pose error decays beside the virtual motion.
         speed = jacobian @ ((nu if begins else self.twist) + back)
-        forces = self._forces(place, jacobian, wrench, acceleration)
+        forces = self._forces(place, jacobian, push, acceleration)
         angles = -np.arctan(speed / surface) + self._slip_angles(forces, surface)
         changes = -(jacobian @ acceleration + place.bias[0]) / (surface * (1.0 + (speed / surface) ** 2))
         largest = _NEVER_SLIPS * mechanics.transmission.steering_range
@@ -266,11 +266,11 @@ class _Admittance:
         turning = math.copysign(max(abs(turning), _SLOWEST * abs(whole)), whole)
         return self.mechanics.transmission.cylinder_radius * turning
 
-    def _forces(self, place: Any, jacobian: np.ndarray, wrench: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+    def _forces(self, place: Any, jacobian: np.ndarray, push: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
         """Forces of the wheels on the links, those of the smallest squares. (n,)"""
         mechanics = self.mechanics
         links = jacobian @ acceleration + place.bias[0]
-        load = place.moved.inertia[0] @ acceleration + place.moved.bias[0] - wrench
+        load = place.moved.inertia[0] @ acceleration + place.moved.bias[0] - push
         rubbing = mechanics.guideway_friction * np.clip(place.speed[0] / mechanics.stick_speed, -1.0, 1.0)
         return np.linalg.lstsq(jacobian.T, load, rcond=None)[0] + mechanics.link_mass * links + rubbing
 

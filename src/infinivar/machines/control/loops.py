@@ -18,7 +18,7 @@ from infinivar.drivetrain.control import LINK_BANDWIDTH, SPEED_BANDWIDTH, Coboti
 from infinivar.drivetrain.control.loops import Loop, Servo, largest_current, speed_loop, turning_speed
 from infinivar.machines.linkage import Linkage, Load, SeparateMechanics
 from infinivar.machines.motors import LinkMotors
-from infinivar.machines.system import Inputs, System, Wanted
+from infinivar.machines.system import Inputs, SteeringLaw, System
 from infinivar.motion.histories import VectorHistory
 from infinivar.transmission.planar import PlanarCobot
 
@@ -90,7 +90,7 @@ class Loops:
             return inputs
         rate = np.zeros(len(angles)) if commands.steering_rate is None else commands.steering_rate
         if self.servo is None:
-            # A wheel that turns as told ends the sample where the command has gone by then.
+            # A wheel that turns as commanded ends the sample where the command has gone by then.
             inputs.turning = rate + (commands.steering - angles) / self.period
             return inputs
         for place in range(len(angles)):
@@ -130,13 +130,13 @@ class LinkController:
         # In the middle of the sample in which the currents act.
         before, after = around(self.motion, min(time + 1.5 * period, float(self.motion.time[-1])))
         change = (load.along(self.motion, after)[1] - load.along(self.motion, before)[1]) / (after - before)
-        wanted = twist + gain * load.apart(pose, goal)
+        demanded = twist + gain * load.apart(pose, goal)
         place = self.mechanics.at(pose[None], rates[None])
         link: Linkage = place.kinematics
         inertia, jacobian = place.inertia[0], link.jacobian[0]
-        grown = self.integral + pole * pole * period * (inertia @ (wanted - rates))
-        forces = inertia @ (change + 2.0 * pole * (wanted - rates)) + place.bias[0] + grown
-        share = np.clip(jacobian @ wanted / self.motors.stick_speed, -1.0, 1.0)
+        grown = self.integral + pole * pole * period * (inertia @ (demanded - rates))
+        forces = inertia @ (change + 2.0 * pole * (demanded - rates)) + place.bias[0] + grown
+        share = np.clip(jacobian @ demanded / self.motors.stick_speed, -1.0, 1.0)
         on_links = np.linalg.lstsq(jacobian.T, forces, rcond=None)[0] + sum(self.motors.frictions) * share
         currents = on_links / self.motors.gain
         if np.all(np.abs(currents) <= self.limit):
@@ -146,13 +146,13 @@ class LinkController:
 
 @dataclass(slots=True)
 class MachineController:
-    """Controllers of a machine under a scenario: the shaft of the power motor is held, and wheels follow what is wanted."""
+    """Controllers of a machine under a scenario: the shaft of the power motor is held, and wheels follow a law."""
 
     loops: Loops
     duration: float
     """Of the run; the controller looks no further ahead. [s]"""
     set_speed: float
-    wanted: Wanted | None
+    steering_law: SteeringLaw | None
     links: LinkController | None = None
     """Of a machine with a motor for each link, instead of all others."""
 
@@ -172,9 +172,9 @@ class MachineController:
             commands.currents = self.links.act(time, c, nu, loops.period)
         if loops.motor is not None and system.motor is not None:
             commands.speed, speeds = self.set_speed, nu[list(system.motor.coordinates)]
-        if loops.servo is not None and self.wanted is not None:
+        if loops.servo is not None and self.steering_law is not None:
             ahead = min(time + loops.period, self.duration)
-            commands.steering, commands.steering_rate = self.wanted(ahead, c, nu, angles)
+            commands.steering, commands.steering_rate = self.steering_law(ahead, c, nu, angles)
         return loops.act(commands, speeds, angles, turning)
 
 
@@ -230,14 +230,14 @@ def begun_loops(
     return Loops(system=system, period=period, motor=motor, servo=servo, integrals=integrals)
 
 
-def following_angles(angles: Callable[[float], Any]) -> Wanted:
+def following_angles(angles: Callable[[float], Any]) -> SteeringLaw:
     """Angles over time, whatever the machine does."""
 
-    def wanted(time: float, *_: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def law(time: float, *_: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         ahead, behind = (np.asarray(angles(one), dtype=float) for one in (time + _STEP, max(time - _STEP, 0.0)))
         return np.asarray(angles(time), dtype=float), (ahead - behind) / (time + _STEP - max(time - _STEP, 0.0))
 
-    return wanted
+    return law
 
 
 def standing(pose: np.ndarray, duration: float) -> VectorHistory:
@@ -247,7 +247,7 @@ def standing(pose: np.ndarray, duration: float) -> VectorHistory:
 
 def following_pose(
     load: Load, motion: VectorHistory, *, gain: float, radius: float, set_speed: float, largest: float
-) -> Wanted:
+) -> SteeringLaw:
     """Angles of wheels on a cylinder that move a load along a motion.
 
     Parameters
@@ -264,7 +264,7 @@ def following_pose(
         pose, twist = load.along(motion, time)
         return load.at(pose[None], twist[None]).speed[0]
 
-    def wanted(time: float, c: np.ndarray, nu: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def law(time: float, c: np.ndarray, nu: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         pose, twist = load.along(motion, time)
         jacobian = load.at(c[None], nu[None, :-1]).jacobian[0]
         off = load.apart(c, pose)
@@ -276,7 +276,7 @@ def following_pose(
         goal = np.clip(np.arctan(slope), -largest, largest)
         return goal, np.where(np.abs(goal) < largest, change / (1.0 + slope * slope), 0.0)
 
-    return wanted
+    return law
 
 
 def around(motion: VectorHistory, time: float) -> tuple[float, float]:
@@ -286,7 +286,7 @@ def around(motion: VectorHistory, time: float) -> tuple[float, float]:
     return after - 2.0 * _STEP, after
 
 
-def following_path(cobot: PlanarCobot, motion: VectorHistory, *, gain: float) -> Wanted:
+def following_path(cobot: PlanarCobot, motion: VectorHistory, *, gain: float) -> SteeringLaw:
     """Headings of wheels on a plane along a motion of the body, whose speed is the user's."""
 
     def headings(twist: np.ndarray, angles: np.ndarray) -> np.ndarray:
@@ -294,7 +294,7 @@ def following_path(cobot: PlanarCobot, motion: VectorHistory, *, gain: float) ->
         found = np.where(np.isfinite(found), found, angles)
         return angles + np.remainder(found - angles + 0.5 * np.pi, np.pi) - 0.5 * np.pi
 
-    def wanted(time: float, c: np.ndarray, nu: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def law(time: float, c: np.ndarray, nu: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         def twist(at: float) -> np.ndarray:
             off, rate = motion(at) - c, motion.rate(at)
             cosine, sine = math.cos(c[2]), math.sin(c[2])
@@ -304,4 +304,4 @@ def following_path(cobot: PlanarCobot, motion: VectorHistory, *, gain: float) ->
         goal, (before, after) = headings(twist(time), angles), around(motion, time)
         return goal, (headings(twist(after), goal) - headings(twist(before), goal)) / (after - before)
 
-    return wanted
+    return law

@@ -2,6 +2,7 @@ r"""Guidance of planar cobots: along a path, as a virtual caster, and along a wa
 
 Each law gives the rate :math:`W = d\psi/dt` of the direction of motion of the handle. The wheels then head across the lines to
 the instant centre, less their slip angles under the force that they carry; a body on two wheels or more keeps its orientation.
+They let the handle move along psi only, at the speed u that the user gives it, so that whatever turns psi does no work.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from infinivar._core.fields import check, component, given, quantity
 from infinivar.errors import ParameterError
 from infinivar.machines.control.controller import Law, Measured, Plant
 from infinivar.machines.control.loops import Commands
-from infinivar.machines.control.planar_laws import caster_rate, contact_turning_limit, path_turning
 from infinivar.machines.hand import BodyGrip
 from infinivar.transmission.planar import PlanarCobot, drift
 
@@ -111,7 +111,7 @@ def _kept(going: Going) -> tuple[float, float]:
 
 
 def cobot_of(plant: Plant, doing: str) -> PlanarCobot:
-    """The body on wheels that a machine is; `doing` says what it is asked for.
+    """The body on wheels that a machine is; `doing` says what requires one.
 
     Raises
     ------
@@ -257,9 +257,9 @@ class _Steering:
         bias = self.mass * twist[2] * np.array([-twist[1], twist[0], 0.0])
         cosine, sine = math.cos(angle), math.sin(angle)
         x, y = cosine * going.force[0] + sine * going.force[1], cosine * going.force[1] - sine * going.force[0]
-        wrench = np.array([x, y, self.grip.point[0] * y - self.grip.point[1] * x])
-        gained = float(unit @ (wrench - bias - inertia @ changing)) / float(unit @ inertia @ unit)
-        needed = inertia @ (gained * unit + changing) + bias - wrench
+        push = np.array([x, y, self.grip.point[0] * y - self.grip.point[1] * x])
+        gained = float(unit @ (push - bias - inertia @ changing)) / float(unit @ inertia @ unit)
+        needed = inertia @ (gained * unit + changing) + bias - push
         rows = self.cobot.mechanism.jacobian
         moves = rows @ unit
         size = np.maximum(np.hypot(moves[:, 0], moves[:, 1]), 1e-9)
@@ -303,7 +303,7 @@ class PathGuide(_Guided):
             raise ParameterError(f"curve must have nearest(point, near), got {self.curve!r}")
 
     def begin(self, plant: Plant, attitude: Attitude = _kept) -> Law:
-        """The law of one session, of a body that keeps its orientation unless told otherwise."""
+        """The law of one session, of a body that keeps its orientation unless stated otherwise."""
         near: list[Any] = [None]
         k2 = given(self.k2, 2.0 * math.sqrt(self.k1))
 
@@ -343,7 +343,7 @@ class CasterGuide(_Guided):
     """
 
     mass: float | None = quantity(
-        "kg", Gt(0), "Wanted mass M across the motion; by default the machine's own", default=None
+        "kg", Gt(0), "Virtual mass M across the motion; by default the machine's own", default=None
     )
     least_force: float = quantity("N", Ge(0), "Force at rest below which the wheels stay", default=0.1)
 
@@ -394,7 +394,7 @@ class WallGuide(_Guided):
 
     wall: Surface = component("The wall: with distance(point), normal(point) and hessian(point), in the plane")
     mass: float | None = quantity(
-        "kg", Gt(0), "Wanted mass M in free motion; by default the machine's own", default=None
+        "kg", Gt(0), "Virtual mass M in free motion; by default the machine's own", default=None
     )
     anticipate: bool = component("Whether to turn ahead of the wall", default=True)
     k1: float = quantity("1/m^2", Gt(0), "Gain of the distance along the wall", default=2500.0)
@@ -448,7 +448,98 @@ class WallGuide(_Guided):
             elif self.anticipate and away < 0.0:
                 arc = speed * (1.0 - math.sqrt(max(1.0 - away * away, 0.0))) / (distance - 0.5 * self.margin)
                 least = arc if arc >= _WITHIN * fastest else -math.inf
-            wanted = max(sense * freely, min(least, fastest))
-            return sense * wanted
+            demanded = max(sense * freely, min(least, fastest))
+            return sense * demanded
 
         return self._law(plant, turning, _towards_force)
+
+
+def path_turning(curvature: float, offset: float, angle: float, k1: float, k2: float) -> float:
+    r"""Turning per metre that leads a point back to a path.
+
+    .. math:: \frac{d\psi}{ds} = \frac{\kappa \cos e}{1 - \kappa d} - k_1 d - k_2 e
+
+    Near the path ``d'' + k2 d' + k1 d = 0`` by travelled length, critically damped for ``k2 = 2 sqrt(k1)``.
+
+    Parameters
+    ----------
+    curvature : float   kappa of the path at the closest point, positive to the left. [m^-1]
+    offset : float      d, of the point to the left of the path; below the radius of curvature. [m]
+    angle : float       e, from the path's tangent to the direction of motion. [rad]
+    k1 : float          [m^-2]
+    k2 : float          [m^-1]
+
+    Returns
+    -------
+    float   [rad m^-1]
+
+    Source: kinematics of a point beside a curve.
+    """
+    beside = max(1.0 - curvature * offset, 0.1)  # beyond the centre of curvature there is no way around
+    return curvature * math.cos(angle) / beside - k1 * offset - k2 * angle
+
+
+def creep_offset(slip_angle: float, k1: float) -> float:
+    r"""Offset at which `path_turning` settles if a slip angle is not fed forward: :math:`2\beta/\sqrt{k_1}` if critically damped.
+
+    Parameters
+    ----------
+    slip_angle : float   From heading to path, positive to the left. [rad]
+    k1 : float           [m^-2]
+
+    Returns
+    -------
+    float   [m]
+
+    Source: `path_turning` at rest, with e = -beta.
+    """
+    return 2.0 * slip_angle / math.sqrt(k1)
+
+
+def caster_rate(force: float, mass: float, speed: float) -> float:
+    r"""Rate at which a free mass turns under a force across its motion, :math:`F_n/(M u)`. [rad s^-1]
+
+    With the mass of the machine itself it moves as a free mass; the force along the motion always acts on the machine's mass.
+
+    Parameters
+    ----------
+    force : float   F_n, to the left of the direction of motion. [N]
+    mass : float    M, virtual. [kg]
+    speed : float   u along the direction of motion, not 0; negative backwards. [m s^-1]
+
+    Source: Newton.
+    """
+    return force / (mass * speed)
+
+
+def contact_turning_limit(slip_force: float, force: float, mass: float, speed: float) -> float:
+    r"""Fastest turn of a wheel that carries the body, :math:`(\mu P - F_n)/(m |u|)`; beyond it, the wheel slips. [rad s^-1]
+
+    Parameters
+    ----------
+    slip_force : float   mu P. [N]
+    force : float        F_n, of the user against the turn, >= 0 where it takes from the turn. [N]
+    mass : float         m, that the wheel turns. [kg]
+    speed : float        u, not 0. [m s^-1]
+
+    Returns
+    -------
+    float   0 where the user's force alone exceeds the slip force.
+
+    Source: Newton, with mu P as the largest lateral force.
+    """
+    return max(slip_force - force, 0.0) / (mass * abs(speed))
+
+
+def wall_overshoot(speed: float, rate: float, angle: float) -> float:
+    r"""Depth to which a wall is overrun by a wheel that turns only from the wall on: :math:`(u/W)(1 - \cos\theta)`. [m]
+
+    Parameters
+    ----------
+    speed : float   u > 0. [m s^-1]
+    rate : float    W > 0, at which the wheel turns. [rad s^-1]
+    angle : float   theta, from the wall to the direction of approach. [rad]
+
+    Source: an arc of radius u/W.
+    """
+    return speed / rate * (1.0 - math.cos(angle))

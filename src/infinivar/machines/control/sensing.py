@@ -213,7 +213,7 @@ class GuidedController:
         return checked(self.law(measured), len(system.mechanics.steered), motors)
 
     def _ahead(self, measured: Measured) -> np.ndarray:
-        """Angles at which the commands meet the wheels: those that turn as told are told what they do until then."""
+        """Angles at which the commands meet the wheels: those that turn as commanded know what they do until then."""
         waiting = self.loops.waiting
         if self.loops.servo is None and waiting is not None:
             return measured.steering + self.loops.period * waiting.turning

@@ -190,9 +190,9 @@ class SerialArmMechanics(Defaults):
 
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
         """Forces of the wheels."""
-        found, applied = self.mechanism.forces(rates, (np.sin(angles), np.cos(angles)), -turning, self.stick_speed)
+        found, exerted = self.mechanism.forces(rates, (np.sin(angles), np.cos(angles)), -turning, self.stick_speed)
         resisting: Any = -found.moment + 0.0 * angles
-        return Forces(-applied, resisting, *judged(found.losses, found.slip_demand))
+        return Forces(exerted, resisting, *judged(found.losses, found.slip_demand))
 
     def grip(self, handle: Sequence[float] = (0.0, 0.0)) -> Grip:
         """The end point."""

@@ -23,7 +23,7 @@ from infinivar.machines.links import RIM, Carried, lacking_of_leg, moved, with_l
 from infinivar.machines.machine import TaskPoint, checked, lacking_of_drive
 from infinivar.machines.many_legs import LeggedDrive
 from infinivar.machines.motors import LinkMotors, PowerMotor, SteeringServo
-from infinivar.machines.system import Wanted
+from infinivar.machines.system import SteeringLaw
 from infinivar.motion.histories import VectorHistory
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.transmission.configuration import Configuration
@@ -55,7 +55,7 @@ class OnCylinder(Machine):
         leg = self.leg
         return motor_of(leg.motor, leg.gearhead, leg.amplifier, -1, stick_speed / leg.transmission.cylinder_radius)
 
-    def follow(self, mechanics: Any, motion: VectorHistory | None, pose: np.ndarray, duration: float) -> Wanted:
+    def follow(self, mechanics: Any, motion: VectorHistory | None, pose: np.ndarray, duration: float) -> SteeringLaw:
         """Angles that move the links."""
         return following_pose(
             mechanics.load,
@@ -221,7 +221,7 @@ class Linked(MachineDrive):
     def scenario(
         self, machine: Any, time: np.ndarray, pose: np.ndarray, wrench: np.ndarray, closed: bool
     ) -> MachineScenario:
-        """Motion in closed loops along poses (t, d), under wrenches of a user (t, d); closed: whether half of it settles.
+        """Motion in closed loops along poses (t, d), under wrenches on the load (t, d); closed: whether half of it settles.
 
         Raises
         ------
@@ -275,7 +275,7 @@ def _mass(motor: Any) -> float:
 
 
 def _started(legs: LeggedDrive, machine: Any, motion: VectorHistory, force: np.ndarray) -> np.ndarray:
-    r"""Configuration at the start at which the controllers command the angles that hold a force against creep.
+    r"""Configuration at the start at which the controllers command the angles that exert a wrench in spite of creep.
 
     They command :math:`-R\omega\tan\phi = J(\xi + k\,e)` by the pose error e, so that
     :math:`k\,e = -J^{-1} R\omega\tan\phi - \xi`. Without it the wheels would first have to turn there.

@@ -34,9 +34,7 @@ from infinivar.machines.pictures.wheeled import Wheeled
 from infinivar.motion.vectors import Point
 from infinivar.transmission.configuration import Configuration
 from infinivar.transmission.omniwheels import Omniwheels, in_fixed_axes
-
-GRAVITY = 9.80665
-"""Standard gravity. [m s^-2]"""
+from infinivar.units import STANDARD_GRAVITY
 
 _UNITS = ("N m", "rad/s")
 """Of torque and speed of an axle."""
@@ -237,7 +235,7 @@ class OmniwheelDrive(Linked):
     @property
     def load_of_wheel(self) -> float:
         """On each wheel; 0 if not known. [N]"""
-        return given(self.wheel_load, given(self.mass, 0.0) * GRAVITY / self.links)
+        return given(self.wheel_load, given(self.mass, 0.0) * STANDARD_GRAVITY / self.links)
 
     def configuration(self, pose: Array) -> Configuration:
         """The kinematic map from twists to links over the pulleys, at poses (..., 3)."""

@@ -1,9 +1,10 @@
 r"""A cart on steered wheels as a drive: the source pushes along the motion, and the wheels hold what acts across it.
 
 With the twist :math:`\xi` of the cart and the wrench W that it exerts on its load, the source supplies a wrench S that does no
-work on any motion at a right angle to :math:`\xi`. The wheels are steered so that the forces on those motions balance:
+work on any motion at a right angle to :math:`\xi`. The wheels exert Q, and are steered so that the forces on those motions
+balance:
 
-.. math:: Q_a = S - W, \qquad B_\perp^T S = 0, \qquad S \cdot \xi = W \cdot \xi + \sum \mathrm{loss}
+.. math:: Q = W - S, \qquad B_\perp^T S = 0, \qquad S \cdot \xi = W \cdot \xi + \sum \mathrm{loss}
 
 with right angles in the metric in which a turn counts as the rms velocity that it gives the wheels. A cart that a user pushes and
 one with a motor differ only in what the source is. Where no steering balances the forces so, as on two wheels that turn about a
@@ -41,7 +42,7 @@ from infinivar.machines.pictures import wheeled
 from infinivar.machines.pictures.strokes import Picture
 from infinivar.machines.pictures.wheeled import Wheeled
 from infinivar.machines.rolling import ROLLING_LOSSES, RollingState, creep_ratio, judged, slip_demands
-from infinivar.machines.system import Defaults, Forces, Place, Wanted
+from infinivar.machines.system import Defaults, Forces, Place, SteeringLaw
 from infinivar.machines.wheel import Wheel
 from infinivar.motion.histories import VectorHistory
 from infinivar.motion.vectors import Point
@@ -98,9 +99,9 @@ class PlanarMechanics(Defaults):
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
         """Forces of the wheels."""
         heading = np.cos(angles), np.sin(angles)
-        found, applied = self.cobot.mechanism.forces(rates, heading, turning, self.stick_speed)
+        found, exerted = self.cobot.mechanism.forces(rates, heading, turning, self.stick_speed)
         resisting = found.moment + 0.0 * angles
-        return Forces(-applied, resisting, *judged(found.losses, found.slip_demand))
+        return Forces(exerted, resisting, *judged(found.losses, found.slip_demand))
 
     def rates_of(self, configuration: np.ndarray, change: np.ndarray) -> np.ndarray:
         """In axes of the body."""
@@ -203,7 +204,7 @@ class PlanarMachine(Machine):
         found = np.asarray(self.cobot.headings(rates))
         return np.where(np.isfinite(found), found, angles)
 
-    def follow(self, mechanics: Any, motion: VectorHistory | None, pose: np.ndarray, duration: float) -> Wanted:
+    def follow(self, mechanics: Any, motion: VectorHistory | None, pose: np.ndarray, duration: float) -> SteeringLaw:
         """Headings along a motion."""
         if motion is None:
             raise ParameterError("motion is missing: steering = 'controlled' follows it")
@@ -340,7 +341,7 @@ class PlanarDrive(MachineDrive):
         if own.spin is not None:
             shared["spin"] = np.matmul(np.asarray(own.spin), basis)
         turned = Mechanism(jacobian=jacobian, **shared)
-        held = -np.matmul(np.swapaxes(basis, -1, -2), load[..., None])[..., 0]
+        held = np.matmul(np.swapaxes(basis, -1, -2), load[..., None])[..., 0]
         rates = np.concatenate([np.where(moves, size, np.nan), np.zeros((*xi.shape[:-1], d - 1))], axis=-1)
         safe = np.where(moves, np.nan_to_num(rates), np.eye(d)[0])
 
@@ -522,7 +523,7 @@ class PlanarDrive(MachineDrive):
         total = {name: np.sum(loss, axis=-1) for name, loss in losses.items()}
         power_out = np.sum(load * xi, axis=-1)
         speed = np.sqrt(np.sum((xi * self.metric()) ** 2, axis=-1))
-        power_in = power_out + np.sum(np.where(zero, 0.0, np.asarray(point.power)), axis=-1)
+        power_in = power_out - np.sum(np.where(zero, 0.0, np.asarray(point.power)), axis=-1)
         push = np.where(speed > 0, power_in / np.where(speed > 0, speed, 1.0), 0.0)
         demands: dict[Demand, np.ndarray] = worst({Limit.SLIP: slip}, parts)
         if self.largest_push is not None:

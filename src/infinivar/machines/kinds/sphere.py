@@ -125,10 +125,10 @@ class SphereMechanics(Defaults):
 
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
         """Forces of the rollers, and what resists the rolling of those on fixed axles."""
-        found, applied, losses, turned = self.ivt.moving(
+        found, exerted, losses, turned = self.ivt.moving(
             rates, angles[:, 0], turning[:, 0] if np.ndim(turning) else 0.0, self.stick_speed
         )
-        return Forces(-applied, turned[:, None], *judged(losses, found.slip_demand))
+        return Forces(exerted, turned[:, None], *judged(losses, found.slip_demand))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -349,7 +349,7 @@ class SphereDrive(MachineDrive):
     def scenario(
         self, machine: SphereMachine, time: np.ndarray, pose: np.ndarray, wrench: np.ndarray, closed: bool
     ) -> MachineScenario:
-        """Shaft 2 follows angles (t, 1) under torques of a user (t, 1) by prescribed steering angles: those of steady operation
+        """Shaft 2 follows angles (t, 1) under torques on the load (t, 1) by prescribed steering angles: those of steady operation
         with the inertia of shaft 2; closed: whether half of it settles.
 
         Raises
@@ -359,7 +359,7 @@ class SphereDrive(MachineDrive):
         """
         moves = VectorHistory(time=time, values=pose)
         speed = np.array([moves.rate(float(one))[0] for one in time])
-        torque = machine.output_inertia * np.array([moves.acceleration(float(one))[0] for one in time]) - wrench[:, 0]
+        torque = machine.output_inertia * np.array([moves.acceleration(float(one))[0] for one in time]) + wrench[:, 0]
         angle, point = self.steer(speed, torque)
         if not np.all(np.isfinite(angle)):
             raise ParameterError("a roller of the sphere slips: no steering angle gives the motion")
@@ -390,16 +390,16 @@ class SphereDrive(MachineDrive):
         The angle without creep is corrected by the speed that creep costs, which depends little on the angle: a contraction,
         accelerated by the secant rule. It passes through shaft 2 at rest, where the steering angle is near a quarter turn.
         """
-        wanted, load = np.broadcast_arrays(np.asarray(speed, dtype=float), np.asarray(torque, dtype=float))
-        key = (self.transmission, float(self.input_speed), wanted.shape, wanted.tobytes(), load.tobytes())
+        required, load = np.broadcast_arrays(np.asarray(speed, dtype=float), np.asarray(torque, dtype=float))
+        key = (self.transmission, float(self.input_speed), required.shape, required.tobytes(), load.tobytes())
         known = _steered.get(key)
         if known is None:
-            known = _steered[key] = self._steer(wanted, load)
+            known = _steered[key] = self._steer(required, load)
             while len(_steered) > _KEPT:
                 _steered.pop(next(iter(_steered)), None)
         return known
 
-    def _steer(self, wanted: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, SphericalPoint]:
+    def _steer(self, required: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, SphericalPoint]:
         first, second = self.transmission.ideal_speeds(np.array([0.5 * np.pi, 0.0]))
         lever = float(second[1] / first[0])
 
@@ -411,9 +411,9 @@ class SphereDrive(MachineDrive):
             point = self.transmission.operate(
                 steering_angle=angle_of(ideal), input_speed=self.input_speed, output_torque=load
             )
-            return np.asarray(point.output_speed) - wanted, point
+            return np.asarray(point.output_speed) - required, point
 
-        ideal = wanted.copy()
+        ideal = required.copy()
         error, point = off(ideal)
         before, last = ideal, error
         ideal = ideal - np.where(np.isfinite(error), error, 0.0)
@@ -494,7 +494,7 @@ class SphereDrive(MachineDrive):
         moving = self._in_motion(speed, torque)
         angle, point = self.steer(moving, torque)
         found = self._driven(angle, point, turning)
-        # What the slowest motion delivers beyond the asked one is not drawn either.
+        # What the slowest motion delivers beyond the required one is not drawn either.
         beyond = np.where(moving == speed, 0.0, found.power_out - torque * speed)
         shape = speed.shape
         kinds = self.transmission.kinds

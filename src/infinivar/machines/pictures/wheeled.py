@@ -147,8 +147,8 @@ def steered(
     ----------
     cobot : PlanarCobot or PlanarCarriage   The machine; a carriage does not turn.
     point : MechanismPoint                  One point of its mechanism, in motion.
-    wrench : (3,) or (2,) float             Of the machine on its load, which is a part of what the point has as applied; without
-        it source and load are applied together.
+    wrench : (3,) or (2,) float             Of the machine on its load; the rest of what the wheels exert is on the source.
+        Without it source and load are drawn together.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def steered(
         raise InputError("a planar cobot is drawn at one point in steady motion, at which all wheels roll or slide")
     forces, _ = cobot.mechanism.forces(rates, (cosine, sine), np.asarray(point.steering_rate))
     contacts = cobot.mechanism.contacts
-    twist, applied = _spatial(rates), _spatial(point.applied)
+    twist, applied = _spatial(rates), -_spatial(point.applied)
     both: tuple[tuple[str, str, np.ndarray], ...] = (("force", "applied force", applied),)
     if wrench is not None:
         load = -_spatial(wrench)

@@ -123,10 +123,10 @@ class Pieces:
         """Which pieces are too far from the curve, at quarters of the parameter. (n,)"""
         wrong = np.zeros(len(self._lengths), dtype=bool)
         for place, quarter in enumerate((0.25, 0.5, 0.75)):
-            wanted, slope, _ = base(nodes[:-1] + quarter * np.diff(nodes))
+            expected, slope, _ = base(nodes[:-1] + quarter * np.diff(nodes))
             made, tangent, _ = _evaluated(self.coefficients, shares[place], self._lengths)
             slope = slope / _norm(slope)[:, None]
-            wrong |= _norm(made - wanted) > TOLERANCE * self.length + self._rounding
+            wrong |= _norm(made - expected) > TOLERANCE * self.length + self._rounding
             wrong |= _norm(tangent - slope) > math.sqrt(TOLERANCE) + 10.0 * self._rounding / self._lengths
         return wrong
 
@@ -198,11 +198,11 @@ class Pieces:
         likely = np.flatnonzero(bound <= away.min() + TOLERANCE * self.length)
         if len(likely) > _FEW:
             return float(self._nearest(point[None])[0])
-        wanted, best, found = point.tolist(), math.inf, 0.0
+        target, best, found = point.tolist(), math.inf, 0.0
         for piece in likely[np.argsort(bound[likely])].tolist():
             if bound[piece] > best:
                 break
-            share, far = self._share(wanted, piece, bool(away[piece] <= away[piece + 1]))
+            share, far = self._share(target, piece, bool(away[piece] <= away[piece + 1]))
             if far < best:
                 best, found = far, self._starts[piece] + share * self._steps[piece]
         return found

@@ -150,8 +150,8 @@ def constrained_motion(
     M, F = _metric(mass, d), real_array("force", force)
     xi = np.zeros(d) if twist is None else real_array("twist", twist)
     dA = np.zeros_like(A) if rates is None else real_array("rates", rates)
-    for name, value, wanted in (("force", F, (d,)), ("twist", xi, (d,)), ("rates", dA, A.shape)):
-        require(value.shape == wanted, name, f"shape {value.shape}", f"of shape {wanted}")
+    for name, value, expected in (("force", F, (d,)), ("twist", xi, (d,)), ("rates", dA, A.shape)):
+        require(value.shape == expected, name, f"shape {value.shape}", f"of shape {expected}")
         require(bool(np.isfinite(value).all()), name, "nan or inf", "finite")
     back, free = np.linalg.solve(M, A.T), np.linalg.solve(M, F)
     reaction = np.linalg.solve(A @ back, -dA @ xi - A @ free)

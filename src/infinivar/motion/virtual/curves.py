@@ -148,8 +148,8 @@ def _starts(near: Array, points: np.ndarray) -> list[float]:
     if type(near) is float and math.isfinite(near) and points.ndim == 1:
         return [near]
     starts = real_array("near", near)
-    wanted = "one number" if points.ndim == 1 else f"one number, or {len(points)} of them"
-    require(starts.shape in ((), points.shape[:-1]), "near", f"shape {starts.shape}", wanted)
+    expected = "one number" if points.ndim == 1 else f"one number, or {len(points)} of them"
+    require(starts.shape in ((), points.shape[:-1]), "near", f"shape {starts.shape}", expected)
     require(bool(np.isfinite(starts).all()), "near", "nan or inf", "finite", "m")
     return np.broadcast_to(starts, points.shape[:-1] or (1,)).tolist()
 

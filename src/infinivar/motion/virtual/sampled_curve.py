@@ -184,8 +184,8 @@ def _rows(function: Callable[[float], Any]) -> Callable[[np.ndarray], np.ndarray
                 row = np.empty(0)
             size = size or row.size
             fits = row.shape in ((2,), (3,)) and row.size == size and bool(np.all(np.abs(row) <= FARTHEST))
-            wanted = f"{size} finite coordinates" if size in (2, 3) else "two or three finite coordinates"
-            require(fits, "value of function", f"{shown(said)} at the parameter {u:g}", wanted)
+            expected = f"{size} finite coordinates" if size in (2, 3) else "two or three finite coordinates"
+            require(fits, "value of function", f"{shown(said)} at the parameter {u:g}", expected)
             rows.append(row)
         return np.array(rows)
 

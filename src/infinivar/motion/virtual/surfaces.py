@@ -252,12 +252,12 @@ class Surfaces(Whole):
         object.__setattr__(self, "surfaces", tuple(given))
         for place, one in enumerate(self.surfaces, 1):
             check_surface(f"surfaces {place}", one)
-            wanted = self.surfaces[0].dimension
+            expected = self.surfaces[0].dimension
             require(
-                one.dimension == wanted,
+                one.dimension == expected,
                 f"surfaces {place}",
                 f"one in {one.dimension}",
-                f"in {wanted} dimensions, as surfaces 1",
+                f"in {expected} dimensions, as surfaces 1",
             )
 
     @property

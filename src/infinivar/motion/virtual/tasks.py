@@ -80,9 +80,9 @@ class VirtualWall(HandleTask):
         "Whether the surface stops the handle on one side only, or holds it from both", default="one"
     )
     stiffness: float | None = quantity(
-        "N/m", Gt(0), "Stiffness wanted; None: as stiff as the display can be", default=None
+        "N/m", Gt(0), "Required stiffness; None: as stiff as the display can be", default=None
     )
-    damping: float | None = quantity("N s/m", Ge(0), "Damping wanted; None: the controller's choice", default=None)
+    damping: float | None = quantity("N s/m", Ge(0), "Required damping; None: the controller's choice", default=None)
 
     def __post_init__(self) -> None:
         """Validate the fields."""

@@ -1,7 +1,8 @@
-"""Write the scene of a machine in motion for MuJoCo, and its recorded motion beside it."""
+"""Write the scene of a machine in motion for MuJoCo, with what guides its handle, and its recorded motion beside it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import SubElement
@@ -9,12 +10,11 @@ from xml.etree.ElementTree import SubElement
 import numpy as np
 
 from infinivar.analysis.moving_parts import Parts, parts_of
-from infinivar.analysis.sessions.guides import guides_of
+from infinivar.analysis.sessions.guides import Line, Plane, Rod, Round, Shape, Solid, Track, guides_of
 from infinivar.errors import InputError, printable
 from infinivar.report.output import all_files_or_none
 from infinivar.report.scene.elements import Scene, text
 from infinivar.report.scene.machines import Extent, add_machine
-from infinivar.report.scene.walls import add_guides
 
 VIEW = "view"
 """Name of the camera."""
@@ -24,6 +24,9 @@ _FROM = np.array([0.35, -1.0, 0.75]) / np.linalg.norm([0.35, -1.0, 0.75])
 
 _ANGLE = 40.0
 """Vertical field of view. [degrees]"""
+
+_THIN, _HIGH = 0.004, 0.12
+"""Radius of a line, and half the height of a wall of a handle in the plane, over the radius of the scene."""
 
 
 class Recorded(NamedTuple):
@@ -50,7 +53,7 @@ def recorded(run: Any, time: np.ndarray | None = None) -> Recorded:
     extent = add_machine(scene, run.machine, parts)
     handle = in_space(parts.handle)
     moved = float(np.linalg.norm(np.ptp(handle, axis=0)))
-    add_guides(scene, guides_of(run), handle[0], moved, extent)
+    _add_guides(scene, guides_of(run), handle[0], moved, extent)
     _add_camera(scene, extent)
     qpos = np.concatenate(scene.qpos, axis=1)
     frames = SubElement(scene.root, "keyframe")
@@ -93,7 +96,48 @@ def check_scene(path: Path) -> None:
     Raises
     ------
     InputError
-        With the ending wanted.
+        With the required ending.
     """
     if path.suffix.lower() != ".xml":
         raise InputError(f"{printable(path)}: a scene must end in .xml")
+
+
+def _add_guides(scene: Scene, shapes: Sequence[Shape], start: np.ndarray, moved: float, extent: Extent) -> None:
+    """Add what guides a handle, as translucent shapes near it: walls, paths, fixtures.
+
+    Parameters
+    ----------
+    scene : Scene
+    shapes : sequence of Shape
+    start : (3,) float    The handle at the start. [m]
+    moved : float         How far it moves. [m]
+    extent : Extent       Of the machine.
+    """
+    half, thin = max(0.3 * extent.radius, 1.2 * moved), _THIN * extent.radius
+    for place, shape in enumerate(shapes):
+        if isinstance(shape, Plane):
+            foot = start - float((start - shape.point) @ shape.normal) * shape.normal
+            thick = 0.1 * half if shape.solid else 0.2 * thin
+            at = foot - (thick if shape.solid else 0.0) * shape.normal
+            up = np.array([0.0, 0.0, 1.0])
+            turned = {"xyaxes": [*np.cross(up, shape.normal), *up]} if shape.upright else {"zaxis": shape.normal}
+            tall = _HIGH * extent.radius if shape.upright else half
+            scene.geom(scene.world, "box", "guide", pos=at, size=[half, tall, thick], **turned)
+        elif isinstance(shape, Round) and shape.flat:
+            size = [shape.radius, _HIGH * extent.radius]
+            scene.geom(scene.world, "cylinder", "guide", pos=shape.centre, size=size)
+        elif isinstance(shape, Round):
+            scene.geom(scene.world, "sphere", "guide", pos=shape.centre, size=[shape.radius])
+        elif isinstance(shape, Rod):
+            foot = shape.point + float((start - shape.point) @ shape.axis) * shape.axis
+            scene.geom(scene.world, "cylinder", "guide", pos=foot, size=[shape.radius, half], zaxis=shape.axis)
+        elif isinstance(shape, Solid):
+            scene.mesh(f"wall_{place + 1}", shape.vertices, shape.faces)
+            scene.geom(scene.world, "mesh", "guide", mesh=f"wall_{place + 1}")
+        elif isinstance(shape, Line):
+            ends = [*(shape.point - half * shape.direction), *(shape.point + half * shape.direction)]
+            scene.geom(scene.world, "capsule", "path", fromto=ends, size=[thin])
+        else:
+            assert isinstance(shape, Track)
+            for one, other in zip(shape.points[:-1], shape.points[1:], strict=True):
+                scene.geom(scene.world, "capsule", "path", fromto=[*one, *other], size=[thin])

@@ -85,7 +85,7 @@ def _connect(mujoco: Any, scene: Any, kind: Any, start: np.ndarray, end: np.ndar
     geom = scene.geoms[scene.ngeom]
     rgba = np.array(COLOURS[colour], dtype=np.float32)
     mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.eye(3).ravel(), rgba)
-    # Arrows are drawn half as long as they are asked for.
+    # Arrows are drawn half as long as requested.
     reached = start + 2.0 * (end - start) if kind == mujoco.mjtGeom.mjGEOM_ARROW else end
     mujoco.mjv_connector(geom, kind, width, start, reached)
     scene.ngeom += 1

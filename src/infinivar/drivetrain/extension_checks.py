@@ -1,19 +1,90 @@
-"""Checks of what drives of other packages return: type, keys, and a power balance that closes at every point."""
+"""Drives and parts of other packages: failures in their code are named, and what they return is checked.
+
+A message names the extension, its method and what was expected of it. Results must have the type and keys of a drive's points,
+and a balance of powers that closes at every point.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
+import dataclasses
+import inspect
+from collections.abc import Iterator, Mapping
+from types import TracebackType
 from typing import Any
 
 import numpy as np
 
 from infinivar._core.array_namespace import Array
-from infinivar.errors import AuditError, ParameterError
+from infinivar._core.plugins import is_own
+from infinivar.errors import AuditError, InfinivarError, ParameterError
 from infinivar.limits import Limit
 from infinivar.power import AUDIT_TOLERANCE
 
 _KEPT = 0.01
 """Largest mean of a stored power over a cycle, relative to the mean of its magnitude: sampling of jumps leaves 1e-3."""
+
+
+@contextlib.contextmanager
+def naming_failures(drive: Any, method: str, expected: str) -> Iterator[None]:
+    """Turn any failure in an own drive's method, or in its own parts, into a ParameterError; others pass.
+
+    Parameters
+    ----------
+    drive : Drive      Whose method runs in the context.
+    method : str       Its name.
+    expected : str     What an own drive's method takes and returns.
+    """
+    try:
+        yield
+    except InfinivarError:
+        raise
+    except Exception as problem:  # the code of others may fail in any way
+        failed = f"{type(drive).__name__}.{method}", expected
+        if not is_own(drive):
+            failed = _part(_own_parts(drive), problem.__traceback__)
+        if failed is None:
+            raise
+        raise ParameterError(
+            f"{failed[0]} fails with {type(problem).__name__}: {problem}; expected {failed[1]}"
+        ) from problem
+
+
+def _own_parts(thing: Any) -> list[Any]:
+    """Parts of a drive that are of other packages."""
+    found = []
+    for one in dataclasses.fields(thing) if dataclasses.is_dataclass(thing) else ():
+        part = getattr(thing, one.name)
+        if "meaning" not in one.metadata or part is None or isinstance(part, (float, int, str, tuple)):
+            continue
+        found += [part] if is_own(part) and type(part).__module__ != "numpy" else []
+        found += _own_parts(part)
+    return found
+
+
+def _part(parts: list[Any], trace: TracebackType | None) -> tuple[str, str] | None:
+    """Method that failed, or parts of which one returned what cannot be used; and what was expected. None without parts."""
+    if not parts:
+        return None
+    while trace is not None:
+        frame = trace.tb_frame
+        one, name = frame.f_locals.get("self"), frame.f_code.co_name
+        if any(one is part for part in parts):
+            return f"{type(one).__name__}.{name}", _expected(type(one), name)
+        trace = trace.tb_next
+    named = " or ".join(dict.fromkeys(type(part).__name__ for part in parts))
+    expected = " and ".join(dict.fromkeys(_expected(type(part)) for part in parts))
+    return f"the drive with the part {named}", expected
+
+
+def _expected(kind: type, method: str = "") -> str:
+    base = next((one for one in kind.__mro__ if one.__module__.startswith("infinivar.")), None)
+    if base is None:
+        return "the methods of the part that it replaces, with the same arguments and results"
+    if not hasattr(base, method):
+        return f"the methods of {base.__name__}, with the same arguments and results"
+    arguments = ", ".join(name for name in inspect.signature(getattr(base, method)).parameters if name != "self")
+    return f"{method}({arguments}), with the result of {base.__name__}.{method}"
 
 
 def check_kind(point: Any, kind: type, where: str) -> None:
@@ -22,17 +93,17 @@ def check_kind(point: Any, kind: type, where: str) -> None:
         raise ParameterError(f"{where} must return a {kind.__name__}, got a {type(point).__name__}")
 
 
-def check_steady(point: Any, wanted: Array, where: str) -> None:
-    """Check the demands of a steady point and the power to the load, which must be `wanted` [W]."""
+def check_steady(point: Any, expected: Array, where: str) -> None:
+    """Check the demands of a steady point and the power to the load, which must be `expected` [W]."""
     for key in point.utilisation:
         if not isinstance(key, Limit):
             raise ParameterError(f"{where}: each key of utilisation must be a Limit, got {key!r}")
     _check_numbers(point, where)
     _check_demands({key.name: demand for key, demand in point.utilisation.items()}, np.isnan(point.power_in), where)
-    _check_delivery(point.power_out, wanted, where)
+    _check_delivery(point.power_out, expected, where)
 
 
-def check_moving(point: Any, wanted: Array, where: str) -> None:
+def check_moving(point: Any, expected: Array, where: str) -> None:
     """Check the demands of a moving point, the power to the load and, at each instant, losses and power balance."""
     for key in point.utilisation:
         if not (isinstance(key, tuple) and len(key) == 2 and isinstance(key[0], Limit) and isinstance(key[1], str)):
@@ -54,7 +125,7 @@ def check_moving(point: Any, wanted: Array, where: str) -> None:
     for name, flow in named.items():
         if np.any(~np.isfinite(np.asarray(flow, dtype=float)) & ~slips):
             raise AuditError(f"{where}: {name} is not finite although the wheel does not slip")
-    _check_delivery(point.power_out, wanted, where)
+    _check_delivery(point.power_out, expected, where)
     check_losses(point.losses, point.power_in, point.power_out, where)
     check_balance(point, where)
 
@@ -131,7 +202,7 @@ def check_returned(stored: Mapping[str, Array], where: str) -> None:
             )
 
 
-def _check_delivery(power_out: Array, wanted: Array, where: str) -> None:
-    off = np.abs(np.asarray(power_out) - wanted)
-    if np.any(off > AUDIT_TOLERANCE * np.max(np.abs(wanted), initial=0.0)):
+def _check_delivery(power_out: Array, expected: Array, where: str) -> None:
+    off = np.abs(np.asarray(power_out) - expected)
+    if np.any(off > AUDIT_TOLERANCE * np.max(np.abs(expected), initial=0.0)):
         raise AuditError(f"{where}: power_out differs from force times speed by up to {np.nanmax(off):.3g} W")
