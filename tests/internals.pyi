@@ -193,10 +193,7 @@ from infinivar.machines.machine import as_machine
 from infinivar.machines.system import Defaults, Forces, Place, System
 from infinivar.machines.system import Inputs as SystemInputs
 from infinivar.motion.duty_cycles import CYCLES
-from infinivar.motion.files import reading as reading_tables
-from infinivar.motion.files import sheet as sheets
-from infinivar.motion.files.headings import family_of, heading_of, unit_and_per_kg
-from infinivar.motion.files.sheet import TextSheet
+from infinivar.motion.files.choice import family_of
 from infinivar.motion.files.table import Column as TableColumn
 from infinivar.motion.files.timing import read_timed, windowed
 from infinivar.motion.files.timing import resampled as resampled_table
@@ -379,6 +376,10 @@ from infinivar.sweeps.storage import encoded as encoded_chunk
 from infinivar.sweeps.workers import Job as SweepJob
 from infinivar.sweeps.workers import compute_apart, in_processes
 from infinivar.sweeps.workers import versions as worker_versions
+from infinivar.tables import formats as file_formats
+from infinivar.tables import sheet as sheets
+from infinivar.tables.headings import heading_of, unit_and_per_kg
+from infinivar.tables.sheet import TextSheet
 from infinivar.transmission import legs, spin_law, turning
 from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.geometry import MEASURED_FULL_SLIP

@@ -11,13 +11,13 @@ import numpy as np
 
 from infinivar.errors import InputError, ParameterError
 from infinivar.motion.files.agreement import one_course
-from infinivar.motion.files.choice import SCALED, role_words
-from infinivar.motion.files.headings import family_of, heading_of, places_of
+from infinivar.motion.files.choice import SCALED, family_of, places_of, role_words
 from infinivar.motion.files.reading import headings_in, read_table
-from infinivar.motion.files.sheet import shown
 from infinivar.motion.files.table import BESIDE, ROLES, RecordedTable
 from infinivar.motion.files.timing import read_timed, resampled, timed, windowed
 from infinivar.motion.smoothing import GAP
+from infinivar.tables.headings import heading_of
+from infinivar.tables.sheet import shown
 from infinivar.units import plain
 
 _WHOLE = 1e-6

@@ -17,9 +17,6 @@ from infinivar.parts.gearhead import LAWS
 from infinivar.parts.tables.columns import ONE, UNLIMITED, Column, choices, number_columns, text_columns
 from infinivar.parts.tables.table import PartSet, part_set, table
 
-NOT_STATED = frozenset({"", "-", "–", "nan", "n/a", "na"})
-"""Cells, in lower case, that state no value."""
-
 DATE = re.compile(r"\d{4}(-(0[1-9]|1[0-2])(-(0[1-9]|[12]\d|3[01]))?)?")
 """Year, year and month, or day."""
 
@@ -220,23 +217,3 @@ def checked_number(column: Column, value: float) -> float:
     except ParameterError as problem:
         raise InputError(str(problem)) from None
     return value
-
-
-def number_of(cell: str, name: str) -> float:
-    """A bare number of a cell; nan where it states none.
-
-    Raises
-    ------
-    InputError
-        If it is no number.
-    """
-    text = cell.strip()
-    if text.lower() in NOT_STATED:
-        return math.nan
-    try:
-        if "_" in text:
-            raise ValueError
-        return float(text)
-    except ValueError:
-        hint = "; write a point before the decimals" if "," in text else ""
-        raise InputError(f"{name} must be a number, got {text[:40]!r}{hint}") from None
