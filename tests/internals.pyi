@@ -126,9 +126,8 @@ from infinivar.contact.bodies import Cylinder, plane_strain_modulus
 from infinivar.contact.bodies import Wheel as ContactWheel
 from infinivar.contact.creep import LAWS as CREEP_LAWS
 from infinivar.contact.exact import equations as exact_equations
-from infinivar.contact.exact import fit as exact_fit
 from infinivar.contact.exact import grid as exact_grid
-from infinivar.contact.exact import spin_calls, spin_map, tabulate
+from infinivar.contact.exact import spin_calls, spin_map
 from infinivar.contact.exact import spin_map as spin_maps
 from infinivar.contact.exact.equations import equations as equations_of_cells
 from infinivar.contact.exact.equations import influence as influence_of_cells

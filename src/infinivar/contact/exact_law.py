@@ -64,7 +64,7 @@ def exact_creepage(force_ratio: Array, curve: Curve | None = None) -> Array:
     -------
     (...,) float   Scaled creepage. [-]
 
-    Source: kalker1990, the theory; the formula is this program's own, fitted by `infinivar.contact.exact.fit`.
+    Source: kalker1990, the theory; the formula is this program's own, fitted by `tools/fit_lateral_law.py`.
     """
     curve = curve or steel_circle()
     xp = namespace(force_ratio, curve.full_slip)
@@ -183,7 +183,7 @@ def curve(a_over_b: Array, poisson: Array) -> Curve:
     ParameterError
         If an argument is out of range.
 
-    Source: `infinivar.contact.exact.fit`, `data/lateral_law.toml`.
+    Source: `tools/fit_lateral_law.py`, `data/lateral_law.toml`.
     """
     if type(a_over_b) is float and type(poisson) is float:
         return _curve_of_numbers(a_over_b, poisson)
