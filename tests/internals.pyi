@@ -120,11 +120,12 @@ from infinivar.calibration.model import known_values, predict
 from infinivar.calibration.problem import Problem
 from infinivar.calibration.virtual_rig import experiment, protocol
 from infinivar.console import run as run_console
-from infinivar.contact import elliptic, law_checks
+from infinivar.contact import elliptic
 from infinivar.contact import laws as contact_laws
 from infinivar.contact.bodies import Cylinder, plane_strain_modulus
 from infinivar.contact.bodies import Wheel as ContactWheel
 from infinivar.contact.creep import LAWS as CREEP_LAWS
+from infinivar.contact.creep import check_flow, check_law
 from infinivar.contact.exact import equations as exact_equations
 from infinivar.contact.exact import grid as exact_grid
 from infinivar.contact.exact import spin_calls, spin_map

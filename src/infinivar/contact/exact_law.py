@@ -14,12 +14,11 @@ from __future__ import annotations
 
 import functools
 import math
-import tomllib
-from importlib import resources
 from typing import Any, NamedTuple
 
 from annotated_types import Gt
 
+from infinivar._core import files
 from infinivar._core.array_namespace import Array, as_floats, namespace
 from infinivar._core.fields import check_value
 from infinivar.contact import kalker
@@ -240,7 +239,7 @@ def coefficients() -> tuple[tuple[tuple[float, ...], ...], ...]:
 @functools.cache
 def data() -> dict[str, Any]:
     """The fitted coefficients, their errors and the settings they were computed with."""
-    return tomllib.loads((resources.files("infinivar.contact") / "data" / "lateral_law.toml").read_text("utf-8"))
+    return files.shipped("contact", "lateral_law")
 
 
 @functools.cache
