@@ -170,6 +170,33 @@ def test_a_csv_file_that_cannot_be_read_says_why(tmp_path, text, message):
         iv.import_parts(partfiles.write(tmp_path, "x.csv", text))
 
 
+WRITINGS = {
+    "units behind the name": "key,ratio,efficiency_pct,continuous_torque_Nm\ng1,4,90,0.2\ng2,16,80,0.4\n",
+    "a stroke and a leading sign": "key;Ratio;% efficiency;Continuous torque / Nm\ng1;4;90;0.2\ng2;16;80;0.4\n",
+    "tabs and decimal commas": "key\tratio\tefficiency\tcontinuous_torque [N m]\ng1\t4\t0,9\t0,2\ng2\t16\t0,8\t0,4\n",
+    "cells and headings left over": "key,ratio,efficiency,continuous_torque [N m],,\ng1,4,0.9,0.2,,,\ng2,16,0.8,0.4\n",
+    "a heading on two lines": 'key,ratio,efficiency,"continuous torque\n(N m)"\ng1,4,0.9,0.2\n\ng2,16,0.8,0.4\n',
+    "text behind a closing quote": 'key,ratio,efficiency,continuous_torque [N m]\n"g1" ,4,0.9,0.2\ng2, "16",0.8,0.4\n',
+}
+
+
+@pytest.mark.parametrize("name", WRITINGS)
+def test_a_list_in_every_writing_is_one_list(tmp_path, name):
+    found = iv.import_parts(partfiles.write(tmp_path, "gearheads.csv", WRITINGS[name]))
+    assert (found.faults, found.remarks) == ((), ())
+    gearheads = found.parts.gearheads
+    assert gearheads.part_keys == ("g1", "g2")
+    for column, values in {"ratio": [4, 16], "efficiency": [0.9, 0.8], "continuous_torque": [0.2, 0.4]}.items():
+        assert gearheads[column].tolist() == values
+
+
+def test_a_slip_in_quotes_costs_one_row(tmp_path):
+    text = 'key,ratio,efficiency\na,"4"5,0.9\nb,"x"y,0.9\nc,16,0.8\n'
+    found = iv.import_parts(partfiles.write(tmp_path, "g.csv", text))
+    assert found.parts.gearheads["ratio"].tolist() == [45.0, 16.0]
+    assert lines(found.faults) == ["g.csv:3: b: column 'ratio': must be a finite number, got 'xy'"]
+
+
 def test_toml_takes_the_words_of_a_study(tmp_path):
     found = iv.import_parts(partfiles.write(tmp_path, "mine.toml", partfiles.TOML))
     assert found.parts.name == "mine"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -97,23 +97,33 @@ class Collector:
             self._refused.add((kind, what))
         self.faults.append(Fault(file=file, line=line, what=what, reason=reason))
 
-    def add(self, kind: str, row: Mapping[str, Any], file: str, line: int | None) -> bool:
-        """Take a row of numbers in SI and texts, or refuse it; returns whether it was taken."""
-        key = row.get("key", "")
+    def take(
+        self, kind: str, file: str, line: int | None, key: str, made: Callable[[], tuple[dict[str, Any], list[str]]]
+    ) -> None:
+        """Take a row, or refuse it.
+
+        Parameters
+        ----------
+        kind : str       Of the part.
+        file, line       Place of the row.
+        key : str        Key of the part.
+        made : callable  Returns the row, numbers in SI and texts, and remarks on it; InputError refuses it.
+        """
         try:
-            made = checked_row(kind, {**self.defaults, **row})
+            row, remarks = made()
+            checked = checked_row(kind, {**self.defaults, **row})
             if (kind, key) in self._keys:
                 raise InputError(f"the key is that of another {ONE[kind]}, in {self._keys[kind, key]}")
         except InputError as problem:
-            self.refuse(file, line, str(key), str(problem), kind)
-            return False
+            self.refuse(file, line, key, str(problem), kind)
+            return
         if not DATE.fullmatch(row.get("date", "") or "2000"):
-            self.remark(
-                file, line, f"date {row['date']!r} is no date such as 2026, 2026-03 or 2026-03-31; it was kept as text"
-            )
+            wrong = f"date {row['date']!r} is no date such as 2026, 2026-03 or 2026-03-31; it was kept as text"
+            remarks = [wrong, *remarks]
+        for text in remarks:
+            self.remark(file, line, text)
         self._keys[kind, key] = file if line is None else f"line {line} of {file}"
-        self.rows[kind].append(made)
-        return True
+        self.rows[kind].append(checked)
 
     def fit(self, file: str, line: int | None, motor: str, gearheads: Sequence[str]) -> None:
         """Take a line that names the gearheads of a motor."""

@@ -79,19 +79,15 @@ def _take(
     comma = decimal_commas(cells[place] for _, cells in rows for place in places if place < len(cells))
     for line, cells in rows:
         said = {name: cells[one.place] for name, one in found.items() if one.place < len(cells)}
-        try:
-            wrong = miscounted(listed, cells)
-            if wrong is not None:
+
+        def made(cells: list[str] = cells, said: dict[str, str] = said) -> tuple[dict[str, Any], list[str]]:
+            if wrong := miscounted(listed, cells):
                 raise InputError(in_column(listed, *wrong))
             row: dict[str, Any] = {name: text for name, text in said.items() if text.lower() not in _NOT_STATED}
             row |= {name: _number(listed, one, said[name], numbers[name], comma) for name, one in measured.items()}
-            remarks = complete(kind, row)
-        except InputError as problem:
-            collector.refuse(file, line, said.get("key", ""), str(problem), kind)
-            continue
-        if collector.add(kind, row, file, line):
-            for text in remarks:
-                collector.remark(file, line, text)
+            return row, complete(kind, row)
+
+        collector.take(kind, file, line, said.get("key", ""), made)
 
 
 def _remark_small_shares(
