@@ -25,7 +25,8 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 MARKS = {",": "commas", ";": "semicolons", "\t": "tabs", None: "blanks"}
 """Marks between columns, in words; None is any run of blanks."""
 _COMMENTS = ("#", "//", "%")
-_BEGINS_A_NUMBER = re.compile(r"\s*[+-]?[\d.,]", re.ASCII)
+_DECIMAL = re.compile(r"\s*[+-]?(?:([\d.]*,\d+)(?:[eE][+-]?\d+)?\s*$|[\d,]*\.)", re.ASCII)
+"""A number with decimals behind a comma (group 1), or the begin of one with a point; the other mark may be between thousands."""
 QUOTE = "has a quote that is not closed, or text behind the closing one"
 """What is said of a cell whose quotes do not match."""
 
@@ -179,7 +180,8 @@ def number_in(cell: str, comma: bool) -> float:
 
 def decimal_commas(cells: Iterable[str]) -> bool:
     """Whether the first number with a decimal mark has a comma."""
-    return next(("," in cell for cell in cells if ("," in cell or "." in cell) and _BEGINS_A_NUMBER.match(cell)), False)
+    found = (_DECIMAL.match(cell) for cell in cells if "," in cell or "." in cell)
+    return next((one[1] is not None for one in found if one), False)
 
 
 def mark_between(top: str, first: str) -> str | None:

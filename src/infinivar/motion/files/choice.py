@@ -105,10 +105,16 @@ def role_by_name(name: str, family: str) -> str | None:
     return next((role for role in FAMILIES[family] if words & _OF_A_ROLE.get(role, set())), None)
 
 
-def places_of(name: str) -> list[set[str]]:
+def apart(one: str, other: str) -> bool:
+    """Whether two headings name different joints, or different sides, of a body."""
+    pairs = zip(_body_of(one), _body_of(other), strict=True)
+    return any(first and second and not first & second for first, second in pairs)
+
+
+def _body_of(name: str) -> tuple[set[str], set[str]]:
     """Return the joint and the side that a name speaks of, each empty where it names none."""
     words = {word.lower() for word in _WORDS.findall(name)}
-    return [words & _JOINTS, {_SIDES[word] for word in words & set(_SIDES)}]
+    return words & _JOINTS, {_SIDES[word] for word in words & set(_SIDES)}
 
 
 def by_map(source: Source, columns: Mapping[str, str], usual: Mapping[str, str]) -> dict[str, Chosen]:
@@ -208,8 +214,7 @@ def _rest(source: Source, family: str, usual: Mapping[str, str], roles: Containe
 
 def _apart(source: Source, one: Chosen, other: Chosen) -> bool:
     """Whether the headings of two columns name different joints or sides."""
-    pairs = zip(*(places_of(source.headings[chosen.place].text) for chosen in (one, other)), strict=True)
-    return any(first and second and not first & second for first, second in pairs)
+    return apart(source.headings[one.place].text, source.headings[other.place].text)
 
 
 def _check_places(source: Source, found: Mapping[str, Chosen]) -> None:
