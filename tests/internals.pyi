@@ -120,15 +120,15 @@ from infinivar.calibration.model import known_values, predict
 from infinivar.calibration.problem import Problem
 from infinivar.calibration.virtual_rig import experiment, protocol
 from infinivar.console import run as run_console
-from infinivar.contact import elliptic, law_checks
+from infinivar.contact import elliptic
 from infinivar.contact import laws as contact_laws
 from infinivar.contact.bodies import Cylinder, plane_strain_modulus
 from infinivar.contact.bodies import Wheel as ContactWheel
 from infinivar.contact.creep import LAWS as CREEP_LAWS
+from infinivar.contact.creep import check_flow, check_law
 from infinivar.contact.exact import equations as exact_equations
-from infinivar.contact.exact import fit as exact_fit
 from infinivar.contact.exact import grid as exact_grid
-from infinivar.contact.exact import spin_calls, spin_map, tabulate
+from infinivar.contact.exact import spin_calls, spin_map
 from infinivar.contact.exact import spin_map as spin_maps
 from infinivar.contact.exact.equations import equations as equations_of_cells
 from infinivar.contact.exact.equations import influence as influence_of_cells
@@ -194,10 +194,7 @@ from infinivar.machines.pictures import wheeled as wheeled_picture
 from infinivar.machines.system import Defaults, Forces, Place, System
 from infinivar.machines.system import Inputs as SystemInputs
 from infinivar.motion.duty_cycles import CYCLES
-from infinivar.motion.files import reading as reading_tables
-from infinivar.motion.files import sheet as sheets
-from infinivar.motion.files.headings import family_of, heading_of, unit_and_per_kg
-from infinivar.motion.files.sheet import TextSheet
+from infinivar.motion.files.choice import family_of
 from infinivar.motion.files.table import Column as TableColumn
 from infinivar.motion.files.timing import read_timed, windowed
 from infinivar.motion.files.timing import resampled as resampled_table
@@ -380,6 +377,10 @@ from infinivar.sweeps.storage import encoded as encoded_chunk
 from infinivar.sweeps.workers import Job as SweepJob
 from infinivar.sweeps.workers import compute_apart, in_processes
 from infinivar.sweeps.workers import versions as worker_versions
+from infinivar.tables import formats as file_formats
+from infinivar.tables import sheet as sheets
+from infinivar.tables.headings import heading_of, unit_and_per_kg
+from infinivar.tables.sheet import TextSheet
 from infinivar.transmission import legs, spin_law, turning
 from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.geometry import MEASURED_FULL_SLIP

@@ -28,10 +28,8 @@ def main() -> None:
     for room, count in lines.most_common():
         print(f"{room:<14}{count:>7} code lines{files[room]:>5} files")
     print(f"{'together':<14}{sum(lines.values()):>7} code lines{sum(files.values()):>5} files")
-    kinds = {node.name for file, tree in trees.items() if within(file, *KINDS) for node in tree.body if is_class(node)}
-    kinds -= {
-        node.name for file, tree in trees.items() if not within(file, *KINDS) for node in tree.body if is_class(node)
-    }
+    kinds = {name for file, tree in trees.items() if within(file, *KINDS) for name in classes(tree)}
+    kinds -= {name for file, tree in trees.items() if not within(file, *KINDS) for name in classes(tree)}
     asked = {file: questions(tree, kinds) for file, tree in trees.items() if not within(file, MACHINES)}
     asked = {file: count for file, count in asked.items() if count}
     print(f"questions about kinds of machine outside their room: {sum(asked.values())} in {len(asked)} files")
@@ -50,9 +48,9 @@ def within(file: Path, *rooms: str) -> bool:
     return file.relative_to(PACKAGE).as_posix().startswith(rooms)
 
 
-def is_class(node: ast.stmt) -> bool:
-    """Whether a statement defines a class."""
-    return isinstance(node, ast.ClassDef)
+def classes(tree: ast.Module) -> list[str]:
+    """Names of the classes of a module."""
+    return [node.name for node in tree.body if isinstance(node, ast.ClassDef)]
 
 
 def code_lines(text: str, tree: ast.AST) -> int:

@@ -29,8 +29,8 @@ def made(infinivar, folder):
 def test_import_keeps_good_rows_and_names_the_bad_ones(made, folder):
     assert made.code == 1
     assert made.err.splitlines() == [
-        "infinivar: made_motors.csv:5: XX_D4: R must be a number, got '0.5-3'",
-        "infinivar: made_motors.csv:6: XX_E5: has 7 cells, but there are 21 headings",
+        "infinivar: made_motors.csv:5: XX_D4: column 'R': must be a finite number, got '0.5-3'",
+        "infinivar: made_motors.csv:6: XX_E5: column 'L': has no cell: line 1 has 21 headings, this line 7 cells",
         "infinivar: made_motors.csv:7: XX_F6: resistance must be > 0 ohm, got -0.5",
         "infinivar: made_gearboxes.csv:5: XX_G22_R5:1: the key is that of another gearhead, in line 4 of made_gearboxes.csv",
         "infinivar: made_compatibility.csv:2: XX_H99: no gearhead has this key",
@@ -183,7 +183,7 @@ def test_check(infinivar, made, folder):
     found = infinivar("catalogue", "check", path)
     assert found.code == 1
     assert "motor XX_A9: no-load speed 2865 rpm is stated, but (V - R I0)/K gives 7624 rpm (166.1 % off" in found.out
-    assert "wrong.csv:5: XX_D4: R must be a number" in found.err
+    assert "wrong.csv:5: XX_D4: column 'R': must be a finite number" in found.err
     results = json.loads(infinivar("catalogue", "check", path, "shipped", "--json").out)
     assert [one["set"] for one in results] == ["wrong", "shipped"]
     assert results[0]["contradictions"][0]["deviation"] == pytest.approx(1.661, abs=1e-3)

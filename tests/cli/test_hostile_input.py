@@ -14,10 +14,9 @@ import pytest
 import infinivar as iv
 from folders import results
 from infinivar import InputError
-from internals import FaultyError, all_or_nothing, tables_of
+from internals import FaultyError, all_or_nothing, file_formats, tables_of
 from internals import claimed_output as claimed
 from internals import core_files as files
-from internals import reading_tables as reading
 from internals import study_loading as load
 from internals import toml_tables as toml
 
@@ -146,7 +145,7 @@ def test_dots_and_brackets_in_texts_and_comments_are_no_keys():
 
 def test_large_files_are_refused_before_reading(infinivar, write, tmp_path):
     """Sparse files: to read them would take their size in memory."""
-    for name, most in (("motion.csv", reading._MOST_BYTES), ("huge.toml", load._MOST_BYTES)):
+    for name, most in (("motion.csv", file_formats._MOST_BYTES), ("huge.toml", load._MOST_BYTES)):
         with (tmp_path / name).open("wb") as file:
             file.truncate(most + 1)
     write(study(rest=RECORDED.format(file="motion.csv")))

@@ -175,7 +175,7 @@ def test_a_set_with_decimal_commas_usual_units_and_other_headings(tmp_path, infi
     own = iv.import_parts(tmp_path / "own.csv", columns={"resistance": "R"})
     assert own.parts.motors.part("a") == iv.import_parts(tmp_path / "plain.csv").parts.motors.part("a")
     assert own.incomplete == {"motors": {"resistance": 1}}
-    with pytest.raises(iv.InputError, match=r"own.csv:1: has no column 'Rx'; it has 'key', 'voltage \[V\]'"):
+    with pytest.raises(iv.InputError, match=r"own.csv: line 1: has no column 'Rx'; it has 'key', 'voltage \[V\]'"):
         iv.import_parts(tmp_path / "own.csv", columns={"resistance": "Rx"})
     done = infinivar("catalogue", "import", "own", "own.csv", "--columns", "resistance=R [Ohm]", "--to", "sets")
     assert done.code == 0
@@ -186,7 +186,9 @@ def test_a_comma_and_a_point_in_one_cell_are_refused(tmp_path):
     (tmp_path / "own.csv").write_text("key;ratio;efficiency [%]\na;57;88,5\nb;1.057,5;88\n")
     found = iv.import_parts(tmp_path / "own.csv")
     assert found.parts.gearheads.part_keys == ("a",)
-    assert "ratio = '1.057,5' must have a point before its decimals" in found.faults[0].reason
+    assert found.faults[0].reason == (
+        "column 'ratio': must have a decimal comma and no other mark, as cells above, got '1.057,5'"
+    )
 
 
 RUNS = "hand_controller"

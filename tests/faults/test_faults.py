@@ -6,7 +6,7 @@ import pytest
 import cobotic_study
 import session_studies
 from faults.rows import PIECES, STUDIES, VALUES, changed, refused, rows, sections, study, toml, with_value
-from internals import reading_tables as reading
+from internals import file_formats
 from internals import sheets as sheet
 from run_cli import run
 
@@ -136,7 +136,7 @@ def test_files_too_long_are_refused(tmp_path, monkeypatch):
     said = run("compare", "study.toml", folder=tmp_path)
     assert (said.code, said.out) == (2, "")
     assert "motion.csv: line 42: is beyond the 40 rows allowed" in said.err
-    monkeypatch.setattr(reading, "_MOST_BYTES", 100)
+    monkeypatch.setattr(file_formats, "_MOST_BYTES", 100)
     said = run("compare", "study.toml", folder=tmp_path)
     assert (said.code, said.out) == (2, "")
     assert "motion.csv: has 0.000" in said.err

@@ -1,6 +1,7 @@
 """The map of lateral creep with spin: against the solver, limits, symmetry, dissipation, gradients and inverse."""
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from importlib import resources
 
 import numpy as np
@@ -8,9 +9,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
+import tabulate_spin as tabulate
 from infinivar.contact import kalker, spin
 from internals import spin_maps as spin_map
-from internals import tabulate
 
 RNG_SEED = 31
 
@@ -90,6 +91,31 @@ def test_the_stored_table_is_what_its_generator_makes(ratio):
         j, number = int(rng.integers(1, spin_map.ANGLES)), int(rng.integers(len(spin_map.POISSON)))
         found = tabulate.node(ratio, spin_map.POISSON[number], i, j)
         assert_allclose(values[place, number, i, j], found, atol=1e-6)  # its single precision
+
+
+def test_the_generator_writes_the_stored_file(tmp_path, monkeypatch):
+    """A run that was interrupted goes on and writes the file; of the patch that it lacks, some nodes are computed."""
+    with np.load(tabulate.FILE) as stored:
+        values = stored["values"]
+    (folder := tmp_path / "parts").mkdir()
+    for place in np.ndindex(values.shape[:2]):
+        if place != (6, 1):
+            np.save(folder / f"{place[0]}_{place[1]}.npy", values[place])
+
+    def table(a_over_b, poisson):
+        made = values[6, 1].astype(float)
+        for i, j in ((3, 5), (20, 30), (spin_map.SIZES - 1, 7)):
+            made[i, j] = tabulate.node(a_over_b, poisson, i, j)
+        return made
+
+    monkeypatch.setattr(tabulate, "table", table)
+    monkeypatch.setattr(tabulate, "ProcessPoolExecutor", lambda processes: ThreadPoolExecutor(processes))
+    tabulate.main(["--processes", "1", "--parts", str(folder), "--to", str(tmp_path / "made.npz")])
+    with np.load(tabulate.FILE) as stored, np.load(tmp_path / "made.npz") as made:
+        assert sorted(made) == sorted(stored)
+        for name in stored:
+            assert made[name].dtype == stored[name].dtype
+            assert_allclose(made[name], stored[name], atol=1e-6)  # its single precision
 
 
 def test_friction_takes_power_everywhere():

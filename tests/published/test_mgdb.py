@@ -57,7 +57,7 @@ def test_what_is_not_stated(imported):
 def test_a_row_that_is_no_number_is_refused_and_the_others_kept(imported):
     allied = imported["allied_motion"]
     assert [str(fault) for fault in allied.faults] == [
-        "allied_motion_motors.csv:148: AM_HT01002-A00: L must be a number, got '0.85-3'"
+        "allied_motion_motors.csv:148: AM_HT01002-A00: column 'L': must be a finite number, got '0.85-3'"
     ]
     # No no-load current is stated, so that none can be used in a drive.
     assert allied.incomplete["motors"]["no_load_current"] == len(allied.parts.motors) == 147

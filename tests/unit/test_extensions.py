@@ -21,10 +21,11 @@ from internals import (
     MovingDrive,
     binding,
     binding_demand,
+    check_flow,
+    check_law,
     check_motion,
     extended_schema,
     json_schema,
-    law_checks,
     plugins,
     style,
     words_of,
@@ -401,9 +402,9 @@ def test_a_law_that_cannot_be_is_refused_when_given(fault):
 
 @pytest.mark.parametrize("law", creep.LAWS.values(), ids=str)
 def test_the_laws_of_the_program_pass_the_probe(law):
-    law_checks.check_law(law.creepage, law.slope, law.force, law.slip_creepage)
+    check_law(law.creepage, law.slope, law.force, law.slip_creepage)
     if law.flow_factor is not None:
-        law_checks.check_flow(law.flow_factor)
+        check_flow(law.flow_factor)
     renamed = replace(law, name="mine")
     assert (renamed.straight, renamed.slip_creepage) == (law.straight, law.slip_creepage)
     assert replace(law) == law

@@ -88,6 +88,21 @@ def test_headings_of_a_bench_may_have_blanks(tmp_path):
         data.read_dynamometer(file, 20.0)
 
 
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("1,2\n3,4\n", "torque or motor_torque; neither is among those read: none"),
+        ("1,2\n", "line 1, column 'a': must have at least two rows of numbers below, got 1"),
+        ("1\n2\n", "line 2, column 'b': has no cell: line 1 has 2 headings, this line 1 cell"),
+    ],
+)
+def test_a_bench_without_any_known_column_says_so(tmp_path, rows, words):
+    file = tmp_path / "bench.csv"
+    file.write_text(f"a,b\n{rows}", "utf-8")
+    with pytest.raises(iv.InputError, match=words):
+        data.read_dynamometer(file, 20.0)
+
+
 class Strong:
     """A drive without limits."""
 

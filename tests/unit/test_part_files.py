@@ -25,8 +25,8 @@ def test_mgdb_keeps_good_rows_and_reports_the_others(made):
     assert made.parts.motors.part_keys == ("XX_A1", "XX_B2", "XX_C3")
     assert made.parts.gearheads.part_keys == ("XX_G16_R4:1", "XX_G16_R16:1", "XX_G22_R5:1")
     assert lines(made.faults) == [
-        "made_motors.csv:5: XX_D4: R must be a number, got '0.5-3'",
-        "made_motors.csv:6: XX_E5: has 7 cells, but there are 21 headings",
+        "made_motors.csv:5: XX_D4: column 'R': must be a finite number, got '0.5-3'",
+        "made_motors.csv:6: XX_E5: column 'L': has no cell: line 1 has 21 headings, this line 7 cells",
         "made_motors.csv:7: XX_F6: resistance must be > 0 ohm, got -0.5",
         "made_gearboxes.csv:5: XX_G22_R5:1: the key is that of another gearhead, in line 4 of made_gearboxes.csv",
         "made_compatibility.csv:2: XX_H99: no gearhead has this key",
@@ -124,7 +124,7 @@ def test_csv_reads_the_units_of_its_headings(plain):
     assert motors.part("m1").name == "First"
     assert plain.parts.pairs.tolist() == [[0, 0], [0, 1], [1, 0]]
     assert lines(plain.faults) == [
-        "motors.csv:5: m4: resistance = 'nought' must begin with a number; write for example \"2.14 ohm\"",
+        "motors.csv:5: m4: column 'resistance [ohm]': must be a finite number, got 'nought'",
         "motors.csv:6: m5: resistance must be > 0 ohm, got 0.0",
         "gearheads.csv:4: g3: efficiency must be > 0 and <= 1, got 1.8, written as 180 %",
         "pairs.csv:4: g9: no gearhead has this key",
@@ -139,29 +139,62 @@ HEAD = "key,voltage [V],resistance [ohm],torque_constant [mN m/A]\n"
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (HEAD.replace(" [V]", "") + "a,1,2,3\n", r"x.csv:1: column 'voltage' needs a unit: write .* voltage \[V\]"),
+        (
+            HEAD.replace(" [V]", "") + "a,1,2,3\n",
+            r"x.csv: line 1, column 'voltage': must state its unit, such as 'voltage \[V\]'",
+        ),
         (
             HEAD.replace("[V]", "[A]") + "a,1,2,3\n",
-            r"x.csv:1: column 'voltage \[A\]' has the unit 'A' where V is needed",
+            r"x.csv: line 1, column 'voltage \[A\]': has the unit 'A' where V is needed",
         ),
         (HEAD.replace("mN m/A", "mNm") + "a,1,2,3\n", "has the unit 'mN m' where N m/A is needed"),
-        (HEAD.replace("resistance [ohm]", "voltage [mV]") + "a,1,2,3\n", r"column 'voltage \[mV\]': appears twice"),
+        (
+            HEAD.replace("resistance [ohm]", "voltage [mV]") + "a,1,2,3\n",
+            r"column 'voltage \[mV\]': stands there twice",
+        ),
         ("name,colour\na,b\n", "must have headings with key and the columns of one kind of part"),
         ("", "the file is empty"),
         (HEAD, "no row could be read"),
-        (HEAD + 'a,"1,2,3\nb,1,2,3\n', "x.csv:2: has a quote that is not closed"),
-        (HEAD + "a\n", "x.csv:2: a: has 1 cell, but there are 4 headings"),
+        (HEAD + 'a,"1,2,3\nb,1,2,3\n', "x.csv: line 2: has a quote that is not closed"),
+        (HEAD + "a\n", r"x.csv:2: a: column 'voltage \[V\]': has no cell: line 1 has 4 headings, this line 1 cell"),
         ("key,ratio,efficiency [%]\na,4,190\n", "efficiency must be > 0 and <= 1, got 1.9, written as 190 %"),
         (HEAD + "a,1,-2,3\n", "(?s)no row could be read.*x.csv:2: a: resistance must be > 0 ohm, got -2.0"),
-        (HEAD + 'a,"1.001,5",2,3\n', "must have a point before its decimals, not a comma"),
+        (HEAD + 'a,"1.001,5",2,3\n', "must have a decimal comma and no other mark, as cells above, got '1.001,5'"),
         (HEAD + ",1,2,3\n", "x.csv:2: key is missing"),
         ("motor,gearhead\na,b\n", "no row could be read"),
-        (partfiles.MOTOR_HEADINGS + "\n" + "a," * 20 + "1_0\n", "V must be a number, got 'a'"),
+        (partfiles.MOTOR_HEADINGS + "\n" + "a," * 20 + "1_0\n", "column 'V': must be a finite number, got 'a'"),
     ],
 )
 def test_a_csv_file_that_cannot_be_read_says_why(tmp_path, text, message):
     with pytest.raises(iv.InputError, match=message):
         iv.import_parts(partfiles.write(tmp_path, "x.csv", text))
+
+
+WRITINGS = {
+    "units behind the name": "key,ratio,efficiency_pct,continuous_torque_Nm\ng1,4,90,0.2\ng2,16,80,0.4\n",
+    "a stroke and a leading sign": "key;Ratio;% efficiency;Continuous torque / Nm\ng1;4;90;0.2\ng2;16;80;0.4\n",
+    "tabs and decimal commas": "key\tratio\tefficiency\tcontinuous_torque [N m]\ng1\t4\t0,9\t0,2\ng2\t16\t0,8\t0,4\n",
+    "cells and headings left over": "key,ratio,efficiency,continuous_torque [N m],,\ng1,4,0.9,0.2,,,\ng2,16,0.8,0.4\n",
+    "a heading on two lines": 'key,ratio,efficiency,"continuous torque\n(N m)"\ng1,4,0.9,0.2\n\ng2,16,0.8,0.4\n',
+    "text behind a closing quote": 'key,ratio,efficiency,continuous_torque [N m]\n"g1" ,4,0.9,0.2\ng2, "16",0.8,0.4\n',
+}
+
+
+@pytest.mark.parametrize("name", WRITINGS)
+def test_a_list_in_every_writing_is_one_list(tmp_path, name):
+    found = iv.import_parts(partfiles.write(tmp_path, "gearheads.csv", WRITINGS[name]))
+    assert (found.faults, found.remarks) == ((), ())
+    gearheads = found.parts.gearheads
+    assert gearheads.part_keys == ("g1", "g2")
+    for column, values in {"ratio": [4, 16], "efficiency": [0.9, 0.8], "continuous_torque": [0.2, 0.4]}.items():
+        assert gearheads[column].tolist() == values
+
+
+def test_a_slip_in_quotes_costs_one_row(tmp_path):
+    text = 'key,ratio,efficiency\na,"4"5,0.9\nb,"x"y,0.9\nc,16,0.8\n'
+    found = iv.import_parts(partfiles.write(tmp_path, "g.csv", text))
+    assert found.parts.gearheads["ratio"].tolist() == [45.0, 16.0]
+    assert lines(found.faults) == ["g.csv:3: b: column 'ratio': must be a finite number, got 'xy'"]
 
 
 def test_toml_takes_the_words_of_a_study(tmp_path):

@@ -1,10 +1,13 @@
-"""Read files named by the user: regular files of bounded size only, checked before reading."""
+"""Read files: those named by the user, regular and of bounded size only, checked before reading, and those of the program."""
 
 from __future__ import annotations
 
 import os
 import stat
+import tomllib
+from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from infinivar.errors import InputError, printable
 
@@ -51,6 +54,11 @@ def read(path: Path, most: int) -> bytes:
         raise InputError(
             f"{printable(path)}: cannot be read: {getattr(problem, 'strerror', None) or problem}"
         ) from problem
+
+
+def shipped(room: str, name: str) -> dict[str, Any]:
+    """Content of a TOML file in the folder ``data`` of a room of the package: ``shipped("contact", "kalker")``."""
+    return tomllib.loads((resources.files(f"infinivar.{room}") / "data" / f"{name}.toml").read_text("utf-8"))
 
 
 def of_user(purpose: str) -> Path:

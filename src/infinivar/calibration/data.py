@@ -12,7 +12,7 @@ import numpy as np
 
 from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError
-from infinivar.motion.files.reading import read_named
+from infinivar.tables.named import read_named
 from infinivar.units import plain
 
 COLUMNS = {

@@ -14,12 +14,11 @@ from __future__ import annotations
 
 import functools
 import math
-import tomllib
-from importlib import resources
 from typing import Any, NamedTuple
 
 from annotated_types import Gt
 
+from infinivar._core import files
 from infinivar._core.array_namespace import Array, as_floats, namespace
 from infinivar._core.fields import check_value
 from infinivar.contact import kalker
@@ -64,7 +63,7 @@ def exact_creepage(force_ratio: Array, curve: Curve | None = None) -> Array:
     -------
     (...,) float   Scaled creepage. [-]
 
-    Source: kalker1990, the theory; the formula is this program's own, fitted by `infinivar.contact.exact.fit`.
+    Source: kalker1990, the theory; the formula is this program's own, fitted by `tools/fit_lateral_law.py`.
     """
     curve = curve or steel_circle()
     xp = namespace(force_ratio, curve.full_slip)
@@ -183,7 +182,7 @@ def curve(a_over_b: Array, poisson: Array) -> Curve:
     ParameterError
         If an argument is out of range.
 
-    Source: `infinivar.contact.exact.fit`, `data/lateral_law.toml`.
+    Source: `tools/fit_lateral_law.py`, `data/lateral_law.toml`.
     """
     if type(a_over_b) is float and type(poisson) is float:
         return _curve_of_numbers(a_over_b, poisson)
@@ -240,7 +239,7 @@ def coefficients() -> tuple[tuple[tuple[float, ...], ...], ...]:
 @functools.cache
 def data() -> dict[str, Any]:
     """The fitted coefficients, their errors and the settings they were computed with."""
-    return tomllib.loads((resources.files("infinivar.contact") / "data" / "lateral_law.toml").read_text("utf-8"))
+    return files.shipped("contact", "lateral_law")
 
 
 @functools.cache

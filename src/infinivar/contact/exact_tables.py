@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import tomllib
-from importlib import resources
 from typing import Any
+
+from infinivar._core import files
 
 
 def lateral_creep() -> list[dict[str, Any]]:
@@ -55,5 +55,5 @@ def combined_creep() -> list[dict[str, Any]]:
 def _curves(file: str, table: str) -> list[dict[str, Any]]:
     import numpy as np
 
-    text = (resources.files("infinivar.contact") / "data" / f"{file}.toml").read_text("utf-8")
-    return [{name: np.asarray(value) for name, value in curve.items()} for curve in tomllib.loads(text)[table]]
+    curves = files.shipped("contact", file)[table]
+    return [{name: np.asarray(value) for name, value in curve.items()} for curve in curves]

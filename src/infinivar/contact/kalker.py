@@ -11,12 +11,11 @@ from __future__ import annotations
 
 import functools
 import math
-import tomllib
-from importlib import resources
 from typing import Any, NamedTuple
 
 from annotated_types import Gt, Interval
 
+from infinivar._core import files
 from infinivar._core.array_namespace import Array, as_floats, namespace
 from infinivar._core.fields import check_value
 
@@ -246,7 +245,7 @@ def _spline() -> tuple[Any, Any, Any]:
     """
     import numpy as np
 
-    data = tomllib.loads((resources.files("infinivar.contact") / "data" / "kalker.toml").read_text("utf-8"))
+    data = files.shipped("contact", "kalker")
     knots = np.concatenate([np.log(data["a_over_b"]), -np.log(data["b_over_a"])])
     columns = [data[name] for name in KalkerCoefficients._fields]
     table = np.concatenate([np.asarray(column["values"]) for column in columns], axis=1)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import abc
 import functools
-import tomllib
 from dataclasses import dataclass
-from importlib import resources
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 from annotated_types import Gt, Interval
 
+from infinivar._core import files
 from infinivar._core.fields import check_real, component, given, quantity
 from infinivar.axis import LINEAR, ROTARY, Axis
 from infinivar.motion.fourier import Series
@@ -128,4 +127,4 @@ class Running(Gait):
 
 @functools.cache
 def _stride(gait: str) -> dict[str, Any]:
-    return tomllib.loads((resources.files("infinivar.motion") / "data" / f"{gait}.toml").read_text("utf-8"))
+    return files.shipped("motion", gait)

@@ -11,13 +11,13 @@ import numpy as np
 
 from infinivar.errors import InputError, ParameterError
 from infinivar.motion.files.agreement import one_course
-from infinivar.motion.files.choice import SCALED, role_words
-from infinivar.motion.files.headings import family_of, heading_of, places_of
+from infinivar.motion.files.choice import SCALED, apart, family_of, role_words
 from infinivar.motion.files.reading import headings_in, read_table
-from infinivar.motion.files.sheet import shown
 from infinivar.motion.files.table import BESIDE, ROLES, RecordedTable
 from infinivar.motion.files.timing import read_timed, resampled, timed, windowed
 from infinivar.motion.smoothing import GAP
+from infinivar.tables.headings import heading_of
+from infinivar.tables.sheet import shown
 from infinivar.units import plain
 
 _WHOLE = 1e-6
@@ -132,9 +132,7 @@ def _role(first: RecordedTable, second: RecordedTable, *, named: bool) -> str:
         wrong = f", not only of {other}" if other in second.columns else ""
         _refuse(second, f"must name a column of {role}{wrong}", f"as {first.file} moves {axis}")
     heading = second.columns[role].heading
-    if not named and any(
-        one and two and not one & two for one, two in zip(places_of(motion.heading), places_of(heading), strict=True)
-    ):
+    if not named and apart(motion.heading, heading):
         raise InputError(
             f"{second.file}: {second.top}, column {shown(heading)}: is of another joint or side than {shown(motion.heading)} of "
             f"{first.file}; if they belong together, name it with force_columns"

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import tomllib
 from collections.abc import Iterator, Mapping
-from importlib import resources
 from typing import Any
 
+from infinivar._core import files
 from infinivar.contact.bodies import Material
 from infinivar.errors import InputError, nearest
 from infinivar.parts.bearing import Bearing
@@ -40,7 +39,7 @@ _UNITS = {
 @functools.cache
 def data(name: str) -> dict[str, Any]:
     """Raw content of a data file: "motors", "gearheads", "bearings", "gear_efficiencies" and so on."""
-    return tomllib.loads((resources.files("infinivar.parts") / "data" / f"{name}.toml").read_text("utf-8"))
+    return files.shipped("parts", name)
 
 
 def rows(name: str) -> dict[str, dict[str, Any]]:

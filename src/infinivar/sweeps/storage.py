@@ -1,7 +1,8 @@
 """The folder of a sweep: a description, one Parquet file for each chunk that is done, and a log of times.
 
 Equal chunks give files of equal bytes, and damage is noticed. Every file is written under another name, synced and renamed, so
-that a file under its own name is whole. The files are the manifest: what is there is done.
+that a file under its own name is whole. The files are the manifest: what is there is done. `infinivar.tables` opens a chunk, but
+does not read it: its columns are the program's own, texts among them, and must be those that its digest was made of.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ import numpy as np
 from infinivar._core import extras
 from infinivar.errors import InputError, printable
 from infinivar.sweeps.problem import Chunk
+from infinivar.tables.formats import parquet_file
 
 DESCRIPTION, LOG = "sweep.json", "times.jsonl"
 _TEMPORARY = ".writing"
@@ -77,7 +79,8 @@ def decoded(content: bytes, number: int, sweep: str) -> Chunk:
         If the content is cut short or changed, or is another chunk.
     """
     try:
-        table = _table(content)
+        with parquet_file(content) as file:
+            table = file.read(use_threads=False)
         said = json.loads((table.schema.metadata or {})[_KEY])
         found = said["chunk"], said["sweep"]
         counts = _restored(said["counts"])
@@ -91,17 +94,6 @@ def decoded(content: bytes, number: int, sweep: str) -> Chunk:
     if not whole:
         raise DamagedError("its content does not match its digest")
     return chunk
-
-
-def _table(content: bytes) -> Any:
-    """Table of a Parquet file, read in this thread alone.
-
-    `read_table` leaves the closing of a Python file to a thread of pyarrow; if that thread runs while the interpreter ends,
-    the process aborts (exit code 134). A buffer of pyarrow, read without threads, has nothing to close late.
-    """
-    arrow, parquet = (importlib.import_module(name) for name in ("pyarrow", "pyarrow.parquet"))
-    with parquet.ParquetFile(arrow.BufferReader(content)) as file:
-        return file.read(use_threads=False)
 
 
 def _rows(chunk: Chunk) -> list[tuple[str, np.ndarray]]:

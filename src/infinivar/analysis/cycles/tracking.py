@@ -19,9 +19,9 @@ The first two are computed by inverse dynamics of the motion as the controllers 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -30,12 +30,13 @@ from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.simulate import Simulation, simulate
+from infinivar.axis import LINEAR, Axis
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.graphs.closed_loop import closed_loop
 from infinivar.errors import ParameterError
 from infinivar.motion.course import Course
 from infinivar.motion.duty_cycles import DutyCycle, check_duty_cycle
-from infinivar.motion.repeated import Repeated
+from infinivar.motion.motion import MotionState
 from infinivar.motion.scenario import Scenario
 from infinivar.transmission.rates import Varying
 from infinivar.units import percent, plain, signed
@@ -180,8 +181,8 @@ def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
         title=duty.title,
         duration=(lead + _STEPS) * step,
         output_step=step,
-        motion=Repeated(period, position, duty.axis),
-        force=Repeated(period, push, duty.axis) if np.any(push) else None,
+        motion=_Repeated(period, position, duty.axis),
+        force=_Repeated(period, push, duty.axis) if np.any(push) else None,
         load_mass=None if duty.axis.rotary else mass or None,
         load_inertia=mass or None if duty.axis.rotary else None,
     )
@@ -268,3 +269,46 @@ def _resting(course: Course, mass: float, rests: np.ndarray) -> Course:
         **{field: held(getattr(course, field)) for field in _CHANGES},
         force=np.where(rests, np.asarray(course.force) - mass * np.asarray(course.acceleration), course.force),
     )
+
+
+class _Repeated:
+    """A motion or force of a duty cycle for a scenario: a periodic cubic spline, quick at single instants."""
+
+    shape: ClassVar[str] = "duty cycle"
+    breaks: Sequence[float] = ()
+
+    def __init__(self, period: float, values: np.ndarray, axis: Axis = LINEAR) -> None:
+        """From values at equal steps over a cycle."""
+        from scipy.interpolate import CubicSpline
+
+        self.axis: Axis = axis
+        self.period: float = period
+        self.step: float = period / len(values)
+        nodes = np.arange(len(values) + 1) * self.step
+        self.pieces: list[list[float]] = CubicSpline(
+            nodes, np.append(values, values[0]), bc_type="periodic"
+        ).c.T.tolist()
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the other repeats the same spline."""
+        return isinstance(other, _Repeated) and vars(self) == vars(other)
+
+    def at(self, time: float) -> MotionState:
+        """Value and its first two derivatives at a time [s]."""
+        since = time % self.period
+        place = min(int(since / self.step), len(self.pieces) - 1)
+        s = since - place * self.step
+        cubic, square, linear, constant = self.pieces[place]
+        return MotionState(
+            constant + s * (linear + s * (square + s * cubic)),
+            linear + s * (2.0 * square + 3.0 * s * cubic),
+            2.0 * square + 6.0 * s * cubic,
+        )
+
+    def value(self, time: float) -> float:
+        """Force at a time. [N]"""
+        return self.at(time)[0]
+
+    def rate(self, time: float) -> float:
+        """Slope of the force over time. [N s^-1]"""
+        return self.at(time)[1]

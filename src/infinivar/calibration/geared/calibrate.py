@@ -16,9 +16,9 @@ from infinivar.calibration.geared.data import COLUMNS, dynamometer_of, refuse_un
 from infinivar.calibration.geared.problem import BenchData, Problem, fit
 from infinivar.calibration.geared.result import GearedCalibration, geared
 from infinivar.errors import InputError, nearest
-from infinivar.motion.files.reading import read_named
 from infinivar.study.check import check_study
 from infinivar.study.study import Study
+from infinivar.tables.named import read_named
 from infinivar.units import plain
 
 _UNITS = {"current": "A", "voltage": "V", "power": "W", "efficiency": ""}

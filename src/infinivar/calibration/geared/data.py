@@ -15,8 +15,8 @@ from infinivar.calibration.geared import model
 from infinivar.calibration.geared.model import Gains
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError
-from infinivar.motion.files.reading import read_named
 from infinivar.study.rig import Rig
+from infinivar.tables.named import read_named
 from infinivar.units import plain
 
 SIGNALS = {"current": "A", "voltage": "V", "power": "W", "efficiency": "1"}

@@ -27,9 +27,9 @@ from infinivar.calibration.geared.model import Gains
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.errors import InputError
-from infinivar.motion.files.reading import read_named
 from infinivar.motion.runs import RunSeries
 from infinivar.study.rig import Rig
+from infinivar.tables.named import read_named
 from infinivar.units import plain
 
 Method = Literal["weak", "inverse"]

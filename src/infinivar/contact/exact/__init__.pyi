@@ -1,13 +1,11 @@
-from . import equations, fit, grid, many, newton, patch, spin_map, tabulate, transient
+from . import equations, grid, many, newton, patch, spin_map, transient
 
 __all__ = [
     "equations",
-    "fit",
     "grid",
     "many",
     "newton",
     "patch",
     "spin_map",
-    "tabulate",
     "transient",
 ]

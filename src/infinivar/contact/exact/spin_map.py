@@ -273,7 +273,7 @@ def spin_map(a_over_b: Array, poisson: Array) -> SpinMap:
     ParameterError
         If a value is out of range. For traced arrays the result is nan there instead.
 
-    Source: cubic splines in ln(a/b) through the table of `contact.exact.tabulate`, a parabola in Poisson's ratio.
+    Source: cubic splines in ln(a/b) through the table of `tools/tabulate_spin.py`, a parabola in Poisson's ratio.
     """
     if isinstance(a_over_b, (int, float)) and isinstance(poisson, (int, float)):
         return _known(float(a_over_b), float(poisson))
@@ -300,7 +300,7 @@ def forces(lateral: Array, spin: Array, a_over_b: Array, poisson: Array) -> Spin
     ParameterError
         If `a_over_b` or `poisson` is out of range.
 
-    Source: `contact.exact.tabulate`, from `RollingPatch`.
+    Source: `tools/tabulate_spin.py`, from `RollingPatch`.
     """
     return spin_map(a_over_b, poisson).forces(lateral, spin)
 

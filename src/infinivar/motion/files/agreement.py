@@ -10,10 +10,10 @@ import numpy as np
 from infinivar import units
 from infinivar.errors import InputError, printable
 from infinivar.motion.files.choice import role_words
-from infinivar.motion.files.headings import heading_of, unit_and_per_kg
 from infinivar.motion.files.reading import headings_in
-from infinivar.motion.files.sheet import shown
 from infinivar.motion.files.table import ROLES, RecordedTable
+from infinivar.tables.headings import heading_of, unit_and_per_kg
+from infinivar.tables.sheet import shown
 from infinivar.units import percent
 
 _MOTION = ("position", "angle", "speed", "angular_speed")

@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
+import functools
 import json
+import re
 from collections.abc import Container, Mapping, Sequence
 from typing import NamedTuple, NoReturn
 
 from infinivar import units
-from infinivar._core.text import few
-from infinivar.errors import InputError, nearest, printable
-from infinivar.motion.files.headings import (
-    FAMILIES,
-    Heading,
-    bracketed,
-    family_of,
-    folded,
-    named_per_kg,
-    places_of,
-    role_by_name,
-    unit_and_per_kg,
-)
-from infinivar.motion.files.sheet import Source, fault, shown
+from infinivar.errors import InputError, printable
 from infinivar.motion.files.table import ABOUT_A_JOINT, ROLES, SIGNED
+from infinivar.tables.headings import Heading, folded, name_of, named_per_kg, unit_and_per_kg
+from infinivar.tables.named import place_of
+from infinivar.tables.sheet import Source, fault, refuse, shown
 
-_MOST_LISTED = 6
 _ALONG_A_LINE = tuple(ABOUT_A_JOINT.values())
 SCALED = ("force", "moment")
 """Roles that may be stated per kilogram of body mass."""
@@ -41,6 +32,46 @@ _LOCOHUB = {"phase_ipsi": "%", "phase_contra": "%"}
 """Headings of the LocoHub standard without a unit, and the unit that the standard gives them."""
 
 
+_WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
+
+FAMILIES: dict[str, tuple[str, ...]] = {
+    "time": ("time",),
+    "phase": ("phase",),
+    "position": ("position", "angle"),
+    "speed": ("speed", "angular_speed"),
+    "force": ("moment", "force"),
+    "heel_strike": ("heel_strike",),
+}
+"""Families of quantities that names speak of, with the roles that the unit chooses from."""
+
+_NAMED = {
+    "time": {"time", "t", "timestamp"},
+    "speed": {"speed", "velocity", "vel"},
+    "force": {"force", "f", "fx", "fy", "fz", "moment", "torque"},
+    "position": {"position", "pos", "displacement", "disp", "stroke", "travel", "angle", "theta", "rotation"},
+}
+"""Words of each family; the first family with a word in the heading counts, as in "angle velocity"."""
+
+_OF_A_ROLE = {
+    "angle": {"angle", "theta", "rotation"},
+    "angular_speed": {"angular", "angle", "theta", "rotation"},
+    "moment": {"moment", "torque"},
+    "force": {"force", "f", "fx", "fy", "fz"},
+}
+"""Words that leave no choice between the roles of a family."""
+
+_JOINTS = {"hip", "knee", "ankle", "toe", "shoulder", "elbow", "wrist"}
+_SIDES = {"left": "left", "l": "left", "right": "right", "r": "right", "ipsi": "ipsi", "contra": "contra"}
+"""Words of the joints and sides of a body, by which columns belong together."""
+
+_OF_A_CYCLE = {"phase", "gait", "stride", "cycle", "gc"}
+_NOT_THE_MOTION = {
+    "acceleration", "acc", "power", "work", "energy", "jerk", "error", "setpoint", "target", "reference", "desired",
+    "command", "cmd", "std", "sd", "deviation", "arm",
+}  # fmt: skip
+"""Words of headings that are not the recorded motion itself; such a column is read only if a study names it."""
+
+
 class Chosen(NamedTuple):
     """A column to read: its place in the file, its unit as written and in SI, and whether it is per kilogram."""
 
@@ -53,6 +84,37 @@ class Chosen(NamedTuple):
 def role_words(role: str) -> str:
     """Return a role in words."""
     return role.replace("_", " ")
+
+
+@functools.lru_cache(maxsize=4096)
+def family_of(name: str, unit: str | None) -> str | None:
+    """Return the family of quantities that a name speaks of, if any."""
+    words = {word.lower() for word in _WORDS.findall(name)}
+    if {"heel", "strike"} <= words or "heelstrike" in words:
+        return "heel_strike"
+    if words & _NOT_THE_MOTION:
+        return None
+    if "phase" in words or (words & _OF_A_CYCLE and unit is not None and unit_and_per_kg(unit)[0] == "%"):
+        return "phase"
+    return next((family for family, named in _NAMED.items() if words & named), None)
+
+
+def role_by_name(name: str, family: str) -> str | None:
+    """Return the role among those of a family that a name leaves no choice of; None if the unit decides."""
+    words = {word.lower() for word in _WORDS.findall(name)}
+    return next((role for role in FAMILIES[family] if words & _OF_A_ROLE.get(role, set())), None)
+
+
+def apart(one: str, other: str) -> bool:
+    """Whether two headings name different joints, or different sides, of a body."""
+    pairs = zip(_body_of(one), _body_of(other), strict=True)
+    return any(first and second and not first & second for first, second in pairs)
+
+
+def _body_of(name: str) -> tuple[set[str], set[str]]:
+    """Return the joint and the side that a name speaks of, each empty where it names none."""
+    words = {word.lower() for word in _WORDS.findall(name)}
+    return words & _JOINTS, {_SIDES[word] for word in words & set(_SIDES)}
 
 
 def by_map(source: Source, columns: Mapping[str, str], usual: Mapping[str, str]) -> dict[str, Chosen]:
@@ -68,48 +130,14 @@ def by_map(source: Source, columns: Mapping[str, str], usual: Mapping[str, str])
         place, unit = place_of(source, entry)
         twin = next((other for other, one in found.items() if one.place == place), None)
         if twin is not None:
-            _refuse(
+            refuse(
                 source, [place], f"cannot be both {role_words(twin)} and {role_words(role)}; see columns in the study"
             )
         found[role] = _measured(source, role, place, unit, usual)
     about, along = ([one for role, one in found.items() if role in kind] for kind in (ABOUT_A_JOINT, _ALONG_A_LINE))
     if about and along:
-        _refuse(
-            source, [along[0].place, about[0].place], "are along a line and about a joint; name columns of one axis"
-        )
+        refuse(source, [along[0].place, about[0].place], "are along a line and about a joint; name columns of one axis")
     return found
-
-
-def place_of(source: Source, entry: str) -> tuple[int, str | None]:
-    """Return the place of the column that a study asks for, and the unit if the study states it."""
-    requested = bracketed(entry)
-    ways: tuple[tuple[list[int], str | None], ...] = (
-        ([place for place, one in enumerate(source.headings) if folded(one.text) == folded(entry)], None),
-        (
-            [place for place, one in enumerate(source.headings) if folded(one.text) == folded(requested.name)],
-            requested.unit,
-        ),
-        (
-            [place for place, one in enumerate(source.headings) if folded(one.name) == folded(requested.name)],
-            requested.unit,
-        ),
-    )
-    places, unit = next((way for way in ways if way[0]), ([], None))
-    if not places:
-        texts = [heading.text for heading in source.headings if heading.text]
-        others = f"{nearest(entry, texts)}; it has {listed(texts)}" if source.tabular else ""
-        raise InputError(f"{source.file}: {source.top}: has no column {shown(entry)}{others}")
-    if len(places) > 1:
-        _refuse(source, places[1:], f"stands there {len(places)} times, so that {shown(entry)} in columns is not clear")
-    own = source.headings[places[0]].unit
-    if (
-        unit is not None
-        and own is not None
-        and unit_and_per_kg(own) != unit_and_per_kg(unit)
-        and (requested.name != source.headings[places[0]].text or unit_and_per_kg(own)[1])
-    ):
-        _refuse(source, places, f"states the unit {own!r}, but columns states {unit!r}; remove one of the two")
-    return places[0], unit
 
 
 def _measured(source: Source, role: str, place: int, unit: str | None, usual: Mapping[str, str]) -> Chosen:
@@ -122,7 +150,7 @@ def _measured(source: Source, role: str, place: int, unit: str | None, usual: Ma
     if not written:
         per = "/kg" if role in SCALED and named_per_kg(heading.name) else ""
         example = f"{heading.name} [{_EXAMPLES.get(role, ROLES.get(role))}{per}]"
-        _refuse(
+        refuse(
             source, [place],
             f"must state its unit, such as {shown(example)}, in the file or under columns in the study",
         )  # fmt: skip
@@ -130,7 +158,7 @@ def _measured(source: Source, role: str, place: int, unit: str | None, usual: Ma
     if per_kg and role not in SCALED:
         base, per_kg = written, False
     if role in SCALED and named_per_kg(heading.name) and not per_kg:
-        _refuse(
+        refuse(
             source, [place],
             f"is per kilogram by its name, but the unit {written!r} is not; state {shown(written + '/kg')}, or name the column "
             "without it",
@@ -140,7 +168,7 @@ def _measured(source: Source, role: str, place: int, unit: str | None, usual: Ma
     except InputError as problem:
         if heading.below and not unit:
             fault(source, heading.below, place, str(problem))
-        _refuse(source, [place], str(problem))
+        refuse(source, [place], str(problem))
 
 
 def by_heading(source: Source, usual: Mapping[str, str], roles: Container[str]) -> dict[str, Chosen]:
@@ -186,8 +214,7 @@ def _rest(source: Source, family: str, usual: Mapping[str, str], roles: Containe
 
 def _apart(source: Source, one: Chosen, other: Chosen) -> bool:
     """Whether the headings of two columns name different joints or sides."""
-    pairs = zip(*(places_of(source.headings[chosen.place].text) for chosen in (one, other)), strict=True)
-    return any(first and second and not first & second for first, second in pairs)
+    return apart(source.headings[one.place].text, source.headings[other.place].text)
 
 
 def _check_places(source: Source, found: Mapping[str, Chosen]) -> None:
@@ -196,7 +223,7 @@ def _check_places(source: Source, found: Mapping[str, Chosen]) -> None:
     for other in moving[1:]:
         if _apart(source, moving[0], other):
             alone = {role: one for role, one in found.items() if not _apart(source, moving[0], one)}
-            _refuse(
+            refuse(
                 source, [moving[0].place, other.place],
                 "are of different joints or sides; choose in the study what belongs together: "
                 f"{_suggested(source, alone)} for the first alone, or {_suggested(source, found)} to read both",
@@ -217,7 +244,7 @@ def _candidates(
     for place, heading in enumerate(source.headings):
         if family_of(heading.name, heading.unit) != family:
             continue
-        named = folded(heading.name).replace(" ", "_") in ROLES
+        named = name_of(heading) in ROLES
         role = _role(source, family, heading)
         try:
             (exact if named else loose).append((role, _measured(source, role, place, None, usual)))
@@ -254,7 +281,7 @@ def _about(
         motion = next(one for other, one in found.items() if other not in ("time", "phase"))
         kind = "about a joint" if rotary else "along a line"
         suggestion = _suggested(source, {**found})
-        _refuse(
+        refuse(
             source, [chosen.place],
             f"is a {role}, but {shown(source.headings[motion.place].text)} is {kind}; to read the motion alone, write in the "
             f"study: {suggestion}",
@@ -280,7 +307,7 @@ def _ask(
             if not moving or (len(axes) == 1 and not any(_apart(source, one, chosen) for one in moving.values())):
                 line[other] = chosen
     suggestion = _suggested(source, line)
-    _refuse(
+    refuse(
         source, [chosen.place for _, chosen in fitting],
         f"could each be the {roles}; choose in the study with one line for all columns, such as {suggestion}",
     )  # fmt: skip
@@ -292,13 +319,3 @@ def _suggested(source: Source, found: Mapping[str, Chosen]) -> str:
         f"{role} = {json.dumps(source.headings[one.place].text, ensure_ascii=False)}" for role, one in found.items()
     ]
     return f"columns = {{ {printable(', '.join(entries))} }}"
-
-
-def listed(texts: Sequence[str]) -> str:
-    """Return a few headings for a message."""
-    return few([*map(shown, texts)], _MOST_LISTED)
-
-
-def _refuse(source: Source, places: Sequence[int], said: str) -> NoReturn:
-    texts = [source.headings[place].text or str(place + 1) for place in places]
-    raise InputError(f"{source.file}: {source.top}, column{'' if len(texts) == 1 else 's'} {listed(texts)}: {said}")

@@ -4,23 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from infinivar import units
-from infinivar._core import files
-from infinivar._core.encodings import text_of
-from infinivar._core.frozen import FrozenDict
 from infinivar._core.text import few
-from infinivar.errors import InputError, ParameterError, nearest, printable, require
-from infinivar.motion.files.choice import SCALED, Chosen, by_heading, by_map, listed, place_of, role_words
-from infinivar.motion.files.formats import MAGIC, ParquetSheet, delimited, looks_like_opensim, opensim
-from infinivar.motion.files.headings import folded
-from infinivar.motion.files.sheet import Source, fault, shown
+from infinivar.errors import InputError, require
+from infinivar.motion.files.choice import SCALED, Chosen, by_heading, by_map, family_of, role_words
 from infinivar.motion.files.table import ROLES, SIGNED, Column, RecordedTable
+from infinivar.tables.formats import opened
+from infinivar.tables.named import filled, known_names
+from infinivar.tables.sheet import Source, fault, headings_of, listed, shown
 
-_MOST_BYTES = 200_000_000
 _AT_END = 1e-9
 """Phase within which a row is at an end of the cycle. [-]"""
 
@@ -73,17 +68,17 @@ def read_table(
     InputError
         If the file is invalid; the message names file, line and column, and what would be right.
     """
-    _check_roles("columns", columns or {}, tuple(ROLES))
-    _check_roles("flip", flip, SIGNED)
+    known_names("columns", columns or {}, tuple(ROLES))
+    known_names("flip", flip, SIGNED)
     flip = tuple(dict.fromkeys(flip))
     if body_mass is not None:
         require(body_mass > 0.0, "body_mass", body_mass, "> 0", "kg")
-    source = opened(file)
+    source = opened(file, lambda one: family_of(one.name, one.unit) is not None)
     chosen = by_map(source, columns, usual or {}) if columns is not None else by_heading(source, usual or {}, roles)
     if not chosen:
         raise InputError(
             f"{source.file}: {source.top}: must name columns of a motion, such as 'time [s]' and 'position [mm]', got "
-            f"{_headings(source)}; if the columns have other names, state them in the study: columns = {{ time = ... }}"
+            f"{headings_of(source)}; if the columns have other names, state them in the study: columns = {{ time = ... }}"
         )
     _check_body_mass(source, chosen, body_mass)
     unknown = next((role for role in flip if role not in chosen), None)
@@ -95,7 +90,7 @@ def read_table(
     leave_out = leave_out and ("time" in chosen or "phase" in chosen)
     raw, lines, said = source.numbers([one.place for one in chosen.values()], blank=leave_out)
     seen = lines
-    raw, lines, empty = _filled(raw, lines, list(chosen))
+    raw, lines, empty = filled(raw, lines, list(chosen), zero=("heel_strike",))
     if empty and len(lines) < _FEWEST:
         line, cells = next(iter(empty.items()))
         raise InputError(f"{source.file}: {source.place} {line}, {cells}; without such rows, {len(lines)} are left")
@@ -133,110 +128,6 @@ def read_table(
     )
 
 
-def opened(file: str | Path) -> Source:
-    """Open a file of columns in the format that its content reveals.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read or is in no known format.
-    """
-    path = Path(file)
-    content = files.read(path, _MOST_BYTES)
-    name = printable(path)
-    if content.startswith(MAGIC):
-        return ParquetSheet(name, content)
-    text = text_of(name, content)
-    if path.suffix.lower() in (".sto", ".mot") or looks_like_opensim(text.lines):
-        return opensim(name, text)
-    return delimited(name, text)
-
-
-class Named(NamedTuple):
-    """Columns read by their names."""
-
-    columns: dict[str, np.ndarray]
-    """Values in SI, by name."""
-    lines: np.ndarray
-    """Line of the file for each row. (n,)"""
-    empty: FrozenDict[int, str]
-    """Rows left out, as a cell is empty: what is said of each, by its line."""
-
-
-def read_named(
-    file: str | Path, wanted: Mapping[str, str], required: Sequence[str], columns: Mapping[str, str] | None = None
-) -> Named:
-    """Read columns by their exact names, each with its unit in the heading; other columns are ignored.
-
-    A row with an empty cell in a column that is read is left out.
-
-    Parameters
-    ----------
-    file : str or Path
-    wanted : mapping      SI unit of each column to read, by its name.
-    required : sequence   Names of columns that the file must have.
-    columns : mapping     Headings by name, where they differ: ``{"mass": "m [kg]"}``.
-
-    Returns
-    -------
-    Named
-
-    Raises
-    ------
-    InputError
-        If the file is invalid; the message names file, line and column.
-    """
-    source = opened(file)
-    _check_roles("columns", columns or {}, tuple(wanted))
-    requested = {
-        place: (name, unit) for name, entry in (columns or {}).items() for place, unit in [place_of(source, entry)]
-    }
-    found: dict[str, tuple[int, float]] = {}
-    for place, heading in enumerate(source.headings):
-        name, unit = requested.get(place, ("_".join(folded(heading.name).split()), None))
-        if name not in wanted or (place not in requested and name in (columns or {})):
-            continue
-        unit = unit or heading.unit
-        where = f"{source.file}: {source.top}, column {shown(heading.text)}"
-        if name in found:
-            raise InputError(f"{where}: stands there twice")
-        if unit is None:
-            _, _, unit = units.EXAMPLES[wanted[name]].partition(" ")
-            example = f"{name} [{unit or '%'}]"
-            raise InputError(f"{where}: must state its unit, such as {example!r}")
-        try:
-            found[name] = place, units.parse(f"1 {units.standard_unit(unit)}", wanted[name])
-        except InputError as problem:
-            raise InputError(f"{where}: {problem}") from problem
-    missing = [name for name in required if name not in found]
-    if missing:
-        plural = "" if len(required) == 1 else "s"
-        raise InputError(
-            f"{source.file}: {source.top}: must name the column{plural} {' and '.join(required)}; missing: "
-            f"{' and '.join(missing)} (found {_headings(source)})"
-        )
-    raw, lines, _ = source.numbers([place for place, _ in found.values()], blank=True)
-    raw, lines, empty = _filled(raw, lines, list(found))
-    read = {name: raw[:, one] * factor for one, (name, (_, factor)) in enumerate(found.items())}
-    return Named(read, lines, FrozenDict(empty))
-
-
-def _filled(raw: np.ndarray, lines: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, dict[int, str]]:
-    """Rows without empty cells and their lines, and what is said of the others, by line; a heel strike that is empty is none."""
-    missing = np.isnan(raw)
-    for place, name in enumerate(names):
-        if name == "heel_strike":
-            raw[missing[:, place], place], missing[:, place] = 0.0, False
-    left_out = missing.any(axis=1)
-    empty = {
-        int(
-            lines[row]
-        ): f"{' and '.join(name for name, gap in zip(names, missing[row], strict=True) if gap)}: empty cell"
-        for row in np.flatnonzero(left_out)
-    }
-    return raw[~left_out], lines[~left_out], empty
-
-
 def _left_out(source: Source, empty: Mapping[int, str]) -> tuple[str, ...]:
     """A warning for all rows that lack the same cells."""
     said = []
@@ -253,21 +144,6 @@ def headings_in(table: RecordedTable) -> str:
     found = ", ".join(f"{shown(column.heading)} as {role_words(role)}" for role, column in table.columns.items())
     other = f"; other headings: {listed(table.ignored)}" if table.ignored else ""
     return f"found {found}{other}"
-
-
-def _headings(source: Source) -> str:
-    """Return the headings of a file for a message."""
-    if not source.tabular:
-        return "no row of numbers below"
-    return listed([heading.text for heading in source.headings])
-
-
-def _check_roles(key: str, roles: Sequence[str] | Mapping[str, str], known: Sequence[str]) -> None:
-    for role in roles:
-        if role not in known:
-            raise ParameterError(
-                f"{key} has an unknown column {role!r}{nearest(str(role), known)}; known: {', '.join(known)}"
-            )
 
 
 def _check_body_mass(source: Source, chosen: Mapping[str, Chosen], body_mass: float | None) -> None:

@@ -11,8 +11,8 @@ import numpy as np
 
 from infinivar.errors import InputError, ParameterError, printable, require
 from infinivar.motion.files.reading import read_table
-from infinivar.motion.files.sheet import shown
 from infinivar.motion.files.table import Column, RecordedTable
+from infinivar.tables.sheet import shown
 from infinivar.units import percent, plain
 
 RESAMPLING = ("linear", "cubic", "mean")

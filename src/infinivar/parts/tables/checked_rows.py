@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,9 +16,6 @@ from infinivar.parts.catalogue import PARTS
 from infinivar.parts.gearhead import LAWS
 from infinivar.parts.tables.columns import ONE, UNLIMITED, Column, choices, number_columns, text_columns
 from infinivar.parts.tables.table import PartSet, part_set, table
-
-NOT_STATED = frozenset({"", "-", "–", "nan", "n/a", "na"})
-"""Cells, in lower case, that state no value."""
 
 DATE = re.compile(r"\d{4}(-(0[1-9]|1[0-2])(-(0[1-9]|[12]\d|3[01]))?)?")
 """Year, year and month, or day."""
@@ -100,23 +97,33 @@ class Collector:
             self._refused.add((kind, what))
         self.faults.append(Fault(file=file, line=line, what=what, reason=reason))
 
-    def add(self, kind: str, row: Mapping[str, Any], file: str, line: int | None) -> bool:
-        """Take a row of numbers in SI and texts, or refuse it; returns whether it was taken."""
-        key = row.get("key", "")
+    def take(
+        self, kind: str, file: str, line: int | None, key: str, made: Callable[[], tuple[dict[str, Any], list[str]]]
+    ) -> None:
+        """Take a row, or refuse it.
+
+        Parameters
+        ----------
+        kind : str       Of the part.
+        file, line       Place of the row.
+        key : str        Key of the part.
+        made : callable  Returns the row, numbers in SI and texts, and remarks on it; InputError refuses it.
+        """
         try:
-            made = checked_row(kind, {**self.defaults, **row})
+            row, remarks = made()
+            checked = checked_row(kind, {**self.defaults, **row})
             if (kind, key) in self._keys:
                 raise InputError(f"the key is that of another {ONE[kind]}, in {self._keys[kind, key]}")
         except InputError as problem:
-            self.refuse(file, line, str(key), str(problem), kind)
-            return False
+            self.refuse(file, line, key, str(problem), kind)
+            return
         if not DATE.fullmatch(row.get("date", "") or "2000"):
-            self.remark(
-                file, line, f"date {row['date']!r} is no date such as 2026, 2026-03 or 2026-03-31; it was kept as text"
-            )
+            wrong = f"date {row['date']!r} is no date such as 2026, 2026-03 or 2026-03-31; it was kept as text"
+            remarks = [wrong, *remarks]
+        for text in remarks:
+            self.remark(file, line, text)
         self._keys[kind, key] = file if line is None else f"line {line} of {file}"
-        self.rows[kind].append(made)
-        return True
+        self.rows[kind].append(checked)
 
     def fit(self, file: str, line: int | None, motor: str, gearheads: Sequence[str]) -> None:
         """Take a line that names the gearheads of a motor."""
@@ -220,23 +227,3 @@ def checked_number(column: Column, value: float) -> float:
     except ParameterError as problem:
         raise InputError(str(problem)) from None
     return value
-
-
-def number_of(cell: str, name: str) -> float:
-    """A bare number of a cell; nan where it states none.
-
-    Raises
-    ------
-    InputError
-        If it is no number.
-    """
-    text = cell.strip()
-    if text.lower() in NOT_STATED:
-        return math.nan
-    try:
-        if "_" in text:
-            raise ValueError
-        return float(text)
-    except ValueError:
-        hint = "; write a point before the decimals" if "," in text else ""
-        raise InputError(f"{name} must be a number, got {text[:40]!r}{hint}") from None

@@ -1,183 +1,103 @@
-"""Importer of plain CSV files: a column a value, with its unit in the heading, such as ``torque_constant [mN m/A]``."""
+"""Importer of CSV files: a column a value, with its unit in the heading, such as ``torque_constant [mN m/A]``, or as in MGDB."""
 
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from infinivar import units
-from infinivar._core.text import counted
 from infinivar.errors import InputError, nearest
-from infinivar.parts.tables.checked_rows import NOT_STATED, Collector, checked_number
+from infinivar.parts.tables import mgdb
+from infinivar.parts.tables.checked_rows import Collector, checked_number
 from infinivar.parts.tables.columns import Column, kind_by_columns, number_columns, text_columns
-from infinivar.parts.tables.mgdb import Line
+from infinivar.tables.headings import name_of
+from infinivar.tables.named import NamedColumn, named_columns
+from infinivar.tables.sheet import TextList, decimal_commas, in_column, is_number, miscounted, number_in
 
-_HEADING = re.compile(r"\s*([^\[\(]*?)\s*(?:[\[\(]\s*(.*?)\s*[\]\)])?\s*$")
-_PAIRS = ("motor", "gearhead")
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-
-
-@dataclass(frozen=True, slots=True)
-class _Heading:
-    name: str
-    unit: str | None
-    written: str
+_PAIRS = ["motor", "gearhead"]
+_NOT_STATED = frozenset({"", "-", "–", "nan", "n/a", "na"})
+_INFINITE = frozenset({"inf", "+inf", "infinite", "infinity"})
+"""Cells, in lower case, that state no value, and no limit."""
 
 
-def kind_of(headings: Sequence[str], file: str) -> str:
-    """Kind of the parts of a file, "pairs" for one that says what fits together: by the columns that only one kind has.
-
-    Raises
-    ------
-    InputError
-        If the headings are those of no kind; the message gives an example.
-    """
-    names = {heading.name for heading in _headings(headings)}
-    if names == set(_PAIRS):
-        return "pairs"
-    kind = kind_by_columns(names)
-    if kind is None or "key" not in names:
-        raise InputError(
-            f"{file}:1: must have headings with key and the columns of one kind of part, such as "
-            '"key, voltage [V], torque_constant [mN m/A]" for motors or "key, ratio, efficiency" for gearheads'
-        )
-    return kind
-
-
-def _headings(cells: Sequence[str]) -> list[_Heading]:
-    found = []
-    for cell in cells:
-        parts = _HEADING.match(cell)
-        name, unit = (parts[1], parts[2]) if parts else (cell.strip(), None)
-        found.append(
-            _Heading(name.lower().replace(" ", "_"), units.standard_unit(unit) if unit else None, cell.strip())
-        )
-    return found
-
-
-def renamed(headings: Sequence[str], columns: Mapping[str, str], file: str) -> list[str]:
-    """Headings of a file in which some columns have other names.
+def read(collector: Collector, listed: TextList, path: Path, columns: Mapping[str, str]) -> None:
+    """Take the rows of a file of parts, of the parts that fit together, or of the MGDB format.
 
     Parameters
     ----------
-    headings : sequence   As in the file.
-    columns : mapping     Heading of the file by name of a column; with its unit in brackets where the file states none.
+    collector : Collector
+    listed : TextList
+    path : Path
+    columns : mapping   Headings by name of a column, where they differ.
 
     Raises
     ------
     InputError
-        If the file has no such heading.
+        If the headings are those of no kind of part, or a unit is missing, unknown or of another quantity.
     """
-    made = list(headings)
-    for name, entry in columns.items():
-        requested = _headings([entry])[0]
-        known = [one.written for one in _headings(headings)]
-        place = next(
-            (
-                place
-                for place, one in enumerate(_headings(headings))
-                if one.written == entry or one.name == requested.name
-            ),
-            None,
-        )
-        if place is None:
+    headings, file, rows = [heading.text for heading in listed.headings], path.name, listed.rows[1:]
+    names = [name_of(heading) for heading in listed.headings]
+    kind = mgdb.kind_of(headings)
+    if kind is not None:
+        _take(collector, kind, listed, mgdb.columns_of(kind, headings), file, mgdb.completed)
+    elif path.stem.lower().endswith("compatibility"):
+        mgdb.read_compatibility(collector, listed.rows, file)
+    elif sorted(names, reverse=True) == _PAIRS:
+        _take_pairs(collector, rows, names, file)
+    else:
+        kind = kind_by_columns({*names, *columns})
+        if kind is None or "key" not in {*names, *columns}:
             raise InputError(
-                f"{file}:1: has no column {entry!r}{nearest(entry, known)}; it has {', '.join(map(repr, known))}"
+                f"{listed.file}: {listed.top}: must have headings with key and the columns of one kind of part, such as "
+                '"key, voltage [V], torque_constant [mN m/A]" for motors or "key, ratio, efficiency" for gearheads'
             )
-        unit = requested.unit or _headings(headings)[place].unit
-        made[place] = f"{name} [{unit}]" if unit else name
-    return made
+        wanted = {name: column.unit for name, column in number_columns(kind).items()}
+        found = named_columns(listed, {**wanted, **dict.fromkeys(text_columns(kind))}, columns, bare=True)
+        _take(collector, kind, listed, found, file)
 
 
-def read_parts(collector: Collector, kind: str, lines: Sequence[Line], file: str) -> None:
-    """Take the rows of a file; the first line has the headings."""
-    headings = _headings(lines[0][1])
-    columns = _columns(collector, kind, headings, file)
-    lines = [lines[0], *_with_points(headings, columns, lines[1:])]
-    _remark_small_shares(collector, columns, file, [dict(zip(headings, cells, strict=False)) for _, cells in lines[1:]])
-    for line, cells in lines[1:]:
-        if not any(cell.strip() for cell in cells):
-            continue
-        cells = [cell.strip() for cell in cells]
-        said = {heading.name: cell for heading, cell in zip(headings, cells, strict=False)}
-        try:
-            if len(cells) != len(headings):
-                raise InputError(
-                    f"has {counted(len(cells), 'cells')}, but there are {counted(len(headings), 'headings')}"
-                )
-            row = _row(kind, said, columns)
-        except InputError as problem:
-            collector.refuse(file, line, said.get("key", ""), str(problem), kind)
-            continue
-        collector.add(kind, row, file, line)
+def _take(
+    collector: Collector,
+    kind: str,
+    listed: TextList,
+    found: Mapping[str, NamedColumn],
+    file: str,
+    complete: Callable[[str, dict[str, Any]], list[str]] = lambda kind, row: [],
+) -> None:
+    """Take the rows of parts of a kind, completed; bad ones become faults, columns that are not used remarks."""
+    numbers, rows = number_columns(kind), listed.rows[1:]
+    used = {one.place for one in found.values()}
+    for place, heading in enumerate(listed.headings):
+        if place not in used:
+            hint = nearest(name_of(heading), [*numbers, *text_columns(kind)])
+            collector.remark(file, None, f"column {heading.text!r} is no column of {kind} and was left out{hint}")
+    measured = {name: one for name, one in found.items() if name in numbers}
+    _remark_small_shares(collector, measured, rows, file)
+    places = [one.place for one in measured.values()]
+    comma = decimal_commas(cells[place] for _, cells in rows for place in places if place < len(cells))
+    for line, cells in rows:
+        said = {name: cells[one.place] for name, one in found.items() if one.place < len(cells)}
 
+        def made(cells: list[str] = cells, said: dict[str, str] = said) -> tuple[dict[str, Any], list[str]]:
+            if wrong := miscounted(listed, cells):
+                raise InputError(in_column(listed, *wrong))
+            row: dict[str, Any] = {name: text for name, text in said.items() if text.lower() not in _NOT_STATED}
+            row |= {name: _number(listed, one, said[name], numbers[name], comma) for name, one in measured.items()}
+            return row, complete(kind, row)
 
-def _with_points(headings: Sequence[_Heading], columns: Mapping[str, Any], lines: Sequence[Line]) -> Sequence[Line]:
-    """Rows with decimal points where the file has decimal commas: where the first number with either mark has a comma."""
-    places = [place for place, heading in enumerate(headings) if heading.name in columns]
-    cells = (line[place].strip() for _, line in lines for place in places if place < len(line))
-    first = next(
-        (cell for cell in cells if _NUMBER.fullmatch(cell.replace(",", ".", 1)) and ("," in cell or "." in cell)), ""
-    )
-    if "," not in first:
-        return lines
-    return [
-        (
-            number,
-            [
-                cell.replace(",", ".", 1) if place in places and "." not in cell else cell
-                for place, cell in enumerate(line)
-            ],
-        )
-        for number, line in lines
-    ]
-
-
-def _columns(collector: Collector, kind: str, headings: Sequence[_Heading], file: str) -> dict[str, tuple[Column, str]]:
-    """Columns of numbers that the file has, with the unit of each; unknown columns become remarks.
-
-    Raises
-    ------
-    InputError
-        If a unit is missing, unknown or of another quantity, or a column appears twice.
-    """
-    numbers, texts = number_columns(kind), text_columns(kind)
-    found: dict[str, tuple[Column, str]] = {}
-    seen: set[str] = set()
-    for heading in headings:
-        place = f"{file}:1: column {heading.written!r}"
-        if heading.name in seen:
-            raise InputError(f"{place}: appears twice")
-        seen.add(heading.name)
-        if heading.name in numbers:
-            column = numbers[heading.name]
-            unit = heading.unit or ("1" if column.unit == "1" else None)
-            if unit is None:
-                example = units.EXAMPLES.get(column.unit, f"1 {column.unit}").partition(" ")[2]
-                raise InputError(f"{place} needs a unit: write for example {heading.name} [{example}]")
-            _check_unit(place, unit, column)
-            found[heading.name] = column, unit
-        elif heading.name not in texts:
-            hint = nearest(heading.name, [*numbers, *texts])
-            collector.remark(file, None, f"column {heading.written!r} is no column of {kind} and was left out{hint}")
-    return found
+        collector.take(kind, file, line, said.get("key", ""), made)
 
 
 def _remark_small_shares(
-    collector: Collector,
-    columns: Mapping[str, tuple[Column, str]],
-    file: str,
-    rows: Sequence[Mapping[_Heading, str]],
+    collector: Collector, measured: Mapping[str, NamedColumn], rows: Sequence[tuple[int, list[str]]], file: str
 ) -> None:
     """Note columns in percent of which no value exceeds 1: these may be meant as fractions."""
-    for name, (column, unit) in columns.items():
-        if unit != "%" or column.unit != "1":
-            continue
-        cells = [cell.strip() for row in rows for heading, cell in row.items() if heading.name == name]
-        known = [float(cell) for cell in cells if _NUMBER.fullmatch(cell)]
+    for name, one in measured.items():
+        cells = (cells[one.place] for _, cells in rows if one.unit == "%" and one.place < len(cells))
+        known = [float(cell.replace(",", ".", 1)) for cell in cells if is_number(cell)]
+        known = [value for value in known if math.isfinite(value)]
         if known and max(known) <= 1.0:
             collector.remark(
                 file,
@@ -187,46 +107,29 @@ def _remark_small_shares(
             )
 
 
-def _check_unit(place: str, unit: str, column: Column) -> None:
-    try:
-        units.parse(f"1 {unit}" if unit != "1" else 1.0, column.unit)
-    except InputError as problem:
-        raise InputError(f"{place} {problem}") from None
-
-
-def _row(kind: str, said: Mapping[str, str], columns: Mapping[str, tuple[Column, str]]) -> dict[str, Any]:
-    row: dict[str, Any] = {
-        name: said[name] for name in text_columns(kind) if said.get(name, "").lower() not in NOT_STATED
-    }
-    for name, (column, unit) in columns.items():
-        row[name] = _number(name, said[name], unit, column)
-    return row
-
-
-def _number(name: str, cell: str, unit: str, column: Column) -> float:
-    if cell.lower() in NOT_STATED:
+def _number(listed: TextList, one: NamedColumn, cell: str, column: Column, comma: bool) -> float:
+    """Value of a cell in SI, nan where none is stated; a bound is checked here where the file has another unit, to name it."""
+    if cell.lower() in _NOT_STATED:
         return math.nan
-    if cell.lower() in ("inf", "infinite", "infinity"):
+    if cell.lower() in _INFINITE:
         return math.inf
     try:
-        value = units.parse(cell if unit == "1" else f"{cell} {unit}", column.unit)
+        value = units.parse(f"{number_in(cell, comma)!r} {one.unit}", column.unit)
     except InputError as problem:
-        raise InputError(f"{name} = {cell[:40]!r} {problem}") from None
+        raise InputError(in_column(listed, one.place, str(problem))) from None
+    if one.unit == column.unit:
+        return value
     try:
         return checked_number(column, value)
     except InputError as problem:
-        written = "" if unit == column.unit else f", written as {cell[:40]} {unit}"
-        raise InputError(f"{problem}{written}") from None
+        raise InputError(f"{problem}, written as {cell[:40]} {one.unit}") from None
 
 
-def read_pairs(collector: Collector, lines: Sequence[Line], file: str) -> None:
-    """Take the lines of a file with the columns motor and gearhead; * in a key stands for any text."""
-    names = [heading.name for heading in _headings(lines[0][1])]
-    for line, cells in lines[1:]:
-        if not any(cell.strip() for cell in cells):
-            continue
-        said = dict(zip(names, (cell.strip() for cell in cells), strict=False))
-        if len(cells) != len(names) or not all(said.values()):
+def _take_pairs(collector: Collector, rows: Sequence[tuple[int, list[str]]], names: Sequence[str], file: str) -> None:
+    """Take rows with the columns motor and gearhead; * in a key stands for any text."""
+    for line, cells in rows:
+        said = dict(zip(names, cells, strict=False))
+        if len(cells) != len(names) or not all(cells):
             collector.refuse(file, line, said.get("motor", ""), "must name a motor and a gearhead")
         else:
             collector.fit(file, line, said["motor"], [said["gearhead"]])

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import datetime
-import io
 import os
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,15 +14,16 @@ import numpy as np
 
 from infinivar._core import archives
 from infinivar._core import files as reading
-from infinivar._core.encodings import text_of
 from infinivar._core.result import Frozen, result
 from infinivar._core.text import counted
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts.catalogue import PARTS
-from infinivar.parts.tables import delimited, mgdb, tomls
+from infinivar.parts.tables import delimited, tomls
 from infinivar.parts.tables.checked_rows import DATE, Collector, Fault, Remark
 from infinivar.parts.tables.columns import number_columns, text_columns
 from infinivar.parts.tables.table import PartSet, PartTable, part_set
+from infinivar.tables.encodings import text_of
+from infinivar.tables.sheet import TextList
 
 _FORMAT = 1
 _MOST_BYTES_OF_SETS = 500_000_000
@@ -151,56 +150,12 @@ def _read(collector: Collector, path: Path, columns: Mapping[str, str]) -> None:
         raise InputError(f"{printable(path)}: must be a .csv or .toml file{nearest(suffix, SUFFIXES)}")
     content = reading.read(path, _MOST_BYTES_OF_SETS)
     read = text_of(printable(path), content)
-    text = "\n".join(read.lines)
     if not read.encoding.startswith("UTF-8"):
         collector.remark(path.name, None, f"read as {read.encoding}")
     if suffix == ".toml":
-        tomls.read(collector, text, path.name)
-        return
-    lines = list(_lines(text, path))
-    if not lines:
-        raise InputError(f"{printable(path)}: is empty")
-    if columns:
-        lines[0] = (lines[0][0], delimited.renamed(lines[0][1], columns, printable(path)))
-    _read_csv(collector, lines, path)
-
-
-def _read_csv(collector: Collector, lines: list[mgdb.Line], path: Path) -> None:
-    headings = [cell.strip() for cell in lines[0][1]]
-    kind = mgdb.kind_of(headings)
-    if kind is not None:
-        mgdb.read_parts(collector, kind, lines, path.name)
-    elif path.stem.lower().endswith("compatibility"):
-        mgdb.read_compatibility(collector, lines, path.name)
-    elif (found := delimited.kind_of(headings, printable(path))) in PARTS:
-        delimited.read_parts(collector, found, lines, path.name)
+        tomls.read(collector, "\n".join(read.lines), path.name)
     else:
-        delimited.read_pairs(collector, lines, path.name)
-
-
-def _lines(text: str, path: Path) -> Iterator[mgdb.Line]:
-    """Cells of each line that has any, with its number."""
-    first = next((line for line in text.splitlines() if line.strip()), "")
-    separator = max(",;\t", key=first.count)
-    _check_quotes(text, separator, path)
-    rows = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
-    try:
-        for cells in rows:
-            if any(cell.strip() for cell in cells):
-                yield rows.line_num, cells
-    except csv.Error as problem:
-        raise InputError(f"{printable(path)}:{rows.line_num}: is not valid CSV: {problem}") from problem
-
-
-def _check_quotes(text: str, separator: str, path: Path) -> None:
-    """Raise InputError if a quote is open to the end of the file, and has made one cell of the lines behind it."""
-    rows, begin = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True), 1
-    try:
-        for _ in rows:
-            begin = rows.line_num + 1
-    except csv.Error as problem:
-        if "end of data" in str(problem):
-            raise InputError(f"{printable(path)}:{begin}: has a quote that is not closed") from None
+        delimited.read(collector, TextList.of(printable(path), read.lines), path, columns)
 
 
 def write(parts: PartSet, path: Path) -> Path:

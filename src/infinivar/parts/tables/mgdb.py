@@ -1,4 +1,4 @@
-"""Importer of the MGDB format: motors, gearboxes and compatibility as CSV files in SI.
+"""The MGDB format: motors, gearboxes and compatibility as CSV files in SI.
 
 A file has one of three contents, told by its first line: motors, gearboxes, or compatibility, which has no headings: each line
 names a motor and the gearboxes that fit it. A key that ends in * stands for all keys that begin so. What a data sheet does not
@@ -12,13 +12,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from infinivar._core.array_namespace import Array
-from infinivar._core.text import counted
-from infinivar.errors import InputError
-from infinivar.parts.tables.checked_rows import Collector, number_of
-from infinivar.parts.tables.columns import UNLIMITED
-
-Line = tuple[int, Sequence[str]]
-"""Number of a line of a file, from 1, and its cells."""
+from infinivar.parts.tables.checked_rows import Collector
+from infinivar.parts.tables.columns import UNLIMITED, number_columns
+from infinivar.tables.named import NamedColumn
 
 _MOTORS = {
     "V": "voltage",
@@ -79,39 +75,22 @@ def kind_of(headings: Sequence[str]) -> str | None:
     return next((kind for kind, known in _COLUMNS.items() if {*_TEXTS, *known} <= {*headings}), None)
 
 
-def read_parts(collector: Collector, kind: str, lines: Sequence[Line], file: str) -> None:
-    """Take the rows of a file of motors or gearboxes; the first line has the headings."""
-    headings = [cell.strip() for cell in lines[0][1]]
-    known = {**_TEXTS, **_COLUMNS[kind]}
-    for name in headings:
-        if name not in known:
-            collector.remark(file, None, f"column {name!r} is not part of the format and was left out")
-    for line, cells in lines[1:]:
-        if not any(cell.strip() for cell in cells):
-            continue
-        key = cells[headings.index("key")].strip() if headings.index("key") < len(cells) else ""
-        try:
-            if len(cells) != len(headings):
-                raise InputError(
-                    f"has {counted(len(cells), 'cells')}, but there are {counted(len(headings), 'headings')}"
-                )
-            row, remarks = _row(kind, dict(zip(headings, cells, strict=True)))
-        except InputError as problem:
-            collector.refuse(file, line, key, str(problem), kind)
-            continue
-        if collector.add(kind, row, file, line):
-            for text in remarks:
-                collector.remark(file, line, text)
+def columns_of(kind: str, headings: Sequence[str]) -> dict[str, NamedColumn]:
+    """Places of our columns in a file of a kind; all numbers are in SI."""
+    measured = number_columns(kind)
+    texts = {ours: NamedColumn(headings.index(theirs), "", 1.0) for theirs, ours in _TEXTS.items()}
+    numbers = {
+        ours: NamedColumn(headings.index(theirs), measured[ours].unit, 1.0) for theirs, ours in _COLUMNS[kind].items()
+    }
+    return texts | numbers
 
 
-def _row(kind: str, cells: Mapping[str, str]) -> tuple[dict[str, Any], list[str]]:
-    """A row in our columns, and remarks on what was read differently."""
-    row: dict[str, Any] = {ours: cells[theirs].strip() for theirs, ours in _TEXTS.items()}
-    row["manufacturer"] = row["manufacturer"].replace("_", " ")
-    row["name"] = f"{row['manufacturer']} {row['order_number']}".strip()
+def completed(kind: str, row: dict[str, Any]) -> list[str]:
+    """Complete a row of our columns by what the format means, and return remarks on what was read differently."""
+    row["manufacturer"] = row.get("manufacturer", "").replace("_", " ")
+    row["name"] = f"{row['manufacturer']} {row.get('order_number', '')}".strip()
     remarks = []
     for theirs, ours in _COLUMNS[kind].items():
-        row[ours] = number_of(cells[theirs], theirs)
         if row[ours] == 0.0 and ours in _ZERO_IS_UNKNOWN:
             row[ours] = math.nan
             remarks.append(f"{theirs} is 0, read as not stated")
@@ -127,17 +106,13 @@ def _row(kind: str, cells: Mapping[str, str]) -> tuple[dict[str, Any], list[str]
         if not math.isnan(row["winding_to_housing"]) and math.isnan(row["housing_to_ambient"]):
             row["winding_to_housing"] = math.nan
             remarks.append("Rth1 without Rth2 is a resistance from winding to ambient and was left out")
-    return row, remarks
+    return remarks
 
 
-def read_compatibility(collector: Collector, lines: Sequence[Line], file: str) -> None:
-    """Take the lines of a file of compatibility."""
-    for line, cells in lines:
-        keys = [cell.strip() for cell in cells]
-        if not any(keys):
-            continue
-        motor, *gearheads = keys
-        gearheads = [key for key in gearheads if key]
+def read_compatibility(collector: Collector, lines: Sequence[tuple[int, list[str]]], file: str) -> None:
+    """Take the lines of a file of compatibility, which has no headings."""
+    for line, (motor, *others) in lines:
+        gearheads = [key for key in others if key]
         if not motor:
             collector.refuse(file, line, "", "must begin with the key of a motor")
             continue

@@ -82,20 +82,13 @@ def _kind_of(key: str, row: Mapping[str, Any], file: str) -> str:
 
 def read_row(collector: Collector, kind: str, key: str, row: Any, file: str, line: int | None) -> None:
     """Take the table of one part, or refuse it."""
-    try:
-        if not isinstance(row, Mapping):
-            raise InputError("must be a table of values")
-        made, remarks = _row(kind, row)
-    except InputError as problem:
-        collector.refuse(file, line, key, str(problem), kind)
-        return
-    if collector.add(kind, {**made, "key": key}, file, line):
-        for text in remarks:
-            collector.remark(file, line, text)
+    collector.take(kind, file, line, key, lambda: _row(kind, key, row))
 
 
-def _row(kind: str, raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
+def _row(kind: str, key: str, raw: Any) -> tuple[dict[str, Any], list[str]]:
     """A row in our columns, and remarks on what it cannot hold."""
+    if not isinstance(raw, Mapping):
+        raise InputError("must be a table of values")
     numbers, texts = number_columns(kind), text_columns(kind)
     row: dict[str, Any] = {}
     remarks = []
@@ -113,7 +106,7 @@ def _row(kind: str, raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
                 remarks.append(f"kind and where of the single value {name} were left out: a row has one source")
     if row.get("kind", _KINDS[0]) not in _KINDS:
         raise InputError(f"kind = {row['kind']!r} must be one of {', '.join(_KINDS)}{nearest(row['kind'], _KINDS)}")
-    return row, remarks
+    return {**row, "key": key}, remarks
 
 
 def _flat(raw: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

@@ -1,4 +1,4 @@
-"""Compute the map of lateral creep with spin anew: ``python -m infinivar.contact.exact.tabulate``.
+"""Compute the map of lateral creep with spin anew: ``python tools/tabulate_spin.py``.
 
 Ten minutes on two free cores. Each patch is stored as soon as it is done, and a second start goes on from there.
 """
@@ -39,13 +39,13 @@ _RINGS, _RAYS = 400, 800
 """Steps of the integral of full slip, whose integrand turns about a point."""
 
 
-FILE = Path(__file__).parents[1] / "data" / "spin_map.npz"
+FILE = Path(__file__).parents[1] / "src" / "infinivar" / "contact" / "data" / "spin_map.npz"
 _FOLDER = Path("spin_map_parts")
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Compute what the folder of parts lacks, and write the map once it lacks nothing."""
-    parser = argparse.ArgumentParser(prog="python -m infinivar.contact.exact.tabulate", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python tools/tabulate_spin.py", description=__doc__)
     parser.add_argument("--processes", type=int, default=2, help="processes at a time (default: 2)")
     parser.add_argument("--parts", type=Path, default=_FOLDER, help=f"folder of finished parts (default: {_FOLDER})")
     parser.add_argument("--to", type=Path, default=FILE, help="file to write (default: that of the package)")
@@ -88,10 +88,6 @@ def _compute(missing: list[tuple[int, int]], folder: Path, processes: int) -> No
         waiting = [pool.submit(_one, one, folder) for one in missing]
         for done in track(as_completed(waiting), description="patches", total=len(waiting)):
             done.result()
-
-
-if __name__ == "__main__":
-    main()
 
 
 def solved(a_over_b: float, poisson: float, lateral: float, spin: float) -> Floats:
@@ -159,3 +155,7 @@ def resistance(a_over_b: float, poisson: float) -> float:
     """Addition to the moment that keeps the interpolated friction of slender patches dissipative. [-]"""
     slender = max(math.log(a_over_b / SLENDER) / math.log(A_OVER_B[-1] / SLENDER), 0.0)
     return _RESISTANCE * poisson**2 * slender
+
+
+if __name__ == "__main__":
+    main()

@@ -10,19 +10,34 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from infinivar._core import extras
-from infinivar._core.encodings import Text
+from infinivar._core import extras, files
 from infinivar.errors import InputError, printable
-from infinivar.motion.files.headings import Heading, bracketed, family_of, heading_of, unit_and_per_kg
-from infinivar.motion.files.sheet import MOST_ROWS, TextSheet, cells_of, fault, is_comment, is_number, shown
+from infinivar.tables.encodings import Text, text_of
+from infinivar.tables.headings import Heading, bracketed, heading_of, unit_and_per_kg
+from infinivar.tables.sheet import (
+    MOST_ROWS,
+    QUOTE,
+    Source,
+    TextSheet,
+    cells_of,
+    fault,
+    is_comment,
+    is_number,
+    mark_between,
+    shown,
+)
 
-MAGIC = b"PAR1"
+Known = Callable[[Heading], bool]
+"""Whether a heading names a quantity that the reader looks for, by which the line of the headings is found."""
 
+_MAGIC = b"PAR1"
+_MOST_BYTES = 200_000_000
 
 _END = "endheader"
 _LONGEST_HEADER = 200
@@ -50,7 +65,31 @@ _USUAL_UNITS = {
 """Units by which a row of units is told from a row of headings."""
 
 
-def delimited(file: str, text: Text) -> TextSheet:
+def opened(file: str | Path, known: Known) -> Source:
+    """Open a file of columns in the format that its content reveals.
+
+    Parameters
+    ----------
+    file : str or Path
+    known : callable     Whether a heading names a quantity that is looked for.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or is in no known format.
+    """
+    path = Path(file)
+    content = files.read(path, _MOST_BYTES)
+    name = printable(path)
+    if content.startswith(_MAGIC):
+        return ParquetSheet(name, content)
+    text = text_of(name, content)
+    if path.suffix.lower() in (".sto", ".mot") or looks_like_opensim(text.lines):
+        return opensim(name, text)
+    return delimited(name, text, known)
+
+
+def delimited(file: str, text: Text, known: Known) -> TextSheet:
     """Find the headings of a text file, what stands between its columns, and their units.
 
     Headings stand above the first row of numbers, possibly in a comment; what a logger writes above them is skipped. A row of
@@ -66,10 +105,10 @@ def delimited(file: str, text: Text) -> TextSheet:
     if bare is None:
         first = next(place for place, line in enumerate(lines) if line.strip())
         raise InputError(f"{file}: line {first + 1}: must name the columns; the file has comments only")
-    header = _header(lines, bare)
+    header = _header(lines, bare, known)
     top = _COMMENT.sub("", lines[header], count=1)
     first = next((lines[place] for place in range(header + 1, len(lines)) if not is_comment(lines[place])), "")
-    mark = _mark(top, first)
+    mark = mark_between(top, first)
     written = _headings(file, header, top, first, mark)
     sheet = TextSheet(
         file=file,
@@ -91,7 +130,7 @@ def _is_percent(line: str) -> bool:
     return line.lstrip().startswith("%") and _COMMENT.match(line) is None
 
 
-def _header(lines: list[str], bare: int) -> int:
+def _header(lines: list[str], bare: int, known: Known) -> int:
     """Return the line of the headings, given the first line that is no comment.
 
     If that line holds numbers, the headings are the comment above. Otherwise they are the line above the first row of numbers
@@ -108,16 +147,16 @@ def _header(lines: list[str], bare: int) -> int:
             above.append(place)
     else:
         return bare
-    count = len(_parts(line, _mark(line, line)))
-    fitting = [place for place in above if len(_parts(lines[place], _mark(lines[place], line))) == count]
-    return max(fitting or above, key=lambda place: (*_merits(lines[place], line), place))
+    count = len(_parts(line, mark_between(line, line)))
+    fitting = [place for place in above if len(_parts(lines[place], mark_between(lines[place], line))) == count]
+    return max(fitting or above, key=lambda place: (*_merits(lines[place], line, known), place))
 
 
-def _merits(line: str, row: str) -> tuple[int, bool]:
+def _merits(line: str, row: str, known: Known) -> tuple[int, bool]:
     """Return how many cells of a line name a quantity, and whether it is no row of units."""
-    cells = [heading_of(cell) for cell in _parts(line, _mark(line, row)) if cell.strip()]
+    cells = [heading_of(cell) for cell in _parts(line, mark_between(line, row)) if cell.strip()]
     units = sum(unit_and_per_kg(cell.text.strip("[]()"))[0] in _USUAL_UNITS for cell in cells)
-    return sum(family_of(cell.name, cell.unit) is not None for cell in cells), 2 * units < len(cells)
+    return sum(map(known, cells)), 2 * units < len(cells)
 
 
 def _parts(line: str, mark: str | None) -> list[str]:
@@ -130,19 +169,13 @@ def _parts(line: str, mark: str | None) -> list[str]:
 
 def _is_row(line: str) -> bool:
     """Whether most cells of a line are numbers."""
-    cells = _parts(line, _mark(line, line))
+    cells = _parts(line, mark_between(line, line))
     return 2 * sum(map(is_number, cells)) > len(cells)
 
 
 def _is_numeric(line: str) -> bool:
     """Whether a line holds numbers only, whatever stands between them."""
     return all(is_number(cell) for cell in re.split(r"[\s,;]+", line.strip(" \t,;")))
-
-
-def _mark(top: str, first: str) -> str | None:
-    """Return the mark between the columns: one in both the headings and the first row, else one in the headings."""
-    named = [mark for mark in ("\t", ";", ",") if mark in top]
-    return next(iter([mark for mark in named if mark in first] or named), None)
 
 
 def _headings(file: str, header: int, top: str, first: str, mark: str | None) -> list[str]:
@@ -161,9 +194,7 @@ def _headings(file: str, header: int, top: str, first: str, mark: str | None) ->
         written = cells_of(top, mark)
     except ValueError:
         place = top[: top.rfind('"')].count(mark) + 1
-        raise InputError(
-            f"{file}: line {header + 1}, column {place}: has a quote that is not closed, or text behind the closing one"
-        ) from None
+        raise InputError(f"{file}: line {header + 1}, column {place}: {QUOTE}") from None
     while len(written) > 1 and not written[-1].strip():
         written.pop()
     if len(written) > _MOST_COLUMNS:
@@ -301,6 +332,16 @@ def _refuse(file: str, line: int, key: str, said: str) -> NoReturn:
     raise InputError(f"{file}: line {line}, {key}: {said}")
 
 
+def parquet_file(content: bytes) -> Any:
+    """Open a Parquet file; read it with ``use_threads=False``.
+
+    `read_table` of pyarrow leaves the closing of a Python file to one of its threads; if that thread runs while the interpreter
+    ends, the process aborts (exit code 134). A buffer of pyarrow, read in this thread alone, has nothing to close late.
+    """
+    arrow, parquet = (importlib.import_module(name) for name in ("pyarrow", "pyarrow.parquet"))
+    return parquet.ParquetFile(arrow.BufferReader(content))
+
+
 class ParquetSheet:
     """Columns of a Parquet file, read when chosen."""
 
@@ -317,10 +358,9 @@ class ParquetSheet:
             If pyarrow is missing, or the file is broken or too long.
         """
         extras.load("pyarrow", "parquet", f"{file}: a Parquet file")
-        arrow, parquet = (importlib.import_module(name) for name in ("pyarrow", "pyarrow.parquet"))
         self.file = file
         try:
-            self._data: Any = parquet.ParquetFile(arrow.BufferReader(content))
+            self._data = parquet_file(content)
             names = list(self._data.schema_arrow.names)
             rows = int(self._data.metadata.num_rows)
         except (OSError, ValueError, NotImplementedError) as problem:

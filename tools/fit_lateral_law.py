@@ -1,4 +1,4 @@
-"""Coefficients of the creep law "exact" from the steady solver: ``python -m infinivar.contact.exact.fit``.
+"""Coefficients of the creep law "exact" from the steady solver: ``python tools/fit_lateral_law.py``.
 
 Computed curves are kept in a file, so that a run that was interrupted goes on where it stopped. The whole takes about a
 minute on two cores.
@@ -21,6 +21,8 @@ from infinivar.contact import exact_law, kalker
 from infinivar.contact.exact.grid import LONGEST, Floats
 from infinivar.contact.exact.many import ORDER, extrapolated
 from infinivar.contact.exact.patch import RollingPatch
+
+FILE = Path(__file__).parents[1] / "src" / "infinivar" / "contact" / "data" / "lateral_law.toml"
 
 CELLS = 10, 20
 """Cells in each row of the grids whose forces are extrapolated; twice as many where a patch has fewer rows than
@@ -148,7 +150,7 @@ def text(found: Fitted) -> str:
         return f"[{', '.join(f'{value:.10g}' for value in values)}]"
 
     lines = [
-        "# Creep law exact: c0, c1, c2 of `contact.exact_law`, written by python -m infinivar.contact.exact.fit.",
+        "# Creep law exact: c0, c1, c2 of `contact.exact_law`, written by python tools/fit_lateral_law.py.",
         "# Rows for powers 0, 1, 2 of Poisson's ratio, columns for powers 0 to 4 of ln(a/b)/ln 20.",
         'source = "kalker1990"',
         "",
@@ -170,15 +172,15 @@ def text(found: Fitted) -> str:
     return "\n".join([*lines, ""])
 
 
-def main() -> None:
+def main(arguments: list[str] | None = None) -> None:
     """Compute the curves, fit the coefficients and write the data file."""
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    parser = argparse.ArgumentParser(prog="python -m infinivar.contact.exact.fit", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python tools/fit_lateral_law.py", description=__doc__)
     parser.add_argument("--processes", type=int, default=2, help="processes, each on one core (2)")
     parser.add_argument("--curves", type=Path, default=Path("lateral_law_curves.jsonl"), help="file of computed curves")
-    parser.add_argument("--out", type=Path, default=Path("lateral_law.toml"), help="data file to write")
-    given = parser.parse_args()
+    parser.add_argument("--out", type=Path, default=FILE, help="data file to write (default: that of the package)")
+    given = parser.parse_args(arguments)
     columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed}/{task.total}")
     with Progress(*columns, TimeElapsedColumn()) as bar:
         task = bar.add_task("creep curves")
