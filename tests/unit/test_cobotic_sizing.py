@@ -17,6 +17,7 @@ from internals import (
     REQUIREMENT,
     TIER,
     Behind,
+    CoboticRequest,
     MotionTask,
     RegionTask,
     Sampled,
@@ -83,10 +84,12 @@ def parts(seed=1, motors=6, gearheads=5):
 def problem(template=SPIN, duty=None, requirement=None, loss_model="coulomb", seed=1, **options):
     """Evaluation of wheel designs, and their box."""
     motors, gears, pairs = parts(seed)
-    return prepared(
-        template,
-        {"motors": motors, "gearheads": gears, "steering_motors": part_tables(seed + 1, 4)[0]},
-        pairs,
+    request = CoboticRequest(
+        template=template,
+        motors=motors,
+        gearheads=gears,
+        pairs=pairs,
+        steering_motors=part_tables(seed + 1, 4)[0],
         steering_ratios=(8.0, 16.0, 40.0),
         bearings=AXLES,
         duty={"walk": KNEE.duty["walking"]} if duty is None else duty,
@@ -94,8 +97,9 @@ def problem(template=SPIN, duty=None, requirement=None, loss_model="coulomb", se
         loss_model=loss_model,
         travel=0.2,
         samples=SAMPLES,
-        **{"ranges": {}, "objective": "energy", "slip_margin": 1.0, "life": 3.6e6, "prune": True, **options},
+        **{"ranges": {}, "life": 3.6e6, **options},
     )
+    return prepared(request)
 
 
 def some_points(box, count, seed, spread=0.35):
@@ -502,23 +506,21 @@ def test_brute_force_finds_nothing_better():
     options = {"ranges": ranges, "population": 24, "generations": 40}
     found = small_search(**options).best
     motors, gears, pairs = parts()
-    evaluation, _ = prepared(
-        SPIN,
-        {"motors": motors, "gearheads": gears, "steering_motors": part_tables(2, 3)[0]},
-        pairs,
+    request = CoboticRequest(
+        template=SPIN,
+        motors=motors,
+        gearheads=gears,
+        pairs=pairs,
+        steering_motors=part_tables(2, 3)[0],
         steering_ratios=(8.0, 16.0),
         bearings=AXLES,
         duty={"walk": KNEE.duty["walking"]},
-        requirement=None,
         ranges=ranges,
         loss_model="coulomb",
-        travel=None,
         samples=60,
-        objective="energy",
-        slip_margin=1.0,
-        life=None,
         prune=False,
     )
+    evaluation, _ = prepared(request)
     speed, preload, bearing = (
         part.ravel() for part in np.meshgrid(np.geomspace(6.0, 20.0, 25), np.geomspace(1000.0, 3000.0, 31), range(3))
     )

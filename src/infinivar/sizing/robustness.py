@@ -16,10 +16,11 @@ from infinivar.sizing.builds.evaluation import BuildResults, at_once, built, dec
 from infinivar.sizing.builds.result import DesignBuilds, Doubt
 from infinivar.sizing.builds.spreads import draw
 from infinivar.sizing.design import SizedDrive
-from infinivar.sizing.geared.sampled import Laws, TaskDemand
-from infinivar.sizing.geared.search import equal_shares
+from infinivar.sizing.geared.sampled import Laws
 from infinivar.sizing.geared.tasks import MotionTask, Task, tasks_of
+from infinivar.sizing.margins import TaskDemand
 from infinivar.sizing.result import Sizing
+from infinivar.sizing.tables import equal_shares
 from infinivar.study.study import Study
 
 BUILDS = 128
@@ -161,9 +162,7 @@ def _judged(
     compiled: bool | None,
 ) -> Iterator[BuildResults]:
     """Judge the builds of each design, those of one structure by the same compiled laws."""
-    every_task = [
-        tasks_of(one.drive, study.duty, study.requirement, travel=study.travel, samples=None) for one in designs
-    ]
+    every_task = [tasks_of(one.drive, study.duty, study.requirement, study.travel) for one in designs]
     groups: dict[Any, list[int]] = {}
     for place, (design, columns) in enumerate(zip(designs, values, strict=True)):
         groups.setdefault((engine.structure(design.drive), tuple(columns), design.template), []).append(place)

@@ -25,10 +25,10 @@ from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.parts.amplifier import Amplifier
 from infinivar.sizing.design import DEMAND_ROWS, SizedDrive, beyond_words
-from infinivar.sizing.geared.sampled import TaskDemand
-from infinivar.sizing.geared.search import equal_shares
 from infinivar.sizing.geared.tasks import REQUIREMENT, RegionTask, judging_points
 from infinivar.sizing.levers import Lever, allowances, levers, weighed
+from infinivar.sizing.margins import TaskDemand
+from infinivar.sizing.tables import equal_shares
 from infinivar.study.study import Study
 from infinivar.units import plain, show
 

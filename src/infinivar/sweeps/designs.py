@@ -11,8 +11,8 @@ import numpy as np
 from infinivar._core.text import counted
 from infinivar.limits import Limit
 from infinivar.sizing.design import COBOTIC_PATHS, UNITS, demand_words, limit_words, outcome_words, path_words, shown
-from infinivar.sizing.geared.result import LimitCount
-from infinivar.sizing.geared.sampled import TaskDemand
+from infinivar.sizing.found import LimitCount
+from infinivar.sizing.margins import TaskDemand
 from infinivar.sizing.records import limit_lines
 from infinivar.sweeps.problem import FRONT, LIST, NEAREST, TOP
 from infinivar.units import plain, show

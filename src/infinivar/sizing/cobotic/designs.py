@@ -14,12 +14,12 @@ from infinivar.limits import Demand
 from infinivar.sizing.cobotic.bounds import MOTOR, Side
 from infinivar.sizing.cobotic.evaluation import Evaluation
 from infinivar.sizing.cobotic.evolution import Entry, Key, Record
-from infinivar.sizing.cobotic.result import CoboticDesign
 from infinivar.sizing.cobotic.sampled import sample
 from infinivar.sizing.cobotic.wheels import FREE, Points, Space, Wheels, evaluate, static_demands
+from infinivar.sizing.found import CoboticDesign
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS
-from infinivar.sizing.geared.sampled import TaskDemand
 from infinivar.sizing.geared.tasks import RegionTask, Task
+from infinivar.sizing.margins import TaskDemand
 
 _ROUNDING = 1e-9
 
@@ -41,7 +41,7 @@ def best_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task], 
 
 def front_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task]) -> tuple[CoboticDesign, ...]:
     """Feasible designs of which no other has both less mass and less power, by power."""
-    keys = record.front() if evaluation.moving else []
+    keys = record.front() if evaluation.request.moving else []
     return _feasible(evaluation, ((key, record.light[key]) for key in keys), whole, len(keys))
 
 
@@ -57,7 +57,7 @@ def _feasible(
         # Limits of motions were judged at the same instants, with their own allowances for rounding.
         beyond = [demand for (task, *_), demand in made.demands.items() if task in _regions(whole)]
         if all(demand <= 1.0 + _ROUNDING for demand in beyond):
-            found.append(made._replace(mass=entry.mass))
+            found.append(replace(made, mass=entry.mass))
     return tuple(found)
 
 
@@ -71,7 +71,7 @@ def nearest_design(evaluation: Evaluation, record: Record, whole: Sequence[Task]
         return None
     _, values, bearing = record.nearest
     points = Points(values[None], np.array([bearing]))
-    wheels = evaluate(evaluation.space, points, evaluation.tasks, life=evaluation.life)
+    wheels = evaluate(evaluation.space, points, evaluation.tasks, life=evaluation.request.life)
     rows: list[int] = []
     if not wheels.slipping[0]:
         rows = [evaluation.nearest(side, wheels) for side in evaluation.sides]
@@ -83,11 +83,11 @@ def _design(
 ) -> CoboticDesign:
     """A wheel design with a candidate of each side, or without motors."""
     points = Points(values[None], np.array([bearing]))
-    wheels = evaluate(evaluation.space, points, whole, life=evaluation.life, compiled=False)
+    wheels = evaluate(evaluation.space, points, whole, life=evaluation.request.life, compiled=False)
     # Sides without a task, such as steering in a required region, have no candidate.
     chosen = [(side, row) for side, row in zip(evaluation.sides, rows, strict=False) if row >= 0]
     demands = {**static_demands(evaluation.space.columns(points)), **evaluation.with_slip_margin(wheels.demands)}
-    power = 0.0 if chosen and evaluation.moving else math.nan
+    power = 0.0 if chosen and evaluation.request.moving else math.nan
     for side, row in chosen:
         here, drawn = _of_side(evaluation, side, row, wheels, whole)
         demands |= here

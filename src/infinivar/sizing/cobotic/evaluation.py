@@ -12,7 +12,6 @@ from infinivar._core.threads import in_order
 from infinivar.limits import Limit
 from infinivar.sizing.cobotic.bounds import MOTOR, Bounds, Side, cylinder_signals, lower_bounds, steering_signals
 from infinivar.sizing.cobotic.choice import Behind, Chosen, best_behind, least_power, together, towards_lighter
-from infinivar.sizing.cobotic.result import Objective
 from infinivar.sizing.cobotic.sampled import Sampled, sample
 from infinivar.sizing.cobotic.wheels import (
     Points,
@@ -26,9 +25,9 @@ from infinivar.sizing.cobotic.wheels import (
     shape_excess,
     static_demands,
 )
-from infinivar.sizing.geared.sampled import TaskDemand
 from infinivar.sizing.geared.tasks import MotionTask, Task
-from infinivar.sizing.margins import nearest_of
+from infinivar.sizing.margins import TaskDemand, nearest_of
+from infinivar.sizing.tables import CoboticRequest
 
 TIER = 1e9
 """Between the values of designs that are infeasible for reasons of different kinds; above every power and mass."""
@@ -73,21 +72,14 @@ class Evaluation:
         space: Space,
         sides: Sequence[Side],
         tasks: Sequence[Task],
-        *,
-        objective: Objective,
-        shares: Mapping[str, float],
-        slip_margin: float,
-        life: float | None,
-        prune: bool,
+        request: CoboticRequest,
     ) -> None:
-        """Arguments as for `size_cobotic`."""
-        self.space, self.sides = space, sides
-        self.objective, self.shares, self.slip_margin = objective, shares, slip_margin
-        self.life, self.prune = life, prune
+        """Nothing is counted yet."""
+        self.space, self.sides, self.request = space, sides, request
+        self.objective, self.shares = request.objective, request.shares
         self.look_at(tasks, tasks)
         self.heaviest = np.inf
         """Largest mass of both motors with gearhead, where the objective is the energy. [kg]"""
-        self.moving = any(isinstance(task, MotionTask) for task in tasks)
         self.wheels = self.rolled = self.sampled = 0
         self.blocked: dict[TaskDemand, int] = {}
 
@@ -111,7 +103,10 @@ class Evaluation:
 
     def with_slip_margin(self, demands: Mapping[TaskDemand, np.ndarray]) -> dict[TaskDemand, np.ndarray]:
         """Demands with the margin wanted against slip."""
-        return {key: demand * self.slip_margin if key[1] == Limit.SLIP else demand for key, demand in demands.items()}
+        return {
+            key: demand * self.request.slip_margin if key[1] == Limit.SLIP else demand
+            for key, demand in demands.items()
+        }
 
     def values(self, points: Points) -> Value:
         """Evaluate wheel designs."""
@@ -164,7 +159,9 @@ class Evaluation:
         self.rolled += count
         parts = list(self.space.batches(points, self._rolled_at_once))
         wheels = joined(
-            list(in_order(lambda some: evaluate(self.space, points.of(some), self.tasks, life=self.life), parts))
+            list(
+                in_order(lambda some: evaluate(self.space, points.of(some), self.tasks, life=self.request.life), parts)
+            )
         )
         with_slip_margin = self.with_slip_margin(wheels.demands)
         excess = _excess(with_slip_margin, wheels)
@@ -193,7 +190,7 @@ class Evaluation:
     def _choose_under(self, result: Value, wheels: Wheels, able: np.ndarray) -> None:
         """Put in the motors of the least power that are not too heavy."""
         cylinder, steering = (self._behind(side, wheels, able) for side in self.sides)
-        found = least_power(cylinder, steering, self.heaviest, prune=self.prune)
+        found = least_power(cylinder, steering, self.heaviest, prune=self.request.prune)
         self.sampled += found.evaluated
         feasible = found.cylinder >= 0
         result.value[able] = np.where(feasible, found.power, TIER + _bounded(found.excess))
@@ -218,7 +215,7 @@ class Evaluation:
 
         def choose(some: np.ndarray) -> tuple[Chosen, np.ndarray]:
             behind = self._behind(side, wheels, some)
-            chosen = best_behind(behind, by_mass=by_mass, prune=self.prune)
+            chosen = best_behind(behind, by_mass=by_mass, prune=self.request.prune)
             return chosen, towards_lighter(behind.mass, behind.worst, chosen.value) if by_mass else chosen.value
 
         blocks = np.split(able, range(_BLOCK, len(able), _BLOCK))

@@ -18,8 +18,9 @@ from infinivar.parts.heat_steps import windings
 from infinivar.parts.motor import Motor
 from infinivar.sizing.cobotic.bounds import MOTOR, Side
 from infinivar.sizing.cobotic.wheels import Shaft
-from infinivar.sizing.geared.sampled import UNCHECKED, TaskDemand, batches, overheating, temperatures
+from infinivar.sizing.geared.sampled import UNCHECKED, batches, overheating, temperatures
 from infinivar.sizing.geared.tasks import MotionTask, Task, heat_counts
+from infinivar.sizing.margins import TaskDemand
 
 
 class Sampled(NamedTuple):

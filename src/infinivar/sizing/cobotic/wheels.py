@@ -23,8 +23,8 @@ from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.parts.bearing import Bearing
-from infinivar.sizing.geared.sampled import TaskDemand
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
+from infinivar.sizing.margins import TaskDemand
 
 FREE = ("cylinder_radius", "cylinder_speed", "wheel_radius", "crown_radius", "preload")
 """Continuous values of a wheel design, in this order. [m], [rad s^-1], [m], [m], [N]"""

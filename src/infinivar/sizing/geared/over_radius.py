@@ -13,15 +13,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from infinivar._core.pareto import front
+from infinivar.sizing.found import Design, GearedSizing
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.radius_bounds import Bounds
 from infinivar.sizing.geared.radius_limits import Load, least_power, limits, load_of, region_points
 from infinivar.sizing.geared.regeneration import RETURNED, returning, union, windows
-from infinivar.sizing.geared.result import Design, GearedSizing, Objective, best_so_far
-from infinivar.sizing.geared.sampled import Sampled, TaskDemand, sample
+from infinivar.sizing.geared.sampled import Sampled, sample
 from infinivar.sizing.geared.tally import Tally, design, mixed, unchecked
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
-from infinivar.sizing.progress import Progress
+from infinivar.sizing.margins import TaskDemand
+from infinivar.sizing.progress import Progress, best_so_far
+from infinivar.sizing.tables import GearedRequest, Objective
 
 _AT_ONCE = 32
 """Pairs evaluated together."""
@@ -113,17 +115,11 @@ class RadiusSearch:
 
 
 def best_over_radius(
-    found: Candidates,
-    tasks: Sequence[Task],
-    radii: tuple[float, float],
-    *,
-    objective: Objective,
-    shares: Mapping[str, float],
-    top: int,
-    prune: bool,
-    progress: Progress | None = None,
+    found: Candidates, tasks: Sequence[Task], request: GearedRequest, progress: Progress | None = None
 ) -> GearedSizing:
-    """Find the best pairs, each with its best radius; arguments as for `size_geared`."""
+    """Find the best pairs, each with its best radius."""
+    assert request.radius is not None
+    radii, objective, shares = request.radius, request.objective, request.shares
     count, rows, tally = len(found.pairs), found.usable, Tally(found)
     template = found.template
     judged = tuple(region_points(task, template) if isinstance(task, RegionTask) else task for task in tasks)
@@ -133,7 +129,7 @@ def best_over_radius(
     limits_of = np.full((count, 2), np.nan)
     for column, one, of in ((0, bounds.low, np.fmin), (1, bounds.high, np.fmax)):
         of.at(limits_of[:, column], rows[places], one)
-    if not prune and all(demand <= 1.0 for load in loads for demand in load.others.values()):
+    if not request.prune and all(demand <= 1.0 for load in loads for demand in load.others.values()):
         # Where nothing is feasible by the closed forms, the search looks at the whole range all the same.
         others = np.flatnonzero(~able)
         places = np.concatenate([places, others])
@@ -141,7 +137,7 @@ def best_over_radius(
     tried = rows[places]
     least = _least(found, loads, tried, bounds, objective, shares)
     search = RadiusSearch(found, judged, objective, shares)
-    first = _best_first(search, tried, bounds, least, top, all_of_them=not prune, progress=progress)
+    first = _best_first(search, tried, bounds, least, request.top, all_of_them=not request.prune, progress=progress)
     seen, drawn = np.zeros((1, count), dtype=bool), np.full((1, count), np.nan)
     seen[0, tried[first.evaluated]] = True
     np.fmin.at(drawn[0], tried, first.power)

@@ -21,6 +21,7 @@ from infinivar.parts.motor import Motor
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared.candidates import Candidates, Pairs
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, heat_counts
+from infinivar.sizing.margins import TaskDemand
 
 _POINTS = 40_000
 """Instants of all candidates computed at once, so that intermediate arrays fit the processor's caches."""
@@ -29,9 +30,6 @@ HOT = (Limit.TEMPERATURE, "motor")
 
 UNCHECKED = -1.0
 """Demand of a limit that does not apply to a candidate, such as a temperature without thermal data."""
-
-TaskDemand = tuple[str, Limit, str]
-"""Name of a task, limit and part."""
 
 
 class Sampled(NamedTuple):

@@ -162,9 +162,8 @@ def tasks_of(
     template: Drive,
     duty: Mapping[str, DutyCycle],
     requirement: Requirement | None,
-    *,
-    travel: float | None,
-    samples: int | None,
+    travel: float | None = None,
+    samples: int | None = None,
 ) -> tuple[Task, ...]:
     """The required region, if there is one, and every motion.
 
