@@ -297,7 +297,7 @@ from infinivar.sizing.cobotic.bounds import cylinder_signals, lower_bounds, stee
 from infinivar.sizing.cobotic.choice import Behind, best_behind
 from infinivar.sizing.cobotic.choice import least_power as cobotic_least_power
 from infinivar.sizing.cobotic.compiled import Compiled
-from infinivar.sizing.cobotic.evaluation import TIER
+from infinivar.sizing.cobotic.evaluation import NOT_FEASIBLE
 from infinivar.sizing.cobotic.evolution import _Space as SearchSpace
 from infinivar.sizing.cobotic.sampled import Sampled
 from infinivar.sizing.cobotic.sampled import sample as cobotic_sample

@@ -14,8 +14,8 @@ from internals import CONTACT_LIMIT as CONTACT
 from internals import FREE_LIMIT as FREE
 from internals import MOTOR_BOUND as MOTOR
 from internals import (
+    NOT_FEASIBLE,
     REQUIREMENT,
-    TIER,
     Behind,
     CoboticRequest,
     MotionTask,
@@ -295,7 +295,7 @@ def test_blocks_of_wheel_designs_are_chosen_for_as_together(monkeypatch):
         seen.append((*evaluation.values(points), evaluation.sampled))
     for one, other in zip(*seen, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-13)
-    assert np.sum(seen[0][0] < TIER) > 5
+    assert np.sum(seen[0][0] < NOT_FEASIBLE) > 5
 
 
 def test_the_first_generation_has_the_template_and_the_designs_that_are_known():
@@ -317,7 +317,7 @@ def test_values_of_infeasible_designs_lead_towards_feasible_ones():
     values[:, place] *= np.array([0.1, 0.25, 0.5, 1.0, 20.0, 60.0, 200.0, 600.0])
     found = evaluation.values(Points(values, np.zeros(8, dtype=int))).value
     slipping, broken = found[:3], found[4:]
-    assert found[3] < TIER <= slipping[-1]
+    assert found[3] < NOT_FEASIBLE <= slipping[-1]
     assert np.all(np.diff(slipping) < 0.0)
     assert np.all(np.diff(broken) > 0.0)
     assert np.max(slipping) < np.min(broken)
@@ -393,7 +393,7 @@ def test_pruning_changes_nothing(objective):
     np.testing.assert_allclose(one.value, other.value, rtol=1e-12)
     np.testing.assert_array_equal(one.pair, other.pair)
     np.testing.assert_array_equal(one.steering, other.steering)
-    assert 3 <= np.sum(one.value < TIER) < 30
+    assert 3 <= np.sum(one.value < NOT_FEASIBLE) < 30
     assert few < 0.4 * many
 
 
@@ -483,7 +483,7 @@ def test_jax_gives_the_same_numbers():
     other = evaluation.values(points)
     np.testing.assert_allclose(other.value, one.value, rtol=1e-9)
     np.testing.assert_array_equal(other.pair, one.pair)
-    assert np.sum(one.value < TIER) > 5
+    assert np.sum(one.value < NOT_FEASIBLE) > 5
 
 
 @pytest.mark.slow
@@ -529,7 +529,7 @@ def test_brute_force_finds_nothing_better():
     )
     grid = evaluation.values(Points(values, bearing.astype(int)))
     best = grid.value.min()
-    assert best < TIER
+    assert best < NOT_FEASIBLE
     assert found.power <= best * (1.0 + 1e-9)
     assert found.power >= 0.9 * best
 

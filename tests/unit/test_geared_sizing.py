@@ -552,3 +552,27 @@ def test_tables_that_are_none():
             duty={"reach": REACH},
             radius=(0.01, 0.02),
         )
+
+
+def test_each_allowance_of_a_part_is_the_field_that_its_limit_names():
+    """What is listed is what `utilisation` checks, and twice the field allows twice the demand."""
+    motor = iv.Motor(
+        voltage=24.0,
+        resistance=0.6,
+        torque_constant=0.02,
+        no_load_current=0.0,
+        continuous_torque=0.05,
+        peak_torque=0.2,
+        max_speed=900.0,
+    )
+    gear = iv.Gearhead(
+        ratio=5.0, efficiency=0.9, continuous_torque=2.0, intermittent_torque=3.0, max_input_speed=1000.0
+    )
+    for part, demands in (
+        (motor, lambda one: one.utilisation(current=3.0, voltage=10.0, speed=400.0)),
+        (gear, lambda one: one.utilisation(1.0, 40.0)),
+    ):
+        assert {*part.ALLOWANCES} == {*demands(part)}
+        for limit, name in part.ALLOWANCES.items():
+            larger = replace(part, **{name: 2.0 * getattr(part, name)})
+            assert demands(larger)[limit] == pytest.approx(0.5 * demands(part)[limit], rel=1e-12)

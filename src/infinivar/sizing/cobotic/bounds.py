@@ -195,13 +195,9 @@ def _of_motor(
     lasting = np.sqrt(square) if task.root_mean_square else highest
     spared = heated[:, None] & heat_counts(task)
     fast = back_emf[:, None] / np.asarray(motor.torque_constant) * signals.fastest
-    demand = motor.utilisation(current=lasting, voltage=volts, speed=fast)
-    return {
-        (Limit.THERMAL, side.name): np.where(spared, 0.0, demand[Limit.THERMAL]),
-        (Limit.PEAK, side.name): np.asarray(motor.utilisation(current=highest, voltage=0.0, speed=0.0)[Limit.PEAK]),
-        (Limit.VOLTAGE, side.name): np.asarray(demand[Limit.VOLTAGE]),
-        (Limit.SPEED, side.name): np.asarray(demand[Limit.SPEED]),
-    }
+    demand = motor.extreme_utilisation(current=highest, lasting=lasting, voltage=volts, speed=fast)
+    demand[Limit.THERMAL] = np.where(spared, 0.0, demand[Limit.THERMAL])
+    return {(limit, side.name): np.asarray(one) for limit, one in demand.items()}
 
 
 def _temperature(

@@ -12,12 +12,14 @@ import numpy as np
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.limits import Demand
 from infinivar.sizing.cobotic.bounds import MOTOR, Side
+from infinivar.sizing.cobotic.choice import NOT_CHOSEN
 from infinivar.sizing.cobotic.evaluation import Evaluation
 from infinivar.sizing.cobotic.evolution import Entry, Key, Record
 from infinivar.sizing.cobotic.sampled import sample
 from infinivar.sizing.cobotic.wheels import FREE, Points, Space, Wheels, evaluate, static_demands
 from infinivar.sizing.found import CoboticDesign
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS
+from infinivar.sizing.geared.sampled import UNCHECKED
 from infinivar.sizing.geared.tasks import RegionTask, Task
 from infinivar.sizing.margins import TaskDemand
 
@@ -85,7 +87,7 @@ def _design(
     points = Points(values[None], np.array([bearing]))
     wheels = evaluate(evaluation.space, points, whole, life=evaluation.request.life, compiled=False)
     # Sides without a task, such as steering in a required region, have no candidate.
-    chosen = [(side, row) for side, row in zip(evaluation.sides, rows, strict=False) if row >= 0]
+    chosen = [(side, row) for side, row in zip(evaluation.sides, rows, strict=False) if row != NOT_CHOSEN]
     demands = {**static_demands(evaluation.space.columns(points)), **evaluation.with_slip_margin(wheels.demands)}
     power = 0.0 if chosen and evaluation.request.moving else math.nan
     for side, row in chosen:
@@ -93,16 +95,16 @@ def _design(
         demands |= here
         power += drawn
     made = chosen_drive(evaluation.space, values, bearing, chosen)
-    pair = chosen[0][1] if chosen else -1
-    steered = chosen[1][1] if len(chosen) > 1 else -1
-    motor, gearhead = evaluation.sides[0].found.pairs[pair] if chosen else (-1, -1)
+    pair = chosen[0][1] if chosen else NOT_CHOSEN
+    steered = chosen[1][1] if len(chosen) > 1 else NOT_CHOSEN
+    motor, gearhead = evaluation.sides[0].found.pairs[pair] if chosen else (NOT_CHOSEN, NOT_CHOSEN)
     masses = [float(side.found.mass(np.array([row]))[0]) for side, row in chosen]
     return CoboticDesign(
         pair=pair,
         motor=int(motor),
         gearhead=int(gearhead),
         bearing=bearing,
-        steering=int(evaluation.sides[1].found.pairs[steered, 0]) if steered >= 0 else -1,
+        steering=int(evaluation.sides[1].found.pairs[steered, 0]) if steered != NOT_CHOSEN else NOT_CHOSEN,
         ratio=made.ratio,
         values=dict(zip(FREE, map(float, values), strict=True)),
         drive=made.drive,
@@ -119,7 +121,7 @@ def _of_side(
     """Demands on a candidate, and the power that it draws."""
     plant = evaluation.space.template.steering
     done = sample(side, np.array([row]), np.array([0]), whole, wheels.shafts, evaluation.shares, plant)
-    return {name: demand for name, demand in done.demands.items() if demand[0] >= 0.0}, float(done.power[0])
+    return {name: demand for name, demand in done.demands.items() if demand[0] != UNCHECKED}, float(done.power[0])
 
 
 def chosen_drive(space: Space, values: Any, bearing: int, chosen: Sequence[tuple[Side, int]]) -> Chosen:

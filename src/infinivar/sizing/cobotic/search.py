@@ -298,9 +298,9 @@ def _box(template: CoboticDrive, ranges: Mapping[str, tuple[float, float]], bear
 def _fast_enough(found: Pairs, box: Box) -> Pairs:
     """Pairs whose motor and gearhead permit the slowest cylinder; a faster one turns them faster."""
     slowest, kept, excluded = box.low[FREE.index("cylinder_speed")], found.usable, dict(found.excluded)
-    for kind, name, limit in (("motor", "max_speed", Limit.SPEED), ("gearhead", "max_input_speed", Limit.GEAR_SPEED)):
+    for limit in (Limit.SPEED, Limit.GEAR_SPEED):
         turned = slowest * found.values("gearhead", "ratio", kept)
-        beyond = turned > found.values(kind, name, kept) * (1.0 + 1e-9)
+        beyond = turned > found.allowance(limit, kept) * (1.0 + 1e-9)
         if beyond.any():
             excluded[f"{limit.words} below that of the slowest cylinder"] = int(beyond.sum())
         kept = kept[~beyond]

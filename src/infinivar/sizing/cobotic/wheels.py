@@ -23,7 +23,7 @@ from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.parts.bearing import Bearing
-from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
+from infinivar.sizing.geared.tasks import OF_MOTOR, MotionTask, RegionTask, Task
 from infinivar.sizing.margins import TaskDemand
 
 FREE = ("cylinder_radius", "cylinder_speed", "wheel_radius", "crown_radius", "preload")
@@ -379,8 +379,7 @@ def ask(drive: CoboticDrive, task: Task) -> Demanded:
     """What a task asks of wheel designs, one or many."""
     if isinstance(task, RegionTask):
         point = drive.operate(speed=task.speed, force=task.force)
-        motor = {*drive.motor.utilisation(current=0.0, voltage=0.0, speed=0.0), Limit.REGENERATION, *GEAR_LIMITS}
-        own = {limit: demand for limit, demand in point.utilisation.items() if limit not in motor}
+        own = {key: demand for key, demand in point.utilisation.items() if key not in (*OF_MOTOR, *GEAR_LIMITS)}
         return Demanded(point.states["cylinder_torque_Nm"], own)
     rolled = drive.roll(task.instants.course, load_mass=task.duty.moved_mass)
     assert drive.steering is not None

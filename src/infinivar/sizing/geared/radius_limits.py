@@ -110,7 +110,7 @@ def limits(found: Candidates, load: Load, rows: np.ndarray) -> Iterator[tuple[De
     turning = largest * np.ravel(who.drive.gearhead.ratio)
     yield (
         (Limit.GEAR_SPEED, "gearhead"),
-        full.both(_slow(turning, found.values("gearhead", "max_input_speed", rows), high)),
+        full.both(_slow(turning, found.allowance(Limit.GEAR_SPEED, rows), high)),
     )
     for limit, unit in who.drive.gearhead.utilisation(1.0, 0.0).items():
         if limit == Limit.GEAR_SPEED:
@@ -119,7 +119,7 @@ def limits(found: Candidates, load: Load, rows: np.ndarray) -> Iterator[tuple[De
         gears, place = np.unique(1.0 / np.ravel(unit), return_inverse=True)
         each = _gear_torque(load, gears, lasting=lasting)
         yield (limit, "gearhead"), full.both(Bounds(each.low[np.ravel(place)], each.high[np.ravel(place)]))
-    yield (Limit.SPEED, "motor"), full.both(_slow(turning, found.values("motor", "max_speed", rows), high))
+    yield (Limit.SPEED, "motor"), full.both(_slow(turning, found.allowance(Limit.SPEED, rows), high))
     yield (Limit.THERMAL, "motor"), full.both(_thermal(found, load, who, rows))
     if found.stated((Limit.PEAK, "motor"), rows).any():
         yield (Limit.PEAK, "motor"), full.both(_peak_current(load, who, _allowance(who.drive, Limit.PEAK)))

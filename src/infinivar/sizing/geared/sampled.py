@@ -20,7 +20,7 @@ from infinivar.parts.heat_steps import MARGIN, Windings, step_count, windings
 from infinivar.parts.motor import Motor
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared.candidates import Candidates, Pairs
-from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, heat_counts
+from infinivar.sizing.geared.tasks import OF_MOTOR, MotionTask, RegionTask, Task, heat_counts
 from infinivar.sizing.margins import TaskDemand
 
 _POINTS = 40_000
@@ -130,9 +130,8 @@ class Laws:
         """Largest demands at the points of the required region. [-]"""
         point = self.drive.operate(speed=task.speed, force=task.force)
         rest = self.drive.stage.title if isinstance(self.drive, ConventionalDrive) else "wheel"
-        motor = {*self.drive.motor.utilisation(current=0.0, voltage=0.0, speed=0.0), Limit.REGENERATION}
         return {
-            (limit, "motor" if limit in motor else part): namespace(demand).max(demand, axis=-1)
+            (limit, "motor" if limit in OF_MOTOR else part): namespace(demand).max(demand, axis=-1)
             if np.ndim(demand)
             else demand
             for (limit, part), demand in placed(point.utilisation, rest).items()

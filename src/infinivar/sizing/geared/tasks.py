@@ -41,6 +41,8 @@ _PROBE = Motor(
 )
 _DIRECT = Gearhead(ratio=1.0, efficiency=1.0)
 _OF_CANDIDATES = ("motor", "gearhead")
+OF_MOTOR = frozenset({*Motor.ALLOWANCES, Limit.REGENERATION})
+"""Limits of a motor with its amplifier at an operating point."""
 
 
 class Signals(NamedTuple):
@@ -132,8 +134,7 @@ class RegionTask:
             np.broadcast_to(point.states[name], self.speed.shape) for name in ("motor_torque_Nm", "motor_speed_rad_s")
         )
         demands = {key: float(np.max(demand)) for key, demand in placed(point.utilisation, stage.title).items()}
-        own = {*_PROBE.utilisation(current=0.0, voltage=0.0, speed=0.0), Limit.REGENERATION}
-        others = {key: demand for key, demand in demands.items() if key[0] not in own}
+        others = {key: demand for key, demand in demands.items() if key[0] not in OF_MOTOR}
         return _with_the_motion(torque, np.zeros_like(torque), speed, others)
 
     def critical(self, template: ConventionalDrive, stage: OutputStage) -> RegionTask:
