@@ -296,10 +296,10 @@ from infinivar.sizing.cobotic.bounds import MOTOR as MOTOR_BOUND
 from infinivar.sizing.cobotic.bounds import cylinder_signals, lower_bounds, steering_signals
 from infinivar.sizing.cobotic.choice import Behind, best_behind
 from infinivar.sizing.cobotic.choice import least_power as cobotic_least_power
-from infinivar.sizing.cobotic.compiled import Compiled
+from infinivar.sizing.cobotic.compiled import CompiledWheels
 from infinivar.sizing.cobotic.evaluation import NOT_FEASIBLE
 from infinivar.sizing.cobotic.evolution import _Space as SearchSpace
-from infinivar.sizing.cobotic.sampled import Sampled
+from infinivar.sizing.cobotic.sampled import SideSampled
 from infinivar.sizing.cobotic.sampled import sample as cobotic_sample
 from infinivar.sizing.cobotic.search import prepared as prepared_search
 from infinivar.sizing.cobotic.wheels import AXLE as AXLE_LIMIT
@@ -316,8 +316,7 @@ from infinivar.sizing.geared.at_stages import closed_forms
 from infinivar.sizing.geared.candidates import candidates
 from infinivar.sizing.geared.closed_form import SPARE as SPARE_WARMTH
 from infinivar.sizing.geared.extremes import braking_places
-from infinivar.sizing.geared.radius_bounds import Bounds as RadiusBounds
-from infinivar.sizing.geared.radius_bounds import Laurent, Resting, mean_square_below
+from infinivar.sizing.geared.radius_bounds import Laurent, Radii, Resting, mean_square_below
 from infinivar.sizing.geared.radius_bounds import below as radius_below
 from infinivar.sizing.geared.radius_limits import least_power as geared_least_power
 from infinivar.sizing.geared.radius_limits import limits as geared_limits

@@ -20,8 +20,8 @@ from internals import (
     CoboticRequest,
     MotionTask,
     RegionTask,
-    Sampled,
     SearchSpace,
+    SideSampled,
     best_behind,
     cylinder_signals,
     judging_points,
@@ -258,7 +258,7 @@ def some_candidates(seed, count=40, size=60):
 
     def evaluate_some(tried, places):
         at = tried - 100, places
-        return Sampled({("task", Limit.PEAK, "motor"): demand[at]}, power[at], demand[at] <= 1.0)
+        return SideSampled({("task", Limit.PEAK, "motor"): demand[at]}, power[at], demand[at] <= 1.0)
 
     behind = Behind(
         rows=np.arange(100, 100 + size),
@@ -474,12 +474,12 @@ def test_a_required_region_alone():
 def test_jax_gives_the_same_numbers():
     """Values of wheel designs by compiled laws, of bearings in columns and alone."""
     pytest.importorskip("jax")
-    from internals import Compiled
+    from internals import CompiledWheels
 
     evaluation, box = problem()
     points = some_points(box, 70, seed=8, spread=0.2)
     one = evaluation.values(points)
-    evaluation.space.compiled = Compiled(evaluation.space)
+    evaluation.space.compiled = CompiledWheels(evaluation.space)
     other = evaluation.values(points)
     np.testing.assert_allclose(other.value, one.value, rtol=1e-9)
     np.testing.assert_array_equal(other.pair, one.pair)

@@ -13,6 +13,7 @@ from internals import HOT_GEARED as HOT
 from internals import (
     REQUIREMENT,
     Laurent,
+    Radii,
     RegionTask,
     Resting,
     candidates,
@@ -25,7 +26,6 @@ from internals import (
 )
 from internals import SPARE_WARMTH as SPARE
 from internals import UNCHECKED_GEARED as UNCHECKED
-from internals import RadiusBounds as Bounds
 from internals import geared_least_power as least_power
 from internals import geared_limits as limits
 from internals import geared_sample as sample
@@ -419,7 +419,7 @@ def test_the_bound_of_the_power_is_below_it_at_every_radius(loss_model, amplifie
         load = load_of(found, task, (0.004, 0.02))
         _, power, _ = brute_force(found, [task], radii)
         shape = np.full(len(found.usable), 0.004)
-        bound = least_power(found, load, found.usable, Bounds(shape, 5.0 * shape))
+        bound = least_power(found, load, found.usable, Radii(shape, 5.0 * shape))
         share = bound / power.min(axis=1)
         assert np.all(share <= 1.0 + 1e-9)
         assert np.median(share) > 0.8

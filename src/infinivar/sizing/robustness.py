@@ -166,12 +166,12 @@ def _judged(
     groups: dict[Any, list[int]] = {}
     for place, (design, columns) in enumerate(zip(designs, values, strict=True)):
         groups.setdefault((engine.structure(design.drive), tuple(columns), design.template), []).append(place)
-    law_of: dict[int, engine.Compiled] = {}
+    law_of: dict[int, engine.CompiledBuilds] = {}
     optional = compiled is None
     for places in groups.values():
         requested = _pays([designs[place] for place in places], every_task[places[0]], count) if optional else compiled
         if requested and values[places[0]]:
-            made = engine.Compiled([designs[place].drive for place in places], tuple(values[places[0]]))
+            made = engine.CompiledBuilds([designs[place].drive for place in places], tuple(values[places[0]]))
             law_of |= dict.fromkeys(places, made)
     shares = equal_shares(study.duty)
     for place, design in enumerate(designs):
@@ -192,7 +192,7 @@ def _of_design(
     tasks: Sequence[Task],
     shares: Mapping[str, float],
     count: int,
-    law: engine.Compiled | None,
+    law: engine.CompiledBuilds | None,
     optional: bool,
 ) -> BuildResults:
     """Judge the builds of one design, some at a time."""

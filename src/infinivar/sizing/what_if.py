@@ -185,7 +185,7 @@ def amount(value: float, unit: str) -> str:
     return show(value, unit, 3)
 
 
-class Judged(NamedTuple):
+class Judgement(NamedTuple):
     """What a drive needs, and its demands."""
 
     power: float
@@ -215,7 +215,7 @@ class Judge:
             speed, force, _ = study.requirement.sample()
             self._region = judging_points(RegionTask(speed=speed, force=force))
 
-    def __call__(self, drive: Any) -> Judged:
+    def __call__(self, drive: Any) -> Judgement:
         """Power and demands of a drive."""
         demands: dict[TaskDemand, float] = {}
         power = 0.0 if self._study.duty else math.nan
@@ -232,7 +232,7 @@ class Judge:
         if isinstance(drive, CoboticDrive):
             static = drive.transmission.utilisation
             demands |= {("contact", limit, "wheel"): float(np.max(one)) for limit, one in static.items()}
-        return Judged(
+        return Judgement(
             power,
             {key: demand * (self._slip_margin if key[1] == Limit.SLIP else 1.0) for key, demand in demands.items()},
         )

@@ -9,7 +9,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,8 @@ from infinivar._core.text import counted
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.errors import ParameterError, require
 from infinivar.sizing.cobotic.bounds import Side
-from infinivar.sizing.cobotic.designs import chosen_drive
+from infinivar.sizing.cobotic.choice import NOT_CHOSEN
+from infinivar.sizing.cobotic.designs import design_of
 from infinivar.sizing.cobotic.search import Searched, best_cobotic, excluded_of, searched_of, unchecked_of
 from infinivar.sizing.cobotic.wheels import FREE
 from infinivar.sizing.found import CoboticDesign, CoboticSizing
@@ -27,10 +28,20 @@ from infinivar.sizing.result import Sizing
 from infinivar.sizing.size import sizing_of
 from infinivar.sizing.tables import CoboticRequest
 from infinivar.study.study import Study
-from infinivar.sweeps.designs import DEMAND, column_of, demands_of, design_words, each, key_of, row_of, rows_of
+from infinivar.sweeps.designs import (
+    DEMAND,
+    column_of,
+    demands_of,
+    design_row,
+    design_words,
+    each,
+    key_of,
+    row_of,
+    rows_of,
+)
 from infinivar.sweeps.fingerprint import fingerprint
 from infinivar.sweeps.geared import TOP_OF_CHUNK
-from infinivar.sweeps.problem import CANDIDATES, FRONT, LIST, NEAREST, TOP, Best, Chunk
+from infinivar.sweeps.problem import CANDIDATES, FRONT, LIST, NEAREST, TOP, Best, Chunk, Problem
 from infinivar.sweeps.sweep import Sweep, check_finished
 
 _PARTS = ("pair", "bearing", "steering", "ratio")
@@ -49,24 +60,25 @@ class CoboticDesigns(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CoboticSweep:
+class CoboticSweep(Problem):
     """Independent starts of a search over cobotic drives, one in each chunk.
 
     Attributes
     ----------
-    title     For reports.
+    label     Title for reports.
     request   What a start searches, all but its seed.
     starts    Number of starts; their seeds are 0, 1, 2, ...
     """
 
-    title: str
+    kind: ClassVar[str] = "cobotic drives"
+    label: str
     request: CoboticRequest
     starts: int
 
     @property
-    def kind(self) -> str:
+    def title(self) -> str:
         """See `Problem`."""
-        return "cobotic drives"
+        return self.label
 
     @property
     def chunks(self) -> int:
@@ -132,25 +144,17 @@ class CoboticSweep:
         """Yield rows of a list as designs, with the demands and the power found by the start."""
         for row in each(rows):
             pair, bearing, steering = (int(row[name]) for name in _PARTS[:3])
-            chosen = [(searched.sides[0], pair)] if pair >= 0 else []
-            if steering >= 0:
+            chosen = [(searched.sides[0], pair)] if pair != NOT_CHOSEN else []
+            if steering != NOT_CHOSEN:
                 chosen.append((searched.sides[1], _steered(searched.sides[1], steering, float(row["ratio"]))))
-            values = {name: float(row[name]) for name in FREE}
-            made = chosen_drive(searched.space, list(values.values()), bearing, chosen)
-            motor, gearhead = searched.sides[0].found.pairs[pair] if pair >= 0 else (-1, -1)
-            yield CoboticDesign(
-                pair=pair,
-                motor=int(motor),
-                gearhead=int(gearhead),
-                bearing=bearing,
-                steering=steering,
-                ratio=made.ratio,
-                values=values,
-                drive=made.drive,
+            yield design_of(
+                searched.space,
+                np.array([row[name] for name in FREE]),
+                bearing,
+                chosen,
                 mass=float(row["mass_kg"]),
                 power=float(row["power_W"]),
                 demands=demands_of(row),
-                unchecked=made.unchecked,
             )
 
     @property
@@ -158,18 +162,8 @@ class CoboticSweep:
         return self.request.objective == "mass"
 
     def _row(self, name: str, one: CoboticDesign, seed: int) -> dict[str, Any]:
-        return {
-            LIST: name,
-            "value": one.mass if self._by_mass else one.power,
-            "seed": seed,
-            **{part: getattr(one, part) for part in _PARTS},
-            **self._names(one),
-            **one.values,
-            "mass_kg": one.mass,
-            "power_W": one.power,
-            # In a row nan stands for a limit that does not load the design.
-            **{column_of(key): np.inf if np.isnan(demand) else demand for key, demand in one.demands.items()},
-        }
+        parts = {part: getattr(one, part) for part in _PARTS}
+        return design_row(name, one, self._by_mass, {"seed": seed, **parts, **self._names(one), **one.values})
 
     def _names(self, one: CoboticDesign) -> dict[str, str]:
         """Names of the parts, where the tables have names; "" for one that is not chosen."""
@@ -177,7 +171,7 @@ class CoboticSweep:
         rows["steering motor"] = ("steering_motors", one.steering)
         tables = {part: (getattr(self.request, table), row) for part, (table, row) in rows.items()}
         found = {
-            part: str(table["name"][row]) if row >= 0 else ""
+            part: str(table["name"][row]) if row != NOT_CHOSEN else ""
             for part, (table, row) in tables.items()
             if "name" in table
         }
@@ -211,7 +205,7 @@ def cobotic_sweep(
             raise ParameterError(f"{name} does not apply to a sweep: each start has a {name} of its own")
     several = {name: tuple(arguments[name]) for name in ("steering_ratios", "bearings")}
     given = {**arguments, **several, "ranges": arguments.get("ranges") or {}}
-    return CoboticSweep(title=title, request=CoboticRequest(template=template, top=top, **given), starts=starts)
+    return CoboticSweep(label=title, request=CoboticRequest(template=template, top=top, **given), starts=starts)
 
 
 def _check_starts(starts: int) -> None:
@@ -316,7 +310,7 @@ def cobotic_study_sweep(
         generations=generations,
     )
     return CoboticStudySweep(
-        title=f"{study.name}, cobotic drives like {request.name}",
+        label=f"{study.name}, cobotic drives like {request.name}",
         request=request_on_tables(request),
         starts=starts,
         study_request=request,

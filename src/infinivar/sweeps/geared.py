@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -15,8 +15,9 @@ from infinivar.parts.gearhead import LossModel
 from infinivar.parts.linear import Pulley
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.found import Design
-from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Candidates
+from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.search import best_geared, candidates_of, nearest_miss
+from infinivar.sizing.geared.tally import design_of
 from infinivar.sizing.of_geared import drive_of, listed, range_of, record_of, record_of_counts, requests_of
 from infinivar.sizing.pool import PartPool
 from infinivar.sizing.progress import best_so_far
@@ -26,9 +27,9 @@ from infinivar.sizing.result import Sizing
 from infinivar.sizing.size import sizing_of
 from infinivar.sizing.tables import check_stages_or_radius
 from infinivar.study.study import Study
-from infinivar.sweeps.designs import column_of, demands_of, each, key_of, limit_counts, rows_of
+from infinivar.sweeps.designs import column_of, demands_of, design_row, each, key_of, limit_counts, rows_of
 from infinivar.sweeps.fingerprint import fingerprint
-from infinivar.sweeps.problem import CANDIDATES, FRONT, LIST, TOP, Best, Chunk
+from infinivar.sweeps.problem import CANDIDATES, FRONT, LIST, TOP, Best, Chunk, Problem
 from infinivar.sweeps.sweep import Sweep, check_finished
 from infinivar.units import show_in
 
@@ -45,7 +46,7 @@ _FEW = 10_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class GearedSweep:
+class GearedSweep(Problem):
     """Search of `size` over geared drives in chunks: the best designs, the front and the counts are the same.
 
     Attributes
@@ -54,13 +55,9 @@ class GearedSweep:
     size      Pairs in a chunk.
     """
 
+    kind: ClassVar[str] = "geared drives"
     request: StudyRequest
     size: int = PAIRS
-
-    @property
-    def kind(self) -> str:
-        """See `Problem`."""
-        return "geared drives"
 
     @property
     def title(self) -> str:
@@ -115,8 +112,9 @@ class GearedSweep:
         start = block * self.size
         part = {"pairs": self.parts.pairs[start : start + self.size], "stages": self.request.stages[stage : stage + 1]}
         found = [best_geared(replace(one, **part)) for one in requests_of(self.request)]
-        designs = [(name, one) for name, some in zip((TOP, FRONT), listed(found), strict=True) for one in some]
-        return Chunk(self._rows(designs, start, stage), _counts(record_of(self.request, found)))
+        lists = zip((TOP, FRONT), listed(found), strict=True)
+        rows = [self._row(name, one, start, stage) for name, some in lists for one in some]
+        return Chunk(rows_of(rows), _counts(record_of(self.request, found)))
 
     def best(self, chunk: Chunk) -> tuple[float, str] | None:
         """See `Problem`."""
@@ -155,50 +153,27 @@ class GearedSweep:
         designs, best_front = ([drive_of(request, one) for one in some] for some in (top, front))
         return sizing_of(request, {request.name: Found(designs, best_front, record)})
 
-    def _rows(self, designs: Sequence[tuple[str, Design]], start: int, stage: int) -> dict[str, np.ndarray]:
-        """Designs as columns; a limit that does not load a design is nan."""
-        aim = "mass" if self.request.by_mass else "power"
-        rows: list[dict[str, Any]] = []
-        for name, one in designs:
-            parts = self.parts.motor("motor", one.motor), self.parts.part("gearheads", one.gearhead)
-            rows.append(
-                {
-                    LIST: name,
-                    "value": getattr(one, aim),
-                    "worst": max(one.demands.values(), default=0.0),
-                    "pair": start + one.pair,
-                    "stage": stage,
-                    "motor": parts[0].part,
-                    "gearhead": parts[1].part,
-                    "radius_m": one.stage.radius if isinstance(one.stage, Pulley) else np.nan,
-                    "least_radius_m": one.radii[0],
-                    "largest_radius_m": one.radii[1],
-                    "mass_kg": one.mass,
-                    "power_W": one.power,
-                    **{column_of(key): demand for key, demand in one.demands.items()},
-                }
-            )
-        return rows_of(rows)
+    def _row(self, name: str, one: Design, start: int, stage: int) -> dict[str, Any]:
+        parts = self.parts.motor("motor", one.motor), self.parts.part("gearheads", one.gearhead)
+        own = {
+            "worst": max(one.demands.values(), default=0.0),
+            "pair": start + one.pair,
+            "stage": stage,
+            "motor": parts[0].part,
+            "gearhead": parts[1].part,
+            "radius_m": one.stage.radius if isinstance(one.stage, Pulley) else np.nan,
+            "least_radius_m": one.radii[0],
+            "largest_radius_m": one.radii[1],
+        }
+        return design_row(name, one, self.request.by_mass, own)
 
     def _design(self, found: Candidates, row: Mapping[str, Any]) -> Design:
-        pair = int(row["pair"])
         request = self.request
         stage = request.stages[int(row["stage"])] if request.stages else request.template.stage
         if not request.stages and isinstance(stage, Pulley):
             stage = replace(stage, radius=float(row["radius_m"]))
-        motor, gearhead = map(int, self.parts.pairs[pair])
-        return Design(
-            pair=pair,
-            motor=motor,
-            gearhead=gearhead,
-            stage=stage,
-            drive=found.drive(pair, stage),
-            mass=float(row["mass_kg"]),
-            power=float(row["power_W"]),
-            radii=(float(row["least_radius_m"]), float(row["largest_radius_m"])),
-            demands=demands_of(row),
-            unchecked=tuple(key for key in LIMIT_FIELDS if not found.stated(key, np.array([pair]))[0]),
-        )
+        radii = float(row["least_radius_m"]), float(row["largest_radius_m"])
+        return design_of(found, int(row["pair"]), stage, demands_of(row), float(row["power_W"]), radii)
 
 
 def geared_sweep(

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from infinivar.sizing.cobotic.sampled import Sampled
+from infinivar.sizing.cobotic.sampled import SideSampled
 from infinivar.sizing.geared.tally import SPARE
 
 NOT_CHOSEN = -1
@@ -38,11 +38,11 @@ class Behind(NamedTuple):
     """Lower bound of the mean power. (p, k) [W]"""
     worst: np.ndarray
     """Lower bound of the largest demand over allowance. (p, k) [-]"""
-    evaluate: Callable[[np.ndarray, np.ndarray], Sampled]
+    evaluate: Callable[[np.ndarray, np.ndarray], SideSampled]
     """Of candidates (m,) behind wheel designs (m,)."""
 
 
-class Chosen(NamedTuple):
+class ChosenMotors(NamedTuple):
     """Best candidate of one side behind each wheel design. (k,) each"""
 
     row: np.ndarray
@@ -57,13 +57,13 @@ class Chosen(NamedTuple):
     """Candidates evaluated at every instant."""
 
 
-def together(parts: Sequence[Chosen]) -> Chosen:
+def together(parts: Sequence[ChosenMotors]) -> ChosenMotors:
     """Choices behind some wheel designs and others, as one."""
     row, value, power, excess = (np.concatenate([one[place] for one in parts]) for place in range(4))
-    return Chosen(row, value, power, excess, sum(one.evaluated for one in parts))
+    return ChosenMotors(row, value, power, excess, sum(one.evaluated for one in parts))
 
 
-def best_behind(behind: Behind, *, by_mass: bool, prune: bool, added: np.ndarray | None = None) -> Chosen:
+def best_behind(behind: Behind, *, by_mass: bool, prune: bool, added: np.ndarray | None = None) -> ChosenMotors:
     """Find the feasible candidate of the least power, or mass, behind each wheel design; of equals the first row.
 
     Parameters
@@ -104,7 +104,7 @@ def best_behind(behind: Behind, *, by_mass: bool, prune: bool, added: np.ndarray
     excess = np.where(
         row != NOT_CHOSEN, 1.0, np.where(left, np.maximum(nearest, 1.0), np.maximum(worst.min(axis=0), 1.0))
     )
-    return Chosen(row, value, power, excess, evaluated)
+    return ChosenMotors(row, value, power, excess, evaluated)
 
 
 def _by_bound(bound: np.ndarray) -> Iterator[np.ndarray]:

@@ -18,7 +18,7 @@ _TOGETHER = 32
 """Wheel designs of one call, the last padded: arrays of one shape are compiled once."""
 
 
-class Compiled:
+class CompiledWheels:
     """The functions `ask` and `look` compiled for each task and kind of bearing, at the first call."""
 
     def __init__(self, space: Space) -> None:

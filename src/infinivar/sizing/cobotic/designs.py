@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.limits import Demand
 from infinivar.sizing.cobotic.bounds import MOTOR, Side
 from infinivar.sizing.cobotic.choice import NOT_CHOSEN
 from infinivar.sizing.cobotic.evaluation import Evaluation
@@ -24,14 +21,6 @@ from infinivar.sizing.geared.tasks import RegionTask, Task
 from infinivar.sizing.margins import TaskDemand
 
 _ROUNDING = 1e-9
-
-
-class Chosen(NamedTuple):
-    """The drive of a wheel design with its motors."""
-
-    drive: CoboticDrive
-    ratio: float
-    unchecked: tuple[Demand, ...]
 
 
 def best_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task], top: int) -> tuple[CoboticDesign, ...]:
@@ -94,24 +83,15 @@ def _design(
         here, drawn = _of_side(evaluation, side, row, wheels, whole)
         demands |= here
         power += drawn
-    made = chosen_drive(evaluation.space, values, bearing, chosen)
-    pair = chosen[0][1] if chosen else NOT_CHOSEN
-    steered = chosen[1][1] if len(chosen) > 1 else NOT_CHOSEN
-    motor, gearhead = evaluation.sides[0].found.pairs[pair] if chosen else (NOT_CHOSEN, NOT_CHOSEN)
     masses = [float(side.found.mass(np.array([row]))[0]) for side, row in chosen]
-    return CoboticDesign(
-        pair=pair,
-        motor=int(motor),
-        gearhead=int(gearhead),
-        bearing=bearing,
-        steering=int(evaluation.sides[1].found.pairs[steered, 0]) if steered != NOT_CHOSEN else NOT_CHOSEN,
-        ratio=made.ratio,
-        values=dict(zip(FREE, map(float, values), strict=True)),
-        drive=made.drive,
+    return design_of(
+        evaluation.space,
+        values,
+        bearing,
+        chosen,
         mass=sum(masses) if masses else math.nan,
         power=power,
         demands={name: float(demand[0]) for name, demand in demands.items()},
-        unchecked=made.unchecked,
     )
 
 
@@ -124,7 +104,16 @@ def _of_side(
     return {name: demand for name, demand in done.demands.items() if demand[0] != UNCHECKED}, float(done.power[0])
 
 
-def chosen_drive(space: Space, values: Any, bearing: int, chosen: Sequence[tuple[Side, int]]) -> Chosen:
+def design_of(
+    space: Space,
+    values: np.ndarray,
+    bearing: int,
+    chosen: Sequence[tuple[Side, int]],
+    *,
+    mass: float,
+    power: float,
+    demands: Mapping[TaskDemand, float],
+) -> CoboticDesign:
     """A wheel design with a candidate of each side, or without motors, as a study would have it.
 
     Parameters
@@ -132,14 +121,30 @@ def chosen_drive(space: Space, values: Any, bearing: int, chosen: Sequence[tuple
     values : (5,) float   In the order of `FREE`.
     """
     drive, ratio, missing = space.one(values, bearing), math.nan, []
+    pair = motor_row = gear_row = steering = NOT_CHOSEN
     for side, row in chosen:
         motor, gear = side.found.part(row)
+        first, second = map(int, side.found.pairs[row])
         unstated = [key for key in LIMIT_FIELDS if not side.found.stated(key, np.array([row]))[0]]
         if side.name == MOTOR:
             drive = replace(drive, motor=motor, gearhead=gear)
+            pair, motor_row, gear_row = row, first, second
             missing += unstated
         elif drive.steering is not None:
-            ratio = float(gear.ratio)
+            steering, ratio = first, float(gear.ratio)
             drive = replace(drive, steering=replace(drive.steering, motor=motor, ratio=ratio))
             missing += [(limit, side.name) for limit, part in unstated if part == MOTOR]
-    return Chosen(drive, ratio, tuple(missing))
+    return CoboticDesign(
+        pair=pair,
+        motor=motor_row,
+        gearhead=gear_row,
+        bearing=bearing,
+        steering=steering,
+        ratio=ratio,
+        values=dict(zip(FREE, map(float, values), strict=True)),
+        drive=drive,
+        mass=mass,
+        power=power,
+        demands=demands,
+        unchecked=tuple(missing),
+    )

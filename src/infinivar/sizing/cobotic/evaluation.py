@@ -11,17 +11,17 @@ import numpy as np
 
 from infinivar._core.threads import in_order
 from infinivar.limits import Limit
-from infinivar.sizing.cobotic.bounds import MOTOR, Bounds, Side, cylinder_signals, lower_bounds, steering_signals
+from infinivar.sizing.cobotic.bounds import MOTOR, MotorBounds, Side, cylinder_signals, lower_bounds, steering_signals
 from infinivar.sizing.cobotic.choice import (
     NOT_CHOSEN,
     Behind,
-    Chosen,
+    ChosenMotors,
     best_behind,
     least_power,
     together,
     towards_lighter,
 )
-from infinivar.sizing.cobotic.sampled import Sampled, sample
+from infinivar.sizing.cobotic.sampled import SideSampled, sample
 from infinivar.sizing.cobotic.wheels import (
     Points,
     Shaft,
@@ -247,11 +247,11 @@ class Evaluation:
         done = sample(side, first, none, self.tasks, shafts, self.shares, self.space.template.steering)
         return int(first[nearest_of(list(done.demands.values()), side.found.mass(first))])
 
-    def _best(self, side: Side, wheels: Wheels, able: np.ndarray) -> tuple[Chosen, np.ndarray]:
+    def _best(self, side: Side, wheels: Wheels, able: np.ndarray) -> tuple[ChosenMotors, np.ndarray]:
         """Best candidate of a side behind wheels that roll, and its part of the value."""
         by_mass = self.objective == "mass"
 
-        def choose(some: np.ndarray) -> tuple[Chosen, np.ndarray]:
+        def choose(some: np.ndarray) -> tuple[ChosenMotors, np.ndarray]:
             behind = self._behind(side, wheels, some)
             chosen = best_behind(behind, by_mass=by_mass, prune=self.request.prune)
             return chosen, towards_lighter(behind.mass, behind.worst, chosen.value) if by_mass else chosen.value
@@ -268,7 +268,7 @@ class Evaluation:
         nothing = np.zeros((len(side.rows), len(able)))
         drawn = [self.shares[name] * one.power for name, one in bounds if name in self.shares]
 
-        def evaluate_some(tried: np.ndarray, places: np.ndarray) -> Sampled:
+        def evaluate_some(tried: np.ndarray, places: np.ndarray) -> SideSampled:
             return sample(side, tried, places, self.tasks, shafts, self.shares, self.space.template.steering)
 
         return Behind(
@@ -281,7 +281,7 @@ class Evaluation:
             evaluate=evaluate_some,
         )
 
-    def _bounds(self, side: Side, shafts: Mapping[str, Shaft]) -> list[tuple[str, Bounds]]:
+    def _bounds(self, side: Side, shafts: Mapping[str, Shaft]) -> list[tuple[str, MotorBounds]]:
         found, plant = [], self.space.template.steering
         for task in self.tasks:
             if side.name == MOTOR:

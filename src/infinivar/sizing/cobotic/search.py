@@ -140,9 +140,9 @@ def best_cobotic(request: CoboticRequest, progress: Progress | None = None) -> C
     """Find the best drives; see `size_cobotic`."""
     evaluation, box = prepared(request)
     if request.method == "jax":
-        from infinivar.sizing.cobotic.compiled import Compiled
+        from infinivar.sizing.cobotic.compiled import CompiledWheels
 
-        evaluation.space.compiled = Compiled(evaluation.space)
+        evaluation.space.compiled = CompiledWheels(evaluation.space)
     sides = evaluation.sides
     whole = [judging_points(task) if isinstance(task, RegionTask) else task for task in evaluation.tasks]
     stages = _stages(request, whole)

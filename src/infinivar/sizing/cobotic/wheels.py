@@ -114,7 +114,7 @@ def joined(parts: Sequence[Wheels]) -> Wheels:
     )
 
 
-class Laws(Protocol):
+class WheelLaws(Protocol):
     """The functions `ask` and `look` for many designs whose bearings are of one kind, in NumPy arrays."""
 
     def ask(self, points: Points, task: Task) -> Demanded: ...  # noqa: D102
@@ -127,7 +127,7 @@ class Space:
 
     def __init__(self, template: CoboticDrive, bearings: Sequence[Bearing]) -> None:
         """Bearings that differ in numbers only are computed together."""
-        self.compiled: Laws | None = None
+        self.compiled: WheelLaws | None = None
         """Instead of `ask` and `look`, by another array library."""
         self.template: CoboticDrive = template
         self.bearings: tuple[Bearing, ...] = tuple(bearings)

@@ -39,7 +39,7 @@ from infinivar.parts.motor import Motor
 from infinivar.sizing.geared.candidates import Pairs
 from infinivar.sizing.geared.extremes import extreme_places
 from infinivar.sizing.geared.sampled import HOT
-from infinivar.sizing.geared.tasks import MotionTask, Signals, Task, heat_counts
+from infinivar.sizing.geared.tasks import MotionTask, StageSignals, Task, heat_counts
 
 SPARE = 0.01
 """Share by which the bound may exceed the permissible rise before it excludes a candidate."""
@@ -106,7 +106,7 @@ def linear_of(motor: Motor, gear: Gearhead) -> Linear:
     return Linear(*(np.broadcast_to(part, ratio.shape)[:, 0] for part in found))
 
 
-def moments(signals: Signals) -> Moments:
+def moments(signals: StageSignals) -> Moments:
     """Moments of a task at a stage, for all candidates."""
     torque, acceleration, speed = signals.moving.T
     drives = torque > 0.0
@@ -174,7 +174,7 @@ def demands(
     drive: ConventionalDrive,
     current: Linear,
     task: Task,
-    signals: Signals,
+    signals: StageSignals,
     made: Moments,
     *,
     heated: np.ndarray,
@@ -213,7 +213,7 @@ def demands(
 
 
 def _extremes(
-    drive: ConventionalDrive, current: Linear, signals: Signals, heated: np.ndarray, hottest: np.ndarray
+    drive: ConventionalDrive, current: Linear, signals: StageSignals, heated: np.ndarray, hottest: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Largest size of current, and of voltage or a lower bound of it where the resistance is not known. (k,), (k,)"""
     low = np.ravel(drive.motor.resistance)

@@ -13,12 +13,12 @@ from infinivar.sizing.found import Design
 from infinivar.sizing.geared.at_stages import closed_forms
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.over_radius import RadiusSearch, nodes
-from infinivar.sizing.geared.radius_bounds import Bounds
+from infinivar.sizing.geared.radius_bounds import Radii
 from infinivar.sizing.geared.radius_limits import load_of, region_points
 from infinivar.sizing.geared.regeneration import returning, union, windows
 from infinivar.sizing.geared.sampled import Sampled, sample
 from infinivar.sizing.geared.tally import Tally, design, mixed
-from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
+from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, without_travel
 from infinivar.sizing.margins import nearest_of, shortfalls
 from infinivar.sizing.tables import GearedRequest
 
@@ -33,7 +33,7 @@ def nearest_stage(found: Candidates, tasks: Sequence[Task], request: GearedReque
     stages = request.stages or (found.template.stage,)
     if not found.usable.size:
         return None
-    ranking = _of_candidates(tasks)
+    ranking = without_travel(tasks)
     first, stage_of = _first(found, ranking, stages)
     tried: list[_Tried] = []
     for place in np.unique(stage_of[first]):
@@ -55,11 +55,11 @@ def nearest_over_radius(found: Candidates, tasks: Sequence[Task], request: Geare
         return None
     tried = nodes(*(np.array([end]) for end in radii))[0]
     stages = [replace(pulley, radius=float(radius)) for radius in tried]
-    ranking = _of_candidates(tasks)
+    ranking = without_travel(tasks)
     rows = found.usable[_first(found, ranking, stages)[0]]
     judged = tuple(region_points(task, found.template) if isinstance(task, RegionTask) else task for task in ranking)
     search = RadiusSearch(found, judged, "mass", request.shares)
-    whole = Bounds(*(np.full(len(rows), end) for end in radii))
+    whole = Radii(*(np.full(len(rows), end) for end in radii))
     made = search.best(rows, whole)
     if found.template.amplifier.regeneration == "none":
         loads = [load_of(found, task, radii) for task in judged]
@@ -131,11 +131,6 @@ def _first(found: Candidates, tasks: Sequence[Task], stages: Sequence[OutputStag
         best, stage_of = np.where(nearer, here, best), np.where(nearer, place, stage_of)
     mass = np.nan_to_num(found.mass(found.usable), nan=np.inf)
     return np.sort(np.lexsort((mass, *best[::-1]))[:_EVALUATED]), stage_of
-
-
-def _of_candidates(tasks: Sequence[Task]) -> tuple[Task, ...]:
-    """The tasks without the travel, which is the same for all candidates."""
-    return tuple(replace(task, travel=None) if isinstance(task, MotionTask) else task for task in tasks)
 
 
 def _bounds(found: Candidates, tasks: Sequence[Task], stage: OutputStage) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -62,11 +62,23 @@ def sample(
     tasks : sequence of Task
     stage             Of all of them; or a function that makes, for some of `rows` by place, a stage of columns.
     """
+
+    def laws(places: np.ndarray) -> Laws:
+        some = stage(places) if callable(stage) else stage
+        return Laws(candidates.drives(rows[places], some), len(places))
+
+    return sample_by(candidates, rows, tasks, laws)
+
+
+def sample_by(
+    candidates: Pairs, rows: np.ndarray, tasks: Sequence[Task], laws_of: Callable[[np.ndarray], TaskLaws]
+) -> Sampled:
+    """Evaluate candidates at every instant by laws, made for some of `rows` by place; other arguments as for `sample`."""
     demands: dict[TaskDemand, np.ndarray] = {}
     power = {task.name: np.empty(len(rows)) for task in tasks if isinstance(task, MotionTask)}
     feasible = np.ones(len(rows), dtype=bool)
     for places in batches(candidates, rows, tasks):
-        laws = Laws(candidates.drives(rows[places], stage(places) if callable(stage) else stage), len(places))
+        laws = laws_of(places)
         for task in tasks:
             if isinstance(task, MotionTask):
                 found, cool, power[task.name][places] = over_motion(laws, task)
@@ -100,6 +112,21 @@ def batches(candidates: Pairs, rows: np.ndarray, tasks: Sequence[Task]) -> Itera
             yield one[start : start + size]
 
 
+class TaskLaws(Protocol):
+    """What many candidates as one do in tasks."""
+
+    count: int
+
+    @property
+    def motors(self) -> Mapping[str, Motor]: ...  # noqa: D102
+
+    def heat_sources(self, task: MotionTask) -> Mapping[str, tuple[Array, Array]]: ...  # noqa: D102
+
+    def over(self, task: MotionTask, warm: Mapping[str, Any]) -> tuple[dict[Demand, Array], Array]: ...  # noqa: D102
+
+    def within(self, task: RegionTask) -> dict[Demand, Array]: ...  # noqa: D102
+
+
 class Laws:
     """What many drives as one do in tasks, by the laws of the drive.
 
@@ -113,9 +140,14 @@ class Laws:
         self.drive, self.count = drive, count
         self._rolled: dict[str, Any] = {}
 
+    @property
+    def motors(self) -> Mapping[str, Motor]:
+        """Motors by their name among the parts of a drive."""
+        return motors_of(self.drive)
+
     def heat_sources(self, task: MotionTask) -> dict[str, tuple[Array, Array]]:
         """Current, and power of friction and iron loss, of each motor with thermal data while windings are cold. [A], [W]"""
-        heated = [what for what, motor in motors_of(self.drive).items() if not missing(motor)]
+        heated = [what for what, motor in self.motors.items() if not missing(motor)]
         point = self._follow(self.drive, task) if heated else None
         return {what: heating(point, what) for what in heated if point is not None}
 
@@ -146,7 +178,9 @@ class Laws:
         return drive.follow(course, load_mass=mass, rolled=self._rolled[task.name])
 
 
-def over_motion(laws: Laws, task: MotionTask) -> tuple[dict[Demand, np.ndarray], dict[Demand, np.ndarray], np.ndarray]:
+def over_motion(
+    laws: TaskLaws, task: MotionTask
+) -> tuple[dict[Demand, np.ndarray], dict[Demand, np.ndarray], np.ndarray]:
     """Demands over a motion of many drives as one, whether each winding stays within its limit, and the mean power.
 
     Returns
@@ -156,7 +190,7 @@ def over_motion(laws: Laws, task: MotionTask) -> tuple[dict[Demand, np.ndarray],
     power : (count,) float        [W]
     """
     duty, shape = task.duty, (laws.count, len(task.instants.time))
-    motors = motors_of(laws.drive)
+    motors = laws.motors
     hot, warm = {}, {}
     for what, sources in laws.heat_sources(task).items():
         current, friction = (np.broadcast_to(np.asarray(part), shape) for part in sources)

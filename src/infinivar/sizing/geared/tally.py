@@ -137,20 +137,30 @@ def design(
     radii: tuple[float, float] = (np.nan, np.nan),
 ) -> Design:
     """A candidate as a design, with what was found at a place of a sample."""
+    demands = {key: float(demand[place]) for key, demand in done.demands.items() if demand[place] != UNCHECKED}
+    return design_of(found, row, stage, demands, power, radii)
+
+
+def design_of(
+    found: Candidates,
+    row: int,
+    stage: OutputStage,
+    demands: Mapping[TaskDemand, float],
+    power: float,
+    radii: tuple[float, float],
+) -> Design:
+    """A candidate as a design; demands count only where its data sheets state the limit."""
     lacking = tuple(key for key in LIMIT_FIELDS if not found.stated(key, np.array([row]))[0])
+    motor, gearhead = map(int, found.pairs[row])
     return Design(
         pair=row,
-        motor=int(found.pairs[row, 0]),
-        gearhead=int(found.pairs[row, 1]),
+        motor=motor,
+        gearhead=gearhead,
         stage=stage,
         drive=found.drive(row, stage),
         mass=float(found.mass(np.array([row]))[0]),
         power=power,
         radii=radii,
-        demands={
-            key: float(demand[place])
-            for key, demand in done.demands.items()
-            if key[1:] not in lacking and demand[place] != UNCHECKED
-        },
+        demands={key: demand for key, demand in demands.items() if key[1:] not in lacking},
         unchecked=lacking,
     )
