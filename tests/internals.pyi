@@ -296,7 +296,6 @@ from infinivar.sizing.cobotic.bounds import MOTOR as MOTOR_BOUND
 from infinivar.sizing.cobotic.bounds import cylinder_signals, lower_bounds, steering_signals
 from infinivar.sizing.cobotic.choice import Behind, best_behind
 from infinivar.sizing.cobotic.choice import least_power as cobotic_least_power
-from infinivar.sizing.cobotic.compiled import CompiledWheels
 from infinivar.sizing.cobotic.evaluation import NOT_FEASIBLE
 from infinivar.sizing.cobotic.evolution import _Space as SearchSpace
 from infinivar.sizing.cobotic.sampled import SideSampled
@@ -305,10 +304,10 @@ from infinivar.sizing.cobotic.search import prepared as prepared_search
 from infinivar.sizing.cobotic.wheels import AXLE as AXLE_LIMIT
 from infinivar.sizing.cobotic.wheels import CONTACT as CONTACT_LIMIT
 from infinivar.sizing.cobotic.wheels import FREE as FREE_LIMIT
+from infinivar.sizing.cobotic.wheels import CompiledWheels, static_demands
 from infinivar.sizing.cobotic.wheels import Points as WheelPoints
 from infinivar.sizing.cobotic.wheels import critical as critical_wheels
 from infinivar.sizing.cobotic.wheels import evaluate as evaluate_wheels
-from infinivar.sizing.cobotic.wheels import static_demands
 from infinivar.sizing.cobotic.wheels import values_of as wheel_values
 from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR, SizedDrive, exceeded_words
 from infinivar.sizing.geared import nearest_geared, over_radius, size_geared

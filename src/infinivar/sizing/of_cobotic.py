@@ -47,27 +47,18 @@ def cobotic(request: StudyRequest, progress: Progress | None) -> Found:
 
 def request_on_tables(request: StudyRequest) -> CoboticRequest:
     """The search over tables for a template."""
-    parts, study = request.parts, request.study
-    return CoboticRequest(
-        template=request.template,
-        motors=parts.motors_as("motor"),
-        gearheads=parts.gearheads,
-        pairs=parts.pairs,
-        steering_motors=parts.motors_as(STEERING_MOTOR),
+    return request.on_tables(
+        CoboticRequest,
+        steering_motors=request.parts.motors_as(STEERING_MOTOR),
         steering_ratios=_ratios(request) or (1.0,),
         bearings=tuple(bearing for _, bearing in _axles(request)),
-        duty=study.duty,
-        requirement=study.requirement,
         ranges=request.ranges,
         objective=request.objectives[-1],
-        travel=study.travel,
         slip_margin=request.slip_margin,
         life=request.life,
-        loss_model=request.loss_model,
         population=POPULATION,
         generations=request.generations,
         seed=request.seed,
-        top=request.top,
         method=_method(request.generations),
     )
 

@@ -44,24 +44,8 @@ def geared(request: StudyRequest, progress: Progress | None) -> Found:
 
 def requests_of(request: StudyRequest) -> list[GearedRequest]:
     """Searches over tables for a template: by the first objective, and for the front of two."""
-    study, parts, stages = request.study, request.parts, stages_of(request)
-    return [
-        GearedRequest(
-            template=request.template,
-            motors=parts.motors_as("motor"),
-            gearheads=parts.gearheads,
-            pairs=parts.pairs,
-            duty=study.duty,
-            requirement=study.requirement,
-            stages=stages,
-            radius=range_of(request),
-            objective=objective,
-            travel=study.travel,
-            loss_model=request.loss_model,
-            top=request.top,
-        )
-        for objective in request.objectives
-    ]
+    own = {"stages": stages_of(request), "radius": range_of(request)}
+    return [request.on_tables(GearedRequest, objective=one, **own) for one in request.objectives]
 
 
 def stages_of(request: StudyRequest) -> tuple[OutputStage, ...]:

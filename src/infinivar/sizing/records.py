@@ -111,6 +111,16 @@ class WheelRecord(Frozen):
     compiled: bool = reported(default=False)
     nearest: SizedDrive | None = reported(default=None)
 
+    @property
+    def words(self) -> str:
+        """Number of candidates."""
+        return counted(self.candidates, "cobotic combinations")
+
+    @property
+    def unjudged(self) -> dict[str, int]:
+        """None: combinations without the values that a law needs are counted by part."""
+        return {}
+
 
 def limit_lines(counts: Iterable[LimitCount]) -> Iterator[str]:
     """Yield a line for each limit that excludes candidates, on its own or in addition to those checked before it."""

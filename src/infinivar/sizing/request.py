@@ -1,12 +1,12 @@
-"""What `size` and the sweeps of its searches are asked for: one frozen value with all options, checked."""
+"""What `size` and the sweeps of its searches have to find: one frozen value with all options, checked."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, TypeVar
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
@@ -22,6 +22,8 @@ from infinivar.sizing.pool import PartPool, pool_of
 from infinivar.sizing.records import SearchRecord, WheelRecord
 from infinivar.study.check import check_study
 from infinivar.study.study import Study
+
+R = TypeVar("R")
 
 Aim = Literal["energy", "mass"]
 
@@ -85,7 +87,7 @@ class StudyRequest:
 
     @property
     def objectives(self) -> list[Any]:
-        """Objectives of the searches over geared drives: the first, and the front if two are asked for."""
+        """Objectives of the searches over geared drives: the first, and the front of two."""
         return [self.aims[0], *(["front"] if len(self.aims) > 1 else [])]
 
     @property
@@ -102,6 +104,22 @@ class StudyRequest:
     def template(self) -> Any:
         """The first template."""
         return self.study.drives[self.name]
+
+    def on_tables(self, kind: Callable[..., R], **own: Any) -> R:
+        """The search over tables for the first template; `own` has the options of its architecture."""
+        study, parts = self.study, self.parts
+        return kind(
+            template=self.template,
+            motors=parts.motors_as("motor"),
+            gearheads=parts.gearheads,
+            pairs=parts.pairs,
+            duty=study.duty,
+            requirement=study.requirement,
+            travel=study.travel,
+            loss_model=self.loss_model,
+            top=self.top,
+            **own,
+        )
 
     def like(self, name: str) -> StudyRequest:
         """The search over drives like one template."""

@@ -20,7 +20,7 @@ from infinivar.sizing.cobotic.bounds import MOTOR, STEERING, Side
 from infinivar.sizing.cobotic.designs import best_designs, front_designs, nearest_design
 from infinivar.sizing.cobotic.evaluation import Evaluation
 from infinivar.sizing.cobotic.evolution import Box, Hunt, Record, Stage, fill_front, find_least_power, find_lightest
-from infinivar.sizing.cobotic.wheels import FREE, Space, check_template, plain_bearings, values_of
+from infinivar.sizing.cobotic.wheels import FREE, CompiledWheels, Space, check_template, plain_bearings, values_of
 from infinivar.sizing.found import CoboticDesign, CoboticSizing
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Pairs, pairs_of
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, judging_points, outer, tasks_of
@@ -140,8 +140,6 @@ def best_cobotic(request: CoboticRequest, progress: Progress | None = None) -> C
     """Find the best drives; see `size_cobotic`."""
     evaluation, box = prepared(request)
     if request.method == "jax":
-        from infinivar.sizing.cobotic.compiled import CompiledWheels
-
         evaluation.space.compiled = CompiledWheels(evaluation.space)
     sides = evaluation.sides
     whole = [judging_points(task) if isinstance(task, RegionTask) else task for task in evaluation.tasks]
