@@ -24,7 +24,7 @@ from infinivar.sizing.tables import equal_shares
 from infinivar.study.study import Study
 
 BUILDS = 128
-"""Number of builds, unless another is asked for."""
+"""Number of builds, unless another is stated."""
 
 JUDGED = 5
 """Most designs, and most of the front, that are judged."""

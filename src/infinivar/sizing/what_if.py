@@ -115,7 +115,7 @@ class WhatIf(Frozen):
 
     @property
     def headline(self) -> str:
-        """What is asked."""
+        """What has to be reached, in words."""
         if self.goal == "feasible":
             return f"What would have to change for {self.template} to be feasible (nearest miss, all else as it is)"
         unit = "kg" if self.goal == "mass" else "W"
@@ -302,7 +302,7 @@ def _to_win(design: SizedDrive, judge: Judge, aim: str, target: float) -> WhatIf
 def _to_be_feasible(design: SizedDrive, judge: Judge) -> WhatIf | None:
     """What would have to change for an infeasible design to keep all limits; None if that is not known.
 
-    Behind a wheel that slips no motors were chosen: the friction limit of its contact is all that is asked for. Where the
+    Behind a wheel that slips no motors were chosen: the friction limit of its contact is all that is looked at. Where the
     amplifier accepts no power and some returns, everything else is judged with one that burns it.
     """
     exceeded, absorbed = design.exceeded, 0.0

@@ -75,7 +75,7 @@ class Sessions(Result):
     sessions       Number of sessions.
     refused        Of these, sessions whose data `calibrate` refuses.
     laws           Number of sessions by the creep law that was fitted.
-    parameters     By name: those that were asked for, and their sums, such as "rolling_torque + bearing_torque".
+    parameters     By name: those requested, and their sums, such as "rolling_torque + bearing_torque".
     """
 
     sessions: int = reported()

@@ -111,7 +111,7 @@ def _by_bound(bound: np.ndarray) -> Iterator[np.ndarray]:
     """Yield candidates of each wheel design in the order of their bounds: one, as it may be enough, then `AT_ONCE`. (m, k)"""
     likely, size = min(len(bound), _LIKELY), 1
     places = np.argpartition(bound, likely - 1, axis=0) if likely else np.empty(bound.shape, dtype=int)
-    for part in (places[:likely], places[likely:]):  # the second is rarely asked for, and most of the work to sort
+    for part in (places[:likely], places[likely:]):  # the second is rarely needed, and most of the work to sort
         order = np.take_along_axis(part, np.argsort(np.take_along_axis(bound, part, axis=0), axis=0), axis=0)
         start = 0
         while start < len(order):
