@@ -18,12 +18,10 @@ import numpy as np
 import infinivar as iv
 from benchmarks._measure import ROOT, Line
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.sizing.cobotic import size_cobotic
-from infinivar.sizing.cobotic.compiled import Compiled
-from infinivar.sizing.cobotic.evaluation import TIER
-from infinivar.sizing.cobotic.search import prepared
-from infinivar.sizing.cobotic.wheels import Points
+from infinivar.sizing.cobotic.search import best_cobotic, prepared
+from infinivar.sizing.cobotic.wheels import CompiledWheels, Points
 from infinivar.sizing.pool import pool
+from infinivar.sizing.tables import CoboticRequest
 from infinivar.study.catalogue import bearings
 
 INSTANTS = 400
@@ -44,21 +42,26 @@ def run() -> Iterator[Line]:
     template = study.drives["cobotic"]
     assert isinstance(template, CoboticDrive)
     parts = pool(["shipped"])
-    requested = {
-        "steering_ratios": RATIOS,
-        "bearings": _bearings(template),
-        "duty": study.duty,
-        "travel": study.travel,
-        "samples": INSTANTS,
-    }
-    tables = {"motors": parts.motors, "gearheads": parts.gearheads, "steering_motors": parts.motors}
+    request = CoboticRequest(
+        template=template,
+        motors=parts.motors,
+        gearheads=parts.gearheads,
+        pairs=parts.pairs,
+        steering_motors=parts.motors,
+        steering_ratios=RATIOS,
+        bearings=_bearings(template),
+        ranges={},
+        duty=study.duty,
+        travel=study.travel,
+        samples=INSTANTS,
+    )
     for instants in (FEW, INSTANTS):
-        at = {**requested, "samples": instants}
-        yield _rate("NumPy", template, tables, parts.pairs, at, compiled=False)
+        at = replace(request, samples=instants)
+        yield _rate("NumPy", at, compiled=False)
         if importlib.util.find_spec("jax") is not None:
-            yield _rate("JAX, warm", template, tables, parts.pairs, at, compiled=True)
+            yield _rate("JAX, warm", at, compiled=True)
     # What is the least is known after the last search.
-    found = [[_search(template, tables, parts.pairs, requested, seed, one) for seed in SEEDS] for one in GENERATIONS]
+    found = [[_search(request, seed, one) for seed in SEEDS] for one in GENERATIONS]
     least = min(power for one in found for power, _ in one)
     for generations, searches in zip(GENERATIONS, found, strict=True):
         gaps = ", ".join(f"{100.0 * (power / least - 1.0):.2g} %" for power, _ in searches)
@@ -79,34 +82,14 @@ def _bearings(template: CoboticDrive) -> tuple[Any, ...]:
     return tuple(replace(one, friction_model=model) for one in bearings().values() if one.type == "deep_groove")
 
 
-def _rate(
-    name: str,
-    template: CoboticDrive,
-    tables: dict[str, Any],
-    pairs: np.ndarray,
-    requested: dict[str, Any],
-    *,
-    compiled: bool,
-) -> Line:
+def _rate(name: str, request: CoboticRequest, *, compiled: bool) -> Line:
     """Wheel designs a second, and drives that they cover, around the template."""
-    evaluation, box = prepared(
-        template,
-        tables,
-        pairs,
-        **requested,
-        requirement=None,
-        ranges={},
-        loss_model="coulomb",
-        objective="energy",
-        slip_margin=1.0,
-        life=None,
-        prune=True,
-    )
+    evaluation, box = prepared(request)
     random = np.random.default_rng(0)
     values = box.own * np.exp(random.uniform(-0.1, 0.1, (DESIGNS, len(box.own))))
     points = Points(values, np.full(DESIGNS, next(i for i, one in enumerate(box.bearings) if one.name == "6000")))
     if compiled:
-        evaluation.space.compiled = Compiled(evaluation.space)
+        evaluation.space.compiled = CompiledWheels(evaluation.space)
     found, seconds = evaluation.values(points), []
     for _ in range(5):
         start = time.perf_counter()
@@ -114,9 +97,9 @@ def _rate(
         seconds.append(time.perf_counter() - start)
     behind = np.prod([len(side.rows) for side in evaluation.sides])
     rate = DESIGNS / min(seconds)
-    rolling = np.mean(found.value < TIER)
+    rolling = np.mean(found.feasible)
     return Line(
-        what=f"cobotic, {name}: wheel designs a second, {requested['samples']} instants, {100.0 * rolling:.0f} % feasible",
+        what=f"cobotic, {name}: wheel designs a second, {request.samples} instants, {100.0 * rolling:.0f} % feasible",
         ours=f"{rate:.0f}, {rate * behind:.2g} drives",
         theirs="",
         ratio="",
@@ -125,26 +108,9 @@ def _rate(
     )
 
 
-def _search(
-    template: CoboticDrive,
-    tables: dict[str, Any],
-    pairs: np.ndarray,
-    requested: dict[str, Any],
-    seed: int,
-    generations: int,
-) -> tuple[float, float]:
+def _search(request: CoboticRequest, seed: int, generations: int) -> tuple[float, float]:
     """Least power found, and processor time. [W], [s]"""
     start = time.process_time()
-    found = size_cobotic(
-        template,
-        tables["motors"],
-        tables["gearheads"],
-        pairs,
-        steering_motors=tables["steering_motors"],
-        **requested,
-        generations=generations,
-        seed=seed,
-        top=1,
-    )
+    found = best_cobotic(replace(request, generations=generations, seed=seed, top=1))
     assert found.best is not None
     return found.best.power, time.process_time() - start

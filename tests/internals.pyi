@@ -294,19 +294,18 @@ from infinivar.sizing.cobotic.bounds import MOTOR as MOTOR_BOUND
 from infinivar.sizing.cobotic.bounds import cylinder_signals, lower_bounds, steering_signals
 from infinivar.sizing.cobotic.choice import Behind, best_behind
 from infinivar.sizing.cobotic.choice import least_power as cobotic_least_power
-from infinivar.sizing.cobotic.compiled import Compiled
-from infinivar.sizing.cobotic.evaluation import TIER
+from infinivar.sizing.cobotic.evaluation import NOT_FEASIBLE
 from infinivar.sizing.cobotic.evolution import _Space as SearchSpace
-from infinivar.sizing.cobotic.sampled import Sampled
+from infinivar.sizing.cobotic.sampled import SideSampled
 from infinivar.sizing.cobotic.sampled import sample as cobotic_sample
 from infinivar.sizing.cobotic.search import prepared as prepared_search
 from infinivar.sizing.cobotic.wheels import AXLE as AXLE_LIMIT
 from infinivar.sizing.cobotic.wheels import CONTACT as CONTACT_LIMIT
 from infinivar.sizing.cobotic.wheels import FREE as FREE_LIMIT
+from infinivar.sizing.cobotic.wheels import CompiledWheels, static_demands
 from infinivar.sizing.cobotic.wheels import Points as WheelPoints
 from infinivar.sizing.cobotic.wheels import critical as critical_wheels
 from infinivar.sizing.cobotic.wheels import evaluate as evaluate_wheels
-from infinivar.sizing.cobotic.wheels import static_demands
 from infinivar.sizing.cobotic.wheels import values_of as wheel_values
 from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR, SizedDrive, exceeded_words
 from infinivar.sizing.geared import nearest_geared, over_radius, size_geared
@@ -314,8 +313,7 @@ from infinivar.sizing.geared.at_stages import closed_forms
 from infinivar.sizing.geared.candidates import candidates
 from infinivar.sizing.geared.closed_form import SPARE as SPARE_WARMTH
 from infinivar.sizing.geared.extremes import braking_places
-from infinivar.sizing.geared.radius_bounds import Bounds as RadiusBounds
-from infinivar.sizing.geared.radius_bounds import Laurent, Resting, mean_square_below
+from infinivar.sizing.geared.radius_bounds import Laurent, Radii, Resting, mean_square_below
 from infinivar.sizing.geared.radius_bounds import below as radius_below
 from infinivar.sizing.geared.radius_limits import least_power as geared_least_power
 from infinivar.sizing.geared.radius_limits import limits as geared_limits
@@ -337,6 +335,7 @@ from infinivar.sizing.pool import ChosenPart
 from infinivar.sizing.pool import pool as pool_of_parts
 from infinivar.sizing.robustness import judged_designs
 from infinivar.sizing.studies import motion_file, not_simulated, scenario_of, study_of
+from infinivar.sizing.tables import CoboticRequest
 from infinivar.sizing.what_if import change_words, what_if
 from infinivar.study import load as study_loading
 from infinivar.study import schema as study_schema

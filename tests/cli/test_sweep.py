@@ -169,7 +169,7 @@ def test_starts_of_a_cobotic_search_are_reported(infinivar, tmp_path, monkeypatc
     def again(*arguments, **others):
         raise AssertionError("searched again")
 
-    monkeypatch.setattr("infinivar.sweeps.cobotic.size_cobotic", again)
+    monkeypatch.setattr("infinivar.sweeps.cobotic.best_cobotic", again)
     done = infinivar(*command, *options, "--resume", "--out", "out")
     assert (done.code, done.err) == (0, "")
     assert done.out == f"{plain.out}Report: out/sizing.html\n"

@@ -14,13 +14,14 @@ from internals import CONTACT_LIMIT as CONTACT
 from internals import FREE_LIMIT as FREE
 from internals import MOTOR_BOUND as MOTOR
 from internals import (
+    NOT_FEASIBLE,
     REQUIREMENT,
-    TIER,
     Behind,
+    CoboticRequest,
     MotionTask,
     RegionTask,
-    Sampled,
     SearchSpace,
+    SideSampled,
     best_behind,
     cylinder_signals,
     judging_points,
@@ -83,10 +84,12 @@ def parts(seed=1, motors=6, gearheads=5):
 def problem(template=SPIN, duty=None, requirement=None, loss_model="coulomb", seed=1, **options):
     """Evaluation of wheel designs, and their box."""
     motors, gears, pairs = parts(seed)
-    return prepared(
-        template,
-        {"motors": motors, "gearheads": gears, "steering_motors": part_tables(seed + 1, 4)[0]},
-        pairs,
+    request = CoboticRequest(
+        template=template,
+        motors=motors,
+        gearheads=gears,
+        pairs=pairs,
+        steering_motors=part_tables(seed + 1, 4)[0],
         steering_ratios=(8.0, 16.0, 40.0),
         bearings=AXLES,
         duty={"walk": KNEE.duty["walking"]} if duty is None else duty,
@@ -94,8 +97,9 @@ def problem(template=SPIN, duty=None, requirement=None, loss_model="coulomb", se
         loss_model=loss_model,
         travel=0.2,
         samples=SAMPLES,
-        **{"ranges": {}, "objective": "energy", "slip_margin": 1.0, "life": 3.6e6, "prune": True, **options},
+        **{"ranges": {}, "life": 3.6e6, **options},
     )
+    return prepared(request)
 
 
 def some_points(box, count, seed, spread=0.35):
@@ -254,7 +258,7 @@ def some_candidates(seed, count=40, size=60):
 
     def evaluate_some(tried, places):
         at = tried - 100, places
-        return Sampled({("task", Limit.PEAK, "motor"): demand[at]}, power[at], demand[at] <= 1.0)
+        return SideSampled({("task", Limit.PEAK, "motor"): demand[at]}, power[at], demand[at] <= 1.0)
 
     behind = Behind(
         rows=np.arange(100, 100 + size),
@@ -291,7 +295,7 @@ def test_blocks_of_wheel_designs_are_chosen_for_as_together(monkeypatch):
         seen.append((*evaluation.values(points), evaluation.sampled))
     for one, other in zip(*seen, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-13)
-    assert np.sum(seen[0][0] < TIER) > 5
+    assert np.sum(seen[0][0] < NOT_FEASIBLE) > 5
 
 
 def test_the_first_generation_has_the_template_and_the_designs_that_are_known():
@@ -313,7 +317,7 @@ def test_values_of_infeasible_designs_lead_towards_feasible_ones():
     values[:, place] *= np.array([0.1, 0.25, 0.5, 1.0, 20.0, 60.0, 200.0, 600.0])
     found = evaluation.values(Points(values, np.zeros(8, dtype=int))).value
     slipping, broken = found[:3], found[4:]
-    assert found[3] < TIER <= slipping[-1]
+    assert found[3] < NOT_FEASIBLE <= slipping[-1]
     assert np.all(np.diff(slipping) < 0.0)
     assert np.all(np.diff(broken) > 0.0)
     assert np.max(slipping) < np.min(broken)
@@ -389,7 +393,7 @@ def test_pruning_changes_nothing(objective):
     np.testing.assert_allclose(one.value, other.value, rtol=1e-12)
     np.testing.assert_array_equal(one.pair, other.pair)
     np.testing.assert_array_equal(one.steering, other.steering)
-    assert 3 <= np.sum(one.value < TIER) < 30
+    assert 3 <= np.sum(one.value < NOT_FEASIBLE) < 30
     assert few < 0.4 * many
 
 
@@ -470,16 +474,16 @@ def test_a_required_region_alone():
 def test_jax_gives_the_same_numbers():
     """Values of wheel designs by compiled laws, of bearings in columns and alone."""
     pytest.importorskip("jax")
-    from internals import Compiled
+    from internals import CompiledWheels
 
     evaluation, box = problem()
     points = some_points(box, 70, seed=8, spread=0.2)
     one = evaluation.values(points)
-    evaluation.space.compiled = Compiled(evaluation.space)
+    evaluation.space.compiled = CompiledWheels(evaluation.space)
     other = evaluation.values(points)
     np.testing.assert_allclose(other.value, one.value, rtol=1e-9)
     np.testing.assert_array_equal(other.pair, one.pair)
-    assert np.sum(one.value < TIER) > 5
+    assert np.sum(one.value < NOT_FEASIBLE) > 5
 
 
 @pytest.mark.slow
@@ -502,23 +506,21 @@ def test_brute_force_finds_nothing_better():
     options = {"ranges": ranges, "population": 24, "generations": 40}
     found = small_search(**options).best
     motors, gears, pairs = parts()
-    evaluation, _ = prepared(
-        SPIN,
-        {"motors": motors, "gearheads": gears, "steering_motors": part_tables(2, 3)[0]},
-        pairs,
+    request = CoboticRequest(
+        template=SPIN,
+        motors=motors,
+        gearheads=gears,
+        pairs=pairs,
+        steering_motors=part_tables(2, 3)[0],
         steering_ratios=(8.0, 16.0),
         bearings=AXLES,
         duty={"walk": KNEE.duty["walking"]},
-        requirement=None,
         ranges=ranges,
         loss_model="coulomb",
-        travel=None,
         samples=60,
-        objective="energy",
-        slip_margin=1.0,
-        life=None,
         prune=False,
     )
+    evaluation, _ = prepared(request)
     speed, preload, bearing = (
         part.ravel() for part in np.meshgrid(np.geomspace(6.0, 20.0, 25), np.geomspace(1000.0, 3000.0, 31), range(3))
     )
@@ -527,7 +529,7 @@ def test_brute_force_finds_nothing_better():
     )
     grid = evaluation.values(Points(values, bearing.astype(int)))
     best = grid.value.min()
-    assert best < TIER
+    assert best < NOT_FEASIBLE
     assert found.power <= best * (1.0 + 1e-9)
     assert found.power >= 0.9 * best
 

@@ -36,7 +36,7 @@ def swept(problem, folder, monkeypatch):
     def again(*arguments, **options):
         raise AssertionError("searched again")
 
-    monkeypatch.setattr("infinivar.sweeps.cobotic.size_cobotic", again)
+    monkeypatch.setattr("infinivar.sweeps.cobotic.best_cobotic", again)
     return problem.sizing(iv.load_sweep(folder))
 
 
@@ -75,7 +75,7 @@ def test_another_first_objective_does_not_continue_a_sweep(shelf):
     assert both[0].identity != both[1].identity
     again = pickle.loads(pickle.dumps(both[0]))
     assert again.identity == both[0].identity
-    assert again.asked.aims == ("energy", "mass")
+    assert again.study_request.aims == ("energy", "mass")
 
 
 @pytest.mark.slow

@@ -80,7 +80,7 @@ def test_designs_are_made_from_what_the_chunks_keep(problem, swept, monkeypatch)
     def again(*arguments, **options):
         raise AssertionError("searched again")
 
-    monkeypatch.setattr("infinivar.sweeps.cobotic.size_cobotic", again)
+    monkeypatch.setattr("infinivar.sweeps.cobotic.best_cobotic", again)
     found = problem.result(swept)
     rows = swept.list("top")
     assert len(found.designs) == len(rows["list"]) > 1
@@ -146,16 +146,16 @@ def test_arguments_that_are_missing_or_do_not_belong_are_named():
 def test_a_study_is_searched_with_the_arguments_of_size(tmp_path):
     problem = iv.cobotic_study_sweep(KNEE, starts=2, sets="shipped", generations=3)
     assert problem.title == "knee_walking, cobotic drives like cobotic"
-    assert problem.template == DRIVE
-    given = problem.arguments
-    assert given["duty"] == KNEE.duty
-    assert given["slip_margin"] == 1.1
-    assert given["generations"] == 3
-    assert len(given["steering_ratios"]) == 5
-    assert len(given["bearings"]) > 5
+    assert problem.request.template == DRIVE
+    given = problem.request
+    assert given.duty == KNEE.duty
+    assert given.slip_margin == 1.1
+    assert given.generations == 3
+    assert len(given.steering_ratios) == 5
+    assert len(given.bearings) > 5
     asked = {"ranges": {"preload": (800.0, 3000.0)}, "steering_ratios": (8.0, 12.0), "slip_margin": 1.3, "life": 3.6e6}
-    given = iv.cobotic_study_sweep(KNEE, starts=2, sets="shipped", **asked).arguments
-    assert {name: given[name] for name in asked} == asked
+    given = iv.cobotic_study_sweep(KNEE, starts=2, sets="shipped", **asked).request
+    assert {name: getattr(given, name) for name in asked} == asked
     for wrong, message in (
         ({"ranges": {"preloads": (1.0, 2.0)}}, r"unknown entry 'preloads' \(did you mean 'preload'\?\)"),
         ({"ranges": {"preload": (2.0, 1.0)}}, r"ranges\['preload'\] must be a range above 0"),

@@ -8,8 +8,8 @@ import pytest
 
 import infinivar as iv
 from infinivar import Amplifier, Guideway, Limit, Pulley
-from internals import RadiusBounds as Bounds
 from internals import (
+    Radii,
     RegionTask,
     braking_places,
     candidates,
@@ -220,7 +220,7 @@ def test_intervals_and_windows():
         np.testing.assert_array_equal(inside, np.any((joined[:, :1] < points) & (points < joined[:, 1:]), axis=0))
         assert np.all(np.diff(joined.ravel()) > 0.0)
         low, high = np.sort(random.uniform(0.0, 1.0, 2))
-        places, left = windows([joined], Bounds(np.array([low]), np.array([high])))
+        places, left = windows([joined], Radii(np.array([low]), np.array([high])))
         open_ = np.any((left.low[:, None] <= points) & (points <= left.high[:, None]), axis=0)
         np.testing.assert_array_equal(open_, (low <= points) & (points <= high) & ~inside)
         assert np.all(places == 0)

@@ -13,6 +13,7 @@ from internals import HOT_GEARED as HOT
 from internals import (
     REQUIREMENT,
     Laurent,
+    Radii,
     RegionTask,
     Resting,
     candidates,
@@ -25,7 +26,6 @@ from internals import (
 )
 from internals import SPARE_WARMTH as SPARE
 from internals import UNCHECKED_GEARED as UNCHECKED
-from internals import RadiusBounds as Bounds
 from internals import geared_least_power as least_power
 from internals import geared_limits as limits
 from internals import geared_sample as sample
@@ -419,7 +419,7 @@ def test_the_bound_of_the_power_is_below_it_at_every_radius(loss_model, amplifie
         load = load_of(found, task, (0.004, 0.02))
         _, power, _ = brute_force(found, [task], radii)
         shape = np.full(len(found.usable), 0.004)
-        bound = least_power(found, load, found.usable, Bounds(shape, 5.0 * shape))
+        bound = least_power(found, load, found.usable, Radii(shape, 5.0 * shape))
         share = bound / power.min(axis=1)
         assert np.all(share <= 1.0 + 1e-9)
         assert np.median(share) > 0.8
@@ -552,3 +552,27 @@ def test_tables_that_are_none():
             duty={"reach": REACH},
             radius=(0.01, 0.02),
         )
+
+
+def test_each_allowance_of_a_part_is_the_field_that_its_limit_names():
+    """What is listed is what `utilisation` checks, and twice the field allows twice the demand."""
+    motor = iv.Motor(
+        voltage=24.0,
+        resistance=0.6,
+        torque_constant=0.02,
+        no_load_current=0.0,
+        continuous_torque=0.05,
+        peak_torque=0.2,
+        max_speed=900.0,
+    )
+    gear = iv.Gearhead(
+        ratio=5.0, efficiency=0.9, continuous_torque=2.0, intermittent_torque=3.0, max_input_speed=1000.0
+    )
+    for part, demands in (
+        (motor, lambda one: one.utilisation(current=3.0, voltage=10.0, speed=400.0)),
+        (gear, lambda one: one.utilisation(1.0, 40.0)),
+    ):
+        assert {*part.ALLOWANCES} == {*demands(part)}
+        for limit, name in part.ALLOWANCES.items():
+            larger = replace(part, **{name: 2.0 * getattr(part, name)})
+            assert demands(larger)[limit] == pytest.approx(0.5 * demands(part)[limit], rel=1e-12)

@@ -82,6 +82,13 @@ class Gearhead:
     USES: ClassVar[tuple[str, ...]] = ("name", "ratio", "inertia", "stiffness", "operate", "without_friction")
     """What a drive uses of its gearhead: an object with these can take its place."""
 
+    ALLOWANCES: ClassVar[Mapping[Limit, str]] = {
+        Limit.GEAR: "continuous_torque",
+        Limit.GEAR_PEAK: "intermittent_torque",
+        Limit.GEAR_SPEED: "max_input_speed",
+    }
+    """Field that states what each limit of `utilisation` allows; a law may have more limits."""
+
     name: str = component("Name for reports", default="gearhead")
     ratio: float = quantity("1", Gt(0), "Reduction ratio, motor speed over output speed")
     efficiency: float | None = quantity(

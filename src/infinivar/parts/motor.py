@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 from annotated_types import Ge, Gt
 
@@ -64,6 +64,14 @@ class Motor:
     ParameterError
         If a field is outside its range; the message names field, value and unit.
     """
+
+    ALLOWANCES: ClassVar[Mapping[Limit, str]] = {
+        Limit.THERMAL: "continuous_torque",
+        Limit.VOLTAGE: "voltage",
+        Limit.PEAK: "peak_torque",
+        Limit.SPEED: "max_speed",
+    }
+    """Field that states what each limit of `utilisation` allows."""
 
     name: str = component("Name for reports", default="motor")
     voltage: float = quantity("V", Gt(0), "Supply voltage available to the motor")
@@ -276,3 +284,18 @@ class Motor:
         if self.max_speed is not None:
             demand[Limit.SPEED] = xp.abs(speed) / self.max_speed
         return demand
+
+    def extreme_utilisation(
+        self, *, current: Array, lasting: Array, voltage: Array, speed: Array
+    ) -> dict[Limit, Array]:
+        """Largest demands over a motion, as `utilisation`: that for speed first, that for voltage last.
+
+        Parameters
+        ----------
+        current, voltage, speed : (...,) float   Largest sizes. [A], [V], [rad s^-1]
+        lasting : (...,) float                   Current whose limit applies to its root mean square. [A]
+        """
+        found = self.utilisation(current=current, voltage=voltage, speed=speed)
+        found |= {Limit.THERMAL: self.utilisation(current=lasting, voltage=0.0, speed=0.0)[Limit.THERMAL]}
+        order = (Limit.SPEED, Limit.THERMAL, Limit.PEAK, Limit.VOLTAGE)
+        return {limit: found[limit] for limit in order if limit in found}

@@ -33,7 +33,7 @@ from infinivar.sizing.design import (
     role_words,
     shown,
 )
-from infinivar.sizing.geared.sampled import TaskDemand
+from infinivar.sizing.margins import TaskDemand
 from infinivar.sizing.records import SearchRecord, WheelRecord, limit_lines
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.studies import motion_file, scenario_of, study_of

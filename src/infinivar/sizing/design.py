@@ -10,9 +10,8 @@ from infinivar._core.result import Frozen, result
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive
 from infinivar.limits import Demand, Limit
-from infinivar.sizing.geared.sampled import TaskDemand
 from infinivar.sizing.geared.tally import SPARE
-from infinivar.sizing.margins import margin_of, tightest_of
+from infinivar.sizing.margins import TaskDemand, margin_of, tightest_of
 from infinivar.sizing.pool import ChosenPart
 from infinivar.units import margin_words, plain, show, show_in, times
 

@@ -6,11 +6,13 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from infinivar._core.fields import value_at, with_values
+from infinivar._core.fields import quantities_of, value_at, with_values
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import with_rated_gear
 from infinivar.limits import Limit
 from infinivar.parts.bearing import COEFFICIENTS
+from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.motor import Motor
 from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR, SizedDrive
 
 LEAST, MOST = 0.1, 10.0
@@ -50,14 +52,9 @@ def allowances(design: SizedDrive, limit: Limit, part: str) -> list[Lever]:
     A gear keeps its friction when the motor's continuous torque changes, by which it is rated unless it states another torque.
     """
     drive, motor = design.drive, STEERING_MOTOR if part == "steering motor" else "motor"
+    stated = {motor: Motor.ALLOWANCES, "gearhead": Gearhead.ALLOWANCES}
     table = {
-        Limit.THERMAL: ("motor continuous torque", (f"{motor}.continuous_torque",)),
-        Limit.PEAK: ("motor peak torque", (f"{motor}.peak_torque",)),
-        Limit.SPEED: ("motor permissible speed", (f"{motor}.max_speed",)),
-        Limit.VOLTAGE: ("supply voltage", (f"{motor}.voltage",)),
-        Limit.GEAR: ("gearhead continuous torque", ("gearhead.continuous_torque",)),
-        Limit.GEAR_PEAK: ("gearhead intermittent torque", ("gearhead.intermittent_torque",)),
-        Limit.GEAR_SPEED: ("gearhead input speed", ("gearhead.max_input_speed",)),
+        **{one: (one.words, (f"{of}.{name}",)) for of, names in stated.items() for one, name in names.items()},
         Limit.SLIP: ("friction limit of the contact", ("transmission.friction",)),
         Limit.BEARING: ("static rating of the axle bearings", (f"{AXLE_BEARING}.static_rating",)),
         Limit.YIELD: ("yield strength of wheel and cylinder", _of_materials("yield_strength")),
@@ -83,27 +80,8 @@ def allowances(design: SizedDrive, limit: Limit, part: str) -> list[Lever]:
         factor = start / value if inverse else value / start
         return with_values(with_rated_gear(drive), {path: one * factor for path, one in values.items()})
 
-    unit = "W/K" if inverse else _UNIT[next(iter(values)).rpartition(".")[2]]
+    unit = "W/K" if inverse else quantities_of(drive)[next(iter(values))].metadata["unit"]
     return [Lever(words=words, unit=unit, start=start, end=start * MOST, made=made)]
-
-
-_UNIT = {
-    "resistance": "ohm",
-    "torque_constant": "N m/A",
-    "no_load_current": "A",
-    "rotor_inertia": "kg m^2",
-    "continuous_torque": "N m",
-    "intermittent_torque": "N m",
-    "peak_torque": "N m",
-    "max_speed": "rad/s",
-    "max_input_speed": "rad/s",
-    "voltage": "V",
-    "friction": "1",
-    "static_rating": "N",
-    "yield_strength": "Pa",
-    "hardness": "Pa",
-    "mass": "kg",
-}
 
 
 def _of_materials(name: str) -> tuple[str, ...]:

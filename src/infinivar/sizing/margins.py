@@ -8,6 +8,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from infinivar.limits import Limit
+
+TaskDemand = tuple[str, Limit, str]
+"""Name of a task, limit and part."""
+
 Key = TypeVar("Key")
 
 SAME = 1e-6

@@ -6,12 +6,11 @@ import importlib.util
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Literal
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.parts.bearing import Bearing
-from infinivar.sizing.cobotic.result import CoboticDesign, CoboticSizing
-from infinivar.sizing.cobotic.search import RANGE, size_cobotic
+from infinivar.sizing.cobotic.search import RANGE, best_cobotic
 from infinivar.sizing.cobotic.wheels import FREE, values_of
 from infinivar.sizing.design import (
     AXLE_BEARING,
@@ -22,10 +21,12 @@ from infinivar.sizing.design import (
     FreeValue,
     SizedDrive,
 )
+from infinivar.sizing.found import CoboticDesign, CoboticSizing
 from infinivar.sizing.pool import ChosenPart
 from infinivar.sizing.progress import Progress
 from infinivar.sizing.records import WheelRecord
-from infinivar.sizing.request import Found, Request
+from infinivar.sizing.request import Found, StudyRequest
+from infinivar.sizing.tables import CoboticRequest
 
 POPULATION = 40
 """Wheel designs of each generation."""
@@ -39,101 +40,72 @@ RATIOS = (0.5, math.sqrt(0.5), 1.0, math.sqrt(2.0), 2.0)
 Axles = Sequence[tuple[ChosenPart | None, Bearing]]
 
 
-def cobotic(asked: Request, name: str, template: CoboticDrive, progress: Progress | None) -> Found:
+def cobotic(request: StudyRequest, progress: Progress | None) -> Found:
     """Search over cobotic drives: the best designs, the front and the record."""
-    found = size_cobotic(
-        template,
-        **arguments_of(asked, template),
-        objective=objective_of(asked),
-        generations=asked.generations,
-        seed=asked.seed,
-        top=asked.top,
-        progress=progress,
-    )
-    return found_of(asked, name, template, found)
+    return found_of(request, best_cobotic(request_on_tables(request), progress))
 
 
-def objective_of(asked: Request) -> Any:
-    """Objective of `size_cobotic`."""
-    first, *others = asked.aims
-    return "front" if others else first
-
-
-def found_of(asked: Request, name: str, template: CoboticDrive, found: CoboticSizing) -> Found:
-    """What `size_cobotic` found, with the parts and where they are from."""
-    axles, designs = _axles(asked, template), _merged(found, asked)
-    nearest = None if designs else found.nearest
-    missed = None if nearest is None else _design(asked, name, axles, nearest)
-    return Found(
-        [_design(asked, name, axles, one) for one in designs],
-        [_design(asked, name, axles, one) for one in (found.front if len(asked.aims) > 1 else ())],
-        _record(template, asked, found, axles, missed),
+def request_on_tables(request: StudyRequest) -> CoboticRequest:
+    """The search over tables for a template."""
+    return request.on_tables(
+        CoboticRequest,
+        steering_motors=request.parts.motors_as(STEERING_MOTOR),
+        steering_ratios=_ratios(request) or (1.0,),
+        bearings=tuple(bearing for _, bearing in _axles(request)),
+        ranges=request.ranges,
+        objective=request.objectives[-1],
+        slip_margin=request.slip_margin,
+        life=request.life,
+        population=POPULATION,
+        generations=request.generations,
+        seed=request.seed,
+        method=_method(request.generations),
     )
 
 
-def arguments_of(asked: Request, template: CoboticDrive) -> dict[str, Any]:
-    """Arguments of `size_cobotic` but objective, generations, seed, top and progress."""
-    parts, study = asked.parts, asked.study
-    return {
-        "motors": parts.motors_as("motor"),
-        "gearheads": parts.gearheads,
-        "pairs": parts.pairs,
-        "steering_motors": parts.motors_as(STEERING_MOTOR),
-        "steering_ratios": _ratios(asked, template) or (1.0,),
-        "bearings": [bearing for _, bearing in _axles(asked, template)],
-        "duty": study.duty,
-        "requirement": study.requirement,
-        "ranges": asked.ranges,
-        "travel": study.travel,
-        "slip_margin": asked.slip_margin,
-        "life": asked.life,
-        "loss_model": asked.loss_model,
-        "population": POPULATION,
-        "method": _method(asked.generations),
-    }
+def found_of(request: StudyRequest, found: CoboticSizing) -> Found:
+    """What a search over tables found, with the parts and where they are from."""
+    axles, record = _axles(request), _record(request, found)
+    both = _merged(found, request), found.front if len(request.aims) > 1 else ()
+    designs, front = ([_design(request, axles, one) for one in some] for some in both)
+    if not designs and found.nearest is not None:
+        record = replace(record, nearest=_design(request, axles, found.nearest))
+    return Found(designs, front, record)
 
 
-def _axles(requested: Request, template: CoboticDrive) -> Axles:
+def _axles(request: StudyRequest) -> Axles:
     """Axle bearings to try."""
-    geometry = template.transmission.geometry
-    assert geometry is not None  # of a template that was checked
-    return requested.parts.axle_bearings(geometry.axle_bearing)
+    return request.parts.axle_bearings(request.template.transmission.geometry.axle_bearing)
 
 
-def _ratios(requested: Request, template: CoboticDrive) -> tuple[float, ...]:
+def _ratios(request: StudyRequest) -> tuple[float, ...]:
     """Ratios to try between steering motor and bell; none where nothing steers."""
-    if template.steering is None or not requested.study.duty:
+    steering = request.template.steering
+    if steering is None or not request.study.duty:
         return ()
-    own = template.steering.ratio
-    return requested.steering_ratios or tuple(own * factor for factor in RATIOS)
+    own = steering.ratio
+    return request.steering_ratios or tuple(own * factor for factor in RATIOS)
 
 
-def _method(generations: int) -> str:
+def _method(generations: int) -> Literal["numpy", "jax"]:
     """Compiled laws where they are sooner done."""
     if POPULATION * generations < PAYS or importlib.util.find_spec("jax") is None:
         return "numpy"
     return "jax"
 
 
-def _merged(found: CoboticSizing, requested: Request) -> list[CoboticDesign]:
+def _merged(found: CoboticSizing, request: StudyRequest) -> list[CoboticDesign]:
     """The best by the first objective, each combination of parts once."""
-    name = "power" if requested.aims[0] == "energy" else "mass"
-    ordered = sorted(found.designs, key=lambda one: getattr(one, name))
+    ordered = sorted(found.designs, key=lambda one: one.mass if request.by_mass else one.power)
     kept: dict[tuple[int, int, int, float], CoboticDesign] = {}
     for one in ordered:
         kept.setdefault((one.pair, one.bearing, one.steering, one.ratio), one)
-    return list(kept.values())[: requested.top]
+    return list(kept.values())[: request.top]
 
 
-def _record(
-    template: CoboticDrive,
-    requested: Request,
-    found: CoboticSizing,
-    axles: Axles,
-    nearest: SizedDrive | None,
-) -> WheelRecord:
-    own = dict(zip(FREE, values_of(template), strict=True))
-    ranges = {name: requested.ranges.get(name, (own[name] / RANGE, own[name] * RANGE)) for name in FREE}
+def _record(request: StudyRequest, found: CoboticSizing) -> WheelRecord:
+    own = dict(zip(FREE, values_of(request.template), strict=True))
+    ranges = {name: request.ranges.get(name, (own[name] / RANGE, own[name] * RANGE)) for name in FREE}
     return WheelRecord(
         candidates=found.candidates,
         wheels=found.wheels,
@@ -144,12 +116,11 @@ def _record(
         blocked=dict(sorted(found.blocked.items(), key=lambda item: -item[1])),
         unchecked=found.unchecked,
         ranges={COBOTIC_PATHS[name]: (float(low), float(high)) for name, (low, high) in ranges.items()},
-        steering_ratios=_ratios(requested, template),
-        bearings=tuple(bearing.name for _, bearing in axles),
+        steering_ratios=_ratios(request),
+        bearings=tuple(bearing.name for _, bearing in _axles(request)),
         cloud=found.cloud,
         history=found.history,
-        compiled=_method(requested.generations) == "jax",
-        nearest=nearest,
+        compiled=_method(request.generations) == "jax",
     )
 
 
@@ -162,8 +133,8 @@ def _held(drive: CoboticDrive) -> CoboticDrive:
     )
 
 
-def _design(requested: Request, name: str, axles: Axles, found: CoboticDesign) -> SizedDrive:
-    pool = requested.parts
+def _design(request: StudyRequest, axles: Axles, found: CoboticDesign) -> SizedDrive:
+    pool = request.parts
     chosen: dict[str, ChosenPart] = {}
     free = {COBOTIC_PATHS[key]: value for key, value in found.values.items()}
     if found.motor >= 0:
@@ -175,7 +146,7 @@ def _design(requested: Request, name: str, axles: Axles, found: CoboticDesign) -
     if axle is not None:
         chosen[AXLE_BEARING] = axle
     return SizedDrive(
-        template=name,
+        template=request.name,
         parts=chosen,
         free={
             path: FreeValue(value=value, low=math.nan, high=math.nan, unit=UNITS[path]) for path, value in free.items()

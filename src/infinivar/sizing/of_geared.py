@@ -9,67 +9,89 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.parts.linear import Pulley
 from infinivar.parts.screw import Screw
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.design import FreeValue, SizedDrive
-from infinivar.sizing.geared.result import Design, GearedSizing
-from infinivar.sizing.geared.search import nearest_geared, size_geared
+from infinivar.sizing.found import Design, GearedSizing
+from infinivar.sizing.geared.search import best_geared, nearest_miss
 from infinivar.sizing.pool import PartPool
 from infinivar.sizing.progress import Progress, part_of
 from infinivar.sizing.records import OF_FRONT, SearchRecord
-from infinivar.sizing.request import Found, Request
+from infinivar.sizing.request import Found, StudyRequest
+from infinivar.sizing.tables import GearedRequest
 
 RANGE = 5.0
 """Radii are searched from the template's divided by this to the template's times this, unless a range is given."""
 
 
-def geared(asked: Request, name: str, template: ConventionalDrive, progress: Progress | None) -> Found:
+def geared(request: StudyRequest, progress: Progress | None) -> Found:
     """Search over geared drives: the best designs, the front and the record."""
-    parts, study, radius = asked.parts, asked.study, None
-    if template.pulley is not None:
-        radius = asked.radius or (template.pulley.radius / RANGE, template.pulley.radius * RANGE)
-    screw = template.screw
-    stages = None if screw is None or not asked.leads else [replace(screw, lead=lead) for lead in asked.leads]
-    ranges = {} if radius is None else {"pulley.radius": radius}
-    if stages is not None:
-        ranges["screw.lead"] = min(asked.leads), max(asked.leads)
-    given: dict[str, Any] = {
-        "duty": study.duty,
-        "requirement": study.requirement,
-        "radius": radius,
-        "stages": stages,
-        "travel": study.travel,
-        "loss_model": asked.loss_model,
-    }
-    tables = template, parts.motors_as("motor"), parts.gearheads, parts.pairs
-    searches: list[Any] = [asked.aims[0], *(["front"] if len(asked.aims) > 1 else [])]
+    requests = requests_of(request)
     found: list[GearedSizing] = []
-    for place, aim in enumerate(searches):
-        said = part_of(progress, place / len(searches), (place + 1) / len(searches))
-        found.append(size_geared(*tables, **given, objective=aim, top=asked.top, progress=said))
+    for place, one in enumerate(requests):
+        said = part_of(progress, place / len(requests), (place + 1) / len(requests))
+        found.append(best_geared(one, said))
+    nearest = None if found[0].designs else nearest_miss(requests[0])
+    record = replace(
+        record_of(request, found),
+        cloud=_cloud(request.parts, found),
+        nearest=None if nearest is None else drive_of(request, nearest),
+    )
+    designs, front = ([drive_of(request, one) for one in some] for some in listed(found))
+    return Found(designs, front, record)
+
+
+def requests_of(request: StudyRequest) -> list[GearedRequest]:
+    """Searches over tables for a template: by the first objective, and for the front of two."""
+    own = {"stages": stages_of(request), "radius": range_of(request)}
+    return [request.on_tables(GearedRequest, objective=one, **own) for one in request.objectives]
+
+
+def stages_of(request: StudyRequest) -> tuple[OutputStage, ...]:
+    """Output stages to try with every pair; none for that of the template, or a range of radii."""
+    screw = request.template.screw
+    return request.stages or tuple(replace(screw, lead=lead) for lead in request.leads if screw is not None)
+
+
+def range_of(request: StudyRequest) -> tuple[float, float] | None:
+    """Radii to search; None without a pulley, or with given stages. [m]"""
+    pulley = request.template.pulley
+    if request.stages or pulley is None:
+        return None
+    return request.radius or (pulley.radius / RANGE, pulley.radius * RANGE)
+
+
+def listed(found: Sequence[GearedSizing]) -> tuple[Sequence[Design], Sequence[Design]]:
+    """The best designs, and those of the front, of the searches of `requests_of`."""
+    return found[0].designs, found[1].designs if len(found) > 1 else ()
+
+
+def record_of(request: StudyRequest, found: Sequence[GearedSizing]) -> SearchRecord:
+    """What became of the candidates, without cloud and nearest miss."""
     first = found[0]
-    nearest = None if first.designs else nearest_geared(*tables, **given, weighed="mass" in asked.aims[:1])
-    record = SearchRecord(
+    return record_of_counts(
+        request,
         candidates=first.candidates,
         left=first.left,
         evaluated=int(first.evaluated.sum()),
-        excluded=excluded_by(found),
+        excluded=_excluded(found),
         counts=first.counts,
         unchecked=first.unchecked,
-        ranges=ranges,
-        cloud=_cloud(parts, found),
-        nearest=None if nearest is None else drive_of(name, parts, nearest),
-        **stages_tried(stages or ()),
-    )
-    fronts = found[1].designs if len(found) > 1 else ()
-    return Found(
-        [drive_of(name, parts, one) for one in first.designs], [drive_of(name, parts, one) for one in fronts], record
+        cloud=np.empty((0, 2)),
     )
 
 
-def stages_tried(stages: Sequence[OutputStage]) -> dict[str, Any]:
+def record_of_counts(request: StudyRequest, **counts: Any) -> SearchRecord:
+    """What became of the candidates, from what was counted, by name, and what the search was over."""
+    radius = range_of(request)
+    ranges = {} if radius is None else {"pulley.radius": radius}
+    if request.leads and request.template.screw is not None:
+        ranges["screw.lead"] = min(request.leads), max(request.leads)
+    return SearchRecord(**counts, ranges=ranges, **_stages_tried(stages_of(request)))
+
+
+def _stages_tried(stages: Sequence[OutputStage]) -> dict[str, Any]:
     """Entries of the record on the output stages given: their number, and what they differ in."""
     if not stages:
         return {}
@@ -83,7 +105,7 @@ def stages_tried(stages: Sequence[OutputStage]) -> dict[str, Any]:
     return {"stages": len(stages), "stage_words": words}
 
 
-def excluded_by(found: Sequence[GearedSizing]) -> dict[str, int]:
+def _excluded(found: Sequence[GearedSizing]) -> dict[str, int]:
     """Reasons of the first search, and those for which the front alone leaves candidates out."""
     first = dict(found[0].excluded)
     more = {
@@ -104,8 +126,9 @@ def _cloud(parts: PartPool, found: Sequence[GearedSizing]) -> np.ndarray:
     return np.concatenate(points)
 
 
-def drive_of(name: str, parts: PartPool, found: Design) -> SizedDrive:
-    """A design of the search with its parts and where they are from; `name` is that of the template."""
+def drive_of(request: StudyRequest, found: Design) -> SizedDrive:
+    """A design of the search with its parts and where they are from."""
+    parts = request.parts
     stage, (low, high) = found.stage, found.radii
     free = {}
     if isinstance(stage, Pulley):
@@ -113,7 +136,7 @@ def drive_of(name: str, parts: PartPool, found: Design) -> SizedDrive:
     if isinstance(stage, Screw):
         free["screw.lead"] = FreeValue(value=stage.lead, low=math.nan, high=math.nan, unit="m")
     return SizedDrive(
-        template=name,
+        template=request.name,
         parts={"motor": parts.motor("motor", found.motor), "gearhead": parts.part("gearheads", found.gearhead)},
         free=free,
         drive=found.drive,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 Progress = Callable[[str, float], None]
@@ -13,3 +14,9 @@ def part_of(progress: Progress | None, begin: float, end: float, lead: str = "")
     if progress is None:
         return None
     return lambda said, share: progress(f"{lead}{said}", begin + share * (end - begin))
+
+
+def best_so_far(power: float, mass: float) -> str:
+    """Words on the best design that a search has found until now."""
+    said = [f"{value:.3g} {unit}" for value, unit in ((power, "W"), (mass, "kg")) if math.isfinite(value)]
+    return f"best: {', '.join(said)}" if said else "no feasible design yet"

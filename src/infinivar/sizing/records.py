@@ -11,8 +11,8 @@ from infinivar._core.result import Frozen, result
 from infinivar._core.text import counted
 from infinivar.limits import Demand
 from infinivar.sizing.design import SizedDrive, limit_words
-from infinivar.sizing.geared.result import LimitCount
-from infinivar.sizing.geared.sampled import TaskDemand
+from infinivar.sizing.found import LimitCount
+from infinivar.sizing.margins import TaskDemand
 
 OF_FRONT = ": left out of the front"
 """End of a reason for which candidates are left out of the front alone."""
@@ -110,6 +110,16 @@ class WheelRecord(Frozen):
     history: np.ndarray = reported(convert=finite)
     compiled: bool = reported(default=False)
     nearest: SizedDrive | None = reported(default=None)
+
+    @property
+    def words(self) -> str:
+        """Number of candidates."""
+        return counted(self.candidates, "cobotic combinations")
+
+    @property
+    def unjudged(self) -> dict[str, int]:
+        """None: combinations without the values that a law needs are counted by part."""
+        return {}
 
 
 def limit_lines(counts: Iterable[LimitCount]) -> Iterator[str]:

@@ -1,38 +1,129 @@
-"""What a search is asked for, whichever architecture it is over."""
+"""What `size` and the sweeps of its searches have to find: one frozen value with all options, checked."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import NamedTuple
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, TypeVar
 
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import Drive, axis_fault, refuse_machine
+from infinivar.errors import InputError, ParameterError, nearest, require
 from infinivar.parts.gearhead import LossModel
+from infinivar.parts.linear import Pulley
+from infinivar.parts.screw import Screw
+from infinivar.parts.stage import OutputStage
+from infinivar.sizing.cobotic.wheels import FREE, check_template
 from infinivar.sizing.design import SizedDrive
-from infinivar.sizing.pool import PartPool
+from infinivar.sizing.pool import PartPool, pool_of
 from infinivar.sizing.records import SearchRecord, WheelRecord
+from infinivar.study.check import check_study
 from infinivar.study.study import Study
 
+R = TypeVar("R")
 
-class Request(NamedTuple):
-    """What a search is asked for."""
+Aim = Literal["energy", "mass"]
+
+_AIMS = ("energy", "mass")
+
+GENERATIONS = 40
+"""Of the search over cobotic drives."""
+
+SLIP_MARGIN = 1.1
+"""Slip force over lateral force: a wheel that slips in a transient no longer steers."""
+
+_OPTIONS = {
+    "geared": ("radius", "leads"),
+    "cobotic": ("ranges", "steering_ratios", "slip_margin", "life", "generations", "seed"),
+}
+"""Options for one architecture only."""
+
+_KINDS: Mapping[str, type[Drive]] = {"geared": ConventionalDrive, "cobotic": CoboticDrive}
+"""Architectures that are searched."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StudyRequest:
+    """What a search for a study has to find, and among what; made by `request_of`.
+
+    Attributes
+    ----------
+    study             With the requirement, the motions and the templates.
+    templates         Names of the drives of the study whose other parts all candidates have.
+    notes             Why the study's only drive of an architecture is no template.
+    parts             Motors, gearheads and pairs.
+    aims              Objectives; designs are ordered by the first, and two ask for a front.
+    top               Number of designs to return, besides those of the front.
+    radius            Range of the pulley of geared drives; None for that around the template's. [m]
+    leads             Of the screw of geared drives, to try with every pair; empty for that of the template. [m]
+    stages            Output stages to try with every pair instead.
+    ranges            Of the free values of cobotic drives, by name.
+    steering_ratios   Between steering motor and bell; None for those around the template's. [-]
+    slip_margin       Slip force over lateral force that is wanted. [-]
+    life              Of the axle bearings of cobotic drives; None for any. [s]
+    loss_model        Of all gearheads; None for that of the template's.
+    generations, seed   Of the search over cobotic drives.
+    """
 
     study: Study
+    templates: tuple[str, ...]
+    notes: tuple[str, ...] = ()
     parts: PartPool
     aims: tuple[str, ...]
-    """Objectives; designs are ordered by the first, and two ask for a front."""
     top: int
-    radius: tuple[float, float] | None
-    """Of the pulley of geared drives. [m]"""
-    leads: tuple[float, ...]
-    """Of the screw of geared drives, to try with every pair; empty: that of the template. [m]"""
+    radius: tuple[float, float] | None = None
+    leads: tuple[float, ...] = ()
+    stages: tuple[OutputStage, ...] = ()
     ranges: Mapping[str, tuple[float, float]]
-    """Of the free values of cobotic drives, by name."""
-    steering_ratios: tuple[float, ...] | None
-    slip_margin: float
-    life: float | None
-    """Of the axle bearings of cobotic drives. [s]"""
-    loss_model: LossModel | None
-    generations: int
-    seed: int
+    steering_ratios: tuple[float, ...] | None = None
+    slip_margin: float = SLIP_MARGIN
+    life: float | None = None
+    loss_model: LossModel | None = None
+    generations: int = GENERATIONS
+    seed: int = 0
+
+    @property
+    def objectives(self) -> list[Any]:
+        """Objectives of the searches over geared drives: the first, and the front of two."""
+        return [self.aims[0], *(["front"] if len(self.aims) > 1 else [])]
+
+    @property
+    def by_mass(self) -> bool:
+        """Whether designs are ordered by their mass."""
+        return self.aims[0] == "mass"
+
+    @property
+    def name(self) -> str:
+        """Of the first template."""
+        return self.templates[0]
+
+    @property
+    def template(self) -> Any:
+        """The first template."""
+        return self.study.drives[self.name]
+
+    def on_tables(self, kind: Callable[..., R], **own: Any) -> R:
+        """The search over tables for the first template; `own` has the options of its architecture."""
+        study, parts = self.study, self.parts
+        return kind(
+            template=self.template,
+            motors=parts.motors_as("motor"),
+            gearheads=parts.gearheads,
+            pairs=parts.pairs,
+            duty=study.duty,
+            requirement=study.requirement,
+            travel=study.travel,
+            loss_model=self.loss_model,
+            top=self.top,
+            **own,
+        )
+
+    def like(self, name: str) -> StudyRequest:
+        """The search over drives like one template."""
+        return replace(self, templates=(name,), parts=self.parts.like(self.study, name))
 
 
 class Found(NamedTuple):
@@ -41,3 +132,139 @@ class Found(NamedTuple):
     designs: list[SizedDrive]
     front: list[SizedDrive]
     record: SearchRecord | WheelRecord
+
+
+def request_of(
+    study: Study,
+    kind: str | None = None,
+    *,
+    objective: Aim | Iterable[Aim] | None,
+    top: int,
+    sets: str | Path | Sequence[str | Path] | None,
+    drive: str | Sequence[str] | None,
+    loss_model: LossModel | None = None,
+    **options: Any,
+) -> StudyRequest:
+    """Check what a search is given; arguments and errors as for `size`, `options` being those for one architecture.
+
+    With a `kind`, geared or cobotic, the search is over drives like the first template of this architecture alone.
+    """
+    check_study(study)
+    aims = _aims(study, objective)
+    templates, notes = _templates(study, drive)
+    if kind is not None:
+        templates, notes = [_first(study, templates, notes, kind)], ()
+    require(isinstance(top, int) and not isinstance(top, bool) and top >= 1, "top", top, ">= 1")
+    for word, least in (("generations", 1), ("seed", 0)):
+        number = options.get(word)
+        whole = number is None or (isinstance(number, int) and not isinstance(number, bool) and number >= least)
+        require(whole, word, number, f"a whole number >= {least}")
+    ranges = options.pop("ranges", None) or {}
+    stated = {name: value for name, value in options.items() if value is not None}
+    _check_options(study, templates, stated | ({"ranges": ranges} if ranges else {}))
+    several = {name: tuple(stated[name]) for name in ("leads", "steering_ratios") if name in stated}
+    request = StudyRequest(
+        study=study,
+        templates=tuple(templates),
+        notes=notes,
+        parts=pool_of(study, sets),
+        aims=aims,
+        top=top,
+        ranges=ranges,
+        loss_model=loss_model,
+        **{**stated, **several},
+    )
+    return request if kind is None else request.like(request.name)
+
+
+def _first(study: Study, names: Sequence[str], notes: Sequence[str], kind: str) -> str:
+    """Name of the first template of an architecture."""
+    found = next((name for name in names if isinstance(study.drives[name], _KINDS[kind])), None)
+    if found is None:
+        why = notes[0] if notes else f"drives.{names[0]} is not one"
+        raise InputError(f"the study has no {kind} drive that can be a template: {why}")
+    return found
+
+
+def _aims(study: Study, objective: Aim | Iterable[Aim] | None) -> tuple[str, ...]:
+    """Objectives of a search for a study, those by default if none is given."""
+    if objective is None:
+        return _AIMS if study.duty else ("mass",)
+    aims = (objective,) if isinstance(objective, str) else tuple(objective)
+    if not aims or len({*aims}) < len(aims) or any(aim not in _AIMS for aim in aims):
+        raise ParameterError(f"objective must be energy, mass or both, got {', '.join(map(str, aims)) or 'none'}")
+    if "energy" in aims and not study.duty:
+        raise InputError(
+            "objective = energy needs a motion: add a table [duty.NAME] to the study, or use the objective mass"
+        )
+    return aims
+
+
+def _templates(study: Study, drive: str | Sequence[str] | None) -> tuple[list[str], tuple[str, ...]]:
+    """Names of the templates, and why the study's only drive of an architecture is none."""
+    for name, one in study.drives.items():
+        refuse_machine(one, "size", f"drives.{name}")
+    if drive is not None:
+        names = [drive] if isinstance(drive, str) else list(dict.fromkeys(drive))
+        if not names:
+            raise InputError("drive must name at least one drive of the study")
+        for name in names:
+            fault = _fault(study, name)
+            if fault is not None:
+                raise InputError(f"drives.{name} cannot be a template: {fault}")
+        return names, ()
+    names, notes = [], []
+    for kind in _KINDS.values():
+        known = [name for name, one in study.drives.items() if isinstance(one, kind)]
+        able = [name for name in known if _fault(study, name) is None]
+        names += able[:1]
+        if known and not able:
+            notes.append(f"drives.{known[0]} was not searched: {_fault(study, known[0])}")
+    if not names:
+        raise InputError(
+            notes[0]
+            if notes
+            else 'the study has no drive that can be a template: add a table [drives.NAME] with type = "conventional", or with a '
+            "cobotic drive"
+        )
+    return names, tuple(notes)
+
+
+def _fault(study: Study, name: str) -> str | None:
+    """Why a drive cannot be a template; None if it can."""
+    drive = study.drive(name)
+    if not isinstance(drive, ConventionalDrive | CoboticDrive):
+        return "the search is over drives of type conventional and cobotic drives"
+    if isinstance(drive, CoboticDrive):
+        try:
+            check_template(drive, bool(study.duty))
+        except ParameterError as problem:
+            return str(problem)
+    if study.requirement is not None:
+        return axis_fault(drive, study.requirement.axis, f"drives.{name}", "the requirement")
+    return None
+
+
+def _check_options(study: Study, names: Sequence[str], given: Mapping[str, Any]) -> None:
+    """Raise InputError for an option that no template has a use for, or that is out of range; `given` has the options stated."""
+    drives = [study.drives[name] for name in names]
+    for kind, one in _KINDS.items():
+        useless = [name for name in _OPTIONS[kind] if name in given]
+        if useless and not any(isinstance(drive, one) for drive in drives):
+            raise InputError(f"{', '.join(useless)}: for {kind} drives only; no {kind} drive is searched")
+    stages = [drive.stage for drive in drives if isinstance(drive, ConventionalDrive)]
+    for name, stage in (("radius", Pulley), ("leads", Screw)):
+        if name in given and not any(isinstance(one, stage) for one in stages):
+            fate = "whose radius is searched" if isinstance(stages[0], Pulley) else "which stays as it is"
+            raise InputError(f"{name}: the template has no {stage.title}, but a {stages[0].title}, {fate}")
+    for name, what, unit in (("leads", "lead", "m"), ("steering_ratios", "ratio", "")):
+        values = tuple(given.get(name, (1.0,)))
+        fine = len(values) > 0 and all(0.0 < one < math.inf for one in values) and len({*values}) == len(values)
+        require(fine, name, values, f"one {what} or several different ones, each > 0", unit)
+    for name, ends in given.get("ranges", {}).items():
+        if name not in FREE:
+            raise InputError(
+                f"ranges has an unknown entry {name!r}{nearest(name, FREE)}; known entries: {', '.join(FREE)}"
+            )
+        fine = len(ends) == 2 and 0.0 < ends[0] <= ends[1] < math.inf
+        require(fine, f"ranges[{name!r}]", tuple(ends), "a range above 0, least first")

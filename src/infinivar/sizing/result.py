@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping
 
 from infinivar._core.described import derived, named, reported
 from infinivar._core.result import Result, result
-from infinivar._core.text import counted
 from infinivar.analysis.hanging import Hanging
 from infinivar.drivetrain.uncounted import not_counted
 from infinivar.sizing.builds.result import Doubt
@@ -85,11 +84,9 @@ class Sizing(Result):
     @property
     def searched(self) -> str:
         """What was searched, such as "7 pairs of shelf"."""
-        found = [
-            one.words if isinstance(one, SearchRecord) else counted(one.candidates, "cobotic combinations")
-            for one in self.searches.values()
-        ]
-        return f"{' and '.join(found)} of {', '.join(one.name for one in self.sets)}"
+        return (
+            f"{' and '.join(one.words for one in self.searches.values())} of {', '.join(one.name for one in self.sets)}"
+        )
 
     @property
     def least(self) -> str:
@@ -102,7 +99,7 @@ class Sizing(Result):
         if self.best is not None:
             prefix = "" if self.hangs_on is None else self.hangs_on.prefix
             return f"{prefix}{self.least}: {self.words_of(self.best)}"
-        unjudged = [one.unjudged if isinstance(one, SearchRecord) else {} for one in self.searches.values()]
+        unjudged = [one.unjudged for one in self.searches.values()]
         if sum(sum(one.values()) for one in unjudged) == sum(one.candidates for one in self.searches.values()):
             reasons = ", ".join(f"{reason} ({number:,})" for one in unjudged for reason, number in one.items())
             return f"none of {self.searched} can be judged: {reasons}"

@@ -16,14 +16,15 @@ from infinivar.sizing.builds.evaluation import BuildResults, at_once, built, dec
 from infinivar.sizing.builds.result import DesignBuilds, Doubt
 from infinivar.sizing.builds.spreads import draw
 from infinivar.sizing.design import SizedDrive
-from infinivar.sizing.geared.sampled import Laws, TaskDemand
-from infinivar.sizing.geared.search import equal_shares
+from infinivar.sizing.geared.sampled import Laws
 from infinivar.sizing.geared.tasks import MotionTask, Task, tasks_of
+from infinivar.sizing.margins import TaskDemand
 from infinivar.sizing.result import Sizing
+from infinivar.sizing.tables import equal_shares
 from infinivar.study.study import Study
 
 BUILDS = 128
-"""Number of builds, unless another is asked for."""
+"""Number of builds, unless another is stated."""
 
 JUDGED = 5
 """Most designs, and most of the front, that are judged."""
@@ -161,18 +162,16 @@ def _judged(
     compiled: bool | None,
 ) -> Iterator[BuildResults]:
     """Judge the builds of each design, those of one structure by the same compiled laws."""
-    every_task = [
-        tasks_of(one.drive, study.duty, study.requirement, travel=study.travel, samples=None) for one in designs
-    ]
+    every_task = [tasks_of(one.drive, study.duty, study.requirement, study.travel) for one in designs]
     groups: dict[Any, list[int]] = {}
     for place, (design, columns) in enumerate(zip(designs, values, strict=True)):
         groups.setdefault((engine.structure(design.drive), tuple(columns), design.template), []).append(place)
-    law_of: dict[int, engine.Compiled] = {}
+    law_of: dict[int, engine.CompiledBuilds] = {}
     optional = compiled is None
     for places in groups.values():
         requested = _pays([designs[place] for place in places], every_task[places[0]], count) if optional else compiled
         if requested and values[places[0]]:
-            made = engine.Compiled([designs[place].drive for place in places], tuple(values[places[0]]))
+            made = engine.CompiledBuilds([designs[place].drive for place in places], tuple(values[places[0]]))
             law_of |= dict.fromkeys(places, made)
     shares = equal_shares(study.duty)
     for place, design in enumerate(designs):
@@ -193,7 +192,7 @@ def _of_design(
     tasks: Sequence[Task],
     shares: Mapping[str, float],
     count: int,
-    law: engine.Compiled | None,
+    law: engine.CompiledBuilds | None,
     optional: bool,
 ) -> BuildResults:
     """Judge the builds of one design, some at a time."""

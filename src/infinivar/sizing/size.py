@@ -6,10 +6,10 @@ If asked, the best designs are evaluated again with another answer to each open 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -19,46 +19,22 @@ from infinivar.analysis.deciding import best_speeds
 from infinivar.analysis.hanging import Hanging, Judged, hang
 from infinivar.analysis.region import covers
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import axis_fault, refuse_machine
-from infinivar.errors import InputError, ParameterError, nearest, require
 from infinivar.parts.gearhead import LossModel
-from infinivar.parts.linear import Pulley
-from infinivar.parts.screw import Screw
-from infinivar.sizing.cobotic.wheels import FREE, check_template
 from infinivar.sizing.design import SizedDrive
-from infinivar.sizing.geared.search import equal_shares
 from infinivar.sizing.geared.tally import SPARE
 from infinivar.sizing.of_cobotic import cobotic
 from infinivar.sizing.of_geared import geared
-from infinivar.sizing.pool import PartPool, pool_of
 from infinivar.sizing.progress import Progress, part_of
-from infinivar.sizing.request import Found, Request
+from infinivar.sizing.request import Aim, Found, StudyRequest, request_of
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.robustness import check_builds, with_builds
 from infinivar.sizing.studies import not_simulated, not_taken_over, study_of
+from infinivar.sizing.tables import equal_shares
 from infinivar.sizing.what_if import what_if
-from infinivar.study.check import check_study
 from infinivar.study.choices import Variant, variants
 from infinivar.study.study import Study
 
-Aim = Literal["energy", "mass"]
-
-_AIMS = ("energy", "mass")
-
-GENERATIONS = 40
-"""Of the search over cobotic drives."""
-
-SLIP_MARGIN = 1.1
-"""Slip force over lateral force: a wheel that slips in a transient no longer steers."""
-
-_OPTIONS = {
-    "geared": ("radius", "leads"),
-    "cobotic": ("ranges", "steering_ratios", "slip_margin", "life", "generations", "seed"),
-}
-"""Options for one architecture only."""
-
-_WORK = {"geared": 1.0, "cobotic": 4.0}
+_WORK = {geared: 1.0, cobotic: 4.0}
 """Parts of the time that the searches take, for the progress."""
 
 
@@ -122,63 +98,36 @@ def size(
         If the study has no template or nothing to judge by, a set cannot be read, or an argument is out of range, or is for an
         architecture that is not searched.
     """
-    check_study(study)
-    aims = aims_of(study, objective)
-    names, notes = templates_of(study, drive)
-    require(isinstance(top, int) and not isinstance(top, bool) and top >= 1, "top", top, ">= 1")
-    for word, number, least in (("generations", generations, 1), ("seed", seed, 0)):
-        whole = number is None or (isinstance(number, int) and not isinstance(number, bool) and number >= least)
-        require(whole, word, number, f"a whole number >= {least}")
     if builds:
         check_builds(builds)
-    given: dict[str, Any] = {
-        "radius": radius,
-        "leads": leads,
-        "ranges": ranges or None,
-        "steering_ratios": steering_ratios,
-        "slip_margin": slip_margin,
-        "life": life,
-        "generations": generations,
-        "seed": seed,
-    }
-    check_options(study, names, {name: value for name, value in given.items() if value is not None})
-    slip_margin = SLIP_MARGIN if slip_margin is None else slip_margin
-    requested = Request(
-        study=study,
-        parts=pool_of(study, sets),
-        aims=aims,
+    request = request_of(
+        study,
+        objective=objective,
         top=top,
+        sets=sets,
+        drive=drive,
         radius=radius,
-        leads=tuple(leads or ()),
-        ranges=ranges or {},
-        steering_ratios=None if steering_ratios is None else tuple(steering_ratios),
+        leads=leads,
+        ranges=ranges,
+        steering_ratios=steering_ratios,
         slip_margin=slip_margin,
         life=life,
         loss_model=loss_model,
-        generations=GENERATIONS if generations is None else generations,
-        seed=seed or 0,
+        generations=generations,
+        seed=seed,
     )
-    found = _searched(requested, names, progress)
+    found = _searched(request, progress)
     if progress is not None:
         progress("what would have to change", 1.0)
-    made = sizing_of(study, requested.parts, aims, found, top=top, slip_margin=slip_margin, notes=notes)
-    return with_builds(with_hanging(made), builds, progress)
+    return with_builds(with_hanging(sizing_of(request, found)), builds, progress)
 
 
-def sizing_of(
-    study: Study,
-    parts: PartPool,
-    aims: tuple[str, ...],
-    found: Mapping[str, Found],
-    *,
-    top: int,
-    slip_margin: float = SLIP_MARGIN,
-    notes: Sequence[str] = (),
-) -> Sizing:
-    """What searches found, by template, as one result; other arguments as for `size`."""
+def sizing_of(request: StudyRequest, found: Mapping[str, Found]) -> Sizing:
+    """What searches found, by template, as one result."""
+    study, parts, aims = request.study, request.parts, request.aims
     best_of = {name: each.designs[0] for name, each in found.items() if each.designs}
     missed = {name: each.record.nearest for name, each in found.items() if each.record.nearest is not None}
-    designs = _ordered([one for each in found.values() for one in each.designs], aims)[:top]
+    designs = _ordered([one for each in found.values() for one in each.designs], request)
     best_front = _front([one for each in found.values() for one in each.front])
     chosen_parts = [named for one in (*designs, *best_front, *best_of.values()) for named in one.parts.items()]
     return Sizing(
@@ -189,9 +138,9 @@ def sizing_of(
         searches={name: each.record for name, each in found.items()},
         sets=parts.sets,
         best_of=best_of,
-        what_if=what_if(study, aims[0], best_of, missed, slip_margin),
+        what_if=what_if(study, aims[0], best_of, missed, request.slip_margin),
         notes=(
-            *notes,
+            *request.notes,
             *not_taken_over(study, best_of),
             *_not_simulated(study, best_of),
             *parts.unread,
@@ -209,27 +158,22 @@ def _not_simulated(study: Study, best_of: Mapping[str, SizedDrive]) -> Iterator[
                 yield f"duty.{name} is not written as a scenario of designs like {template}: {fault}"
 
 
-def _searched(requested: Request, names: Sequence[str], progress: Progress | None) -> dict[str, Found]:
+def _searched(request: StudyRequest, progress: Progress | None) -> dict[str, Found]:
     """What the search over drives like each template found."""
-    drives = [requested.study.drives[name] for name in names]
-    work = [_WORK["cobotic" if isinstance(one, CoboticDrive) else "geared"] for one in drives]
+    names = request.templates
+    searches = [cobotic if isinstance(request.study.drives[name], CoboticDrive) else geared for name in names]
+    work = [_WORK[search] for search in searches]
     ends = np.cumsum([0.0, *work]) / sum(work)
     found: dict[str, Found] = {}
-    for place, (name, template) in enumerate(zip(names, drives, strict=True)):
+    for place, (name, search) in enumerate(zip(names, searches, strict=True)):
         said = part_of(progress, float(ends[place]), float(ends[place + 1]), f"{name}: " if len(names) > 1 else "")
-        own = requested._replace(parts=requested.parts.like(requested.study, name))
-        if isinstance(template, CoboticDrive):
-            found[name] = cobotic(own, name, template, said)
-        else:
-            assert isinstance(template, ConventionalDrive)
-            found[name] = geared(own, name, template, said)
+        found[name] = search(request.like(name), said)
     return found
 
 
-def _ordered(designs: list[SizedDrive], aims: tuple[str, ...]) -> list[SizedDrive]:
-    """Designs by the first objective; those of one template keep their order."""
-    by_mass = aims[0] == "mass"
-    return sorted(designs, key=lambda one: one.mass if by_mass else one.power)
+def _ordered(designs: list[SizedDrive], request: StudyRequest) -> list[SizedDrive]:
+    """The first designs by the first objective; those of one template keep their order."""
+    return sorted(designs, key=lambda one: one.mass if request.by_mass else one.power)[: request.top]
 
 
 def _front(designs: list[SizedDrive]) -> list[SizedDrive]:
@@ -238,90 +182,6 @@ def _front(designs: list[SizedDrive]) -> list[SizedDrive]:
         return []
     mass, power = (np.array([getattr(one, name) for one in designs]) for name in ("mass", "power"))
     return [designs[place] for place in front(mass, power)]
-
-
-def aims_of(study: Study, objective: Aim | Iterable[Aim] | None) -> tuple[str, ...]:
-    """Objectives of a search for a study, those by default if none is given."""
-    if objective is None:
-        return _AIMS if study.duty else ("mass",)
-    aims = (objective,) if isinstance(objective, str) else tuple(objective)
-    if not aims or len({*aims}) < len(aims) or any(aim not in _AIMS for aim in aims):
-        raise ParameterError(f"objective must be energy, mass or both, got {', '.join(map(str, aims)) or 'none'}")
-    if "energy" in aims and not study.duty:
-        raise InputError(
-            "objective = energy needs a motion: add a table [duty.NAME] to the study, or use the objective mass"
-        )
-    return aims
-
-
-def templates_of(study: Study, drive: str | Sequence[str] | None) -> tuple[list[str], tuple[str, ...]]:
-    """Names of the templates, and why the study's only drive of an architecture is none."""
-    for name, one in study.drives.items():
-        refuse_machine(one, "size", f"drives.{name}")
-    if drive is not None:
-        names = [drive] if isinstance(drive, str) else list(dict.fromkeys(drive))
-        if not names:
-            raise InputError("drive must name at least one drive of the study")
-        for name in names:
-            fault = _fault(study, name)
-            if fault is not None:
-                raise InputError(f"drives.{name} cannot be a template: {fault}")
-        return names, ()
-    names, notes = [], []
-    for kind in (ConventionalDrive, CoboticDrive):
-        known = [name for name, one in study.drives.items() if isinstance(one, kind)]
-        able = [name for name in known if _fault(study, name) is None]
-        names += able[:1]
-        if known and not able:
-            notes.append(f"drives.{known[0]} was not searched: {_fault(study, known[0])}")
-    if not names:
-        raise InputError(
-            notes[0]
-            if notes
-            else 'the study has no drive that can be a template: add a table [drives.NAME] with type = "conventional", or with a '
-            "cobotic drive"
-        )
-    return names, tuple(notes)
-
-
-def _fault(study: Study, name: str) -> str | None:
-    """Why a drive cannot be a template; None if it can."""
-    drive = study.drive(name)
-    if not isinstance(drive, ConventionalDrive | CoboticDrive):
-        return "the search is over drives of type conventional and cobotic drives"
-    if isinstance(drive, CoboticDrive):
-        try:
-            check_template(drive, bool(study.duty))
-        except ParameterError as problem:
-            return str(problem)
-    if study.requirement is not None:
-        return axis_fault(drive, study.requirement.axis, f"drives.{name}", "the requirement")
-    return None
-
-
-def check_options(study: Study, names: Sequence[str], given: Mapping[str, Any]) -> None:
-    """Raise InputError for an option that no template has a use for, or that is out of range; `given` has the options stated."""
-    drives = [study.drives[name] for name in names]
-    for kind, one in (("geared", ConventionalDrive), ("cobotic", CoboticDrive)):
-        useless = [name for name in _OPTIONS[kind] if name in given]
-        if useless and not any(isinstance(drive, one) for drive in drives):
-            raise InputError(f"{', '.join(useless)}: for {kind} drives only; no {kind} drive is searched")
-    stages = [drive.stage for drive in drives if isinstance(drive, ConventionalDrive)]
-    for name, stage in (("radius", Pulley), ("leads", Screw)):
-        if name in given and not any(isinstance(one, stage) for one in stages):
-            fate = "whose radius is searched" if isinstance(stages[0], Pulley) else "which stays as it is"
-            raise InputError(f"{name}: the template has no {stage.title}, but a {stages[0].title}, {fate}")
-    for name, what, unit in (("leads", "lead", "m"), ("steering_ratios", "ratio", "")):
-        values = tuple(given.get(name, (1.0,)))
-        fine = len(values) > 0 and all(0.0 < one < math.inf for one in values) and len({*values}) == len(values)
-        require(fine, name, values, f"one {what} or several different ones, each > 0", unit)
-    for name, ends in given.get("ranges", {}).items():
-        if name not in FREE:
-            raise InputError(
-                f"ranges has an unknown entry {name!r}{nearest(name, FREE)}; known entries: {', '.join(FREE)}"
-            )
-        fine = len(ends) == 2 and 0.0 < ends[0] <= ends[1] < math.inf
-        require(fine, f"ranges[{name!r}]", tuple(ends), "a range above 0, least first")
 
 
 def with_hanging(sizing: Sizing) -> Sizing:

@@ -25,10 +25,10 @@ from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.parts.amplifier import Amplifier
 from infinivar.sizing.design import DEMAND_ROWS, SizedDrive, beyond_words
-from infinivar.sizing.geared.sampled import TaskDemand
-from infinivar.sizing.geared.search import equal_shares
 from infinivar.sizing.geared.tasks import REQUIREMENT, RegionTask, judging_points
 from infinivar.sizing.levers import Lever, allowances, levers, weighed
+from infinivar.sizing.margins import TaskDemand
+from infinivar.sizing.tables import equal_shares
 from infinivar.study.study import Study
 from infinivar.units import plain, show
 
@@ -115,7 +115,7 @@ class WhatIf(Frozen):
 
     @property
     def headline(self) -> str:
-        """What is asked."""
+        """What has to be reached, in words."""
         if self.goal == "feasible":
             return f"What would have to change for {self.template} to be feasible (nearest miss, all else as it is)"
         unit = "kg" if self.goal == "mass" else "W"
@@ -185,7 +185,7 @@ def amount(value: float, unit: str) -> str:
     return show(value, unit, 3)
 
 
-class Judged(NamedTuple):
+class Judgement(NamedTuple):
     """What a drive needs, and its demands."""
 
     power: float
@@ -215,7 +215,7 @@ class Judge:
             speed, force, _ = study.requirement.sample()
             self._region = judging_points(RegionTask(speed=speed, force=force))
 
-    def __call__(self, drive: Any) -> Judged:
+    def __call__(self, drive: Any) -> Judgement:
         """Power and demands of a drive."""
         demands: dict[TaskDemand, float] = {}
         power = 0.0 if self._study.duty else math.nan
@@ -232,7 +232,7 @@ class Judge:
         if isinstance(drive, CoboticDrive):
             static = drive.transmission.utilisation
             demands |= {("contact", limit, "wheel"): float(np.max(one)) for limit, one in static.items()}
-        return Judged(
+        return Judgement(
             power,
             {key: demand * (self._slip_margin if key[1] == Limit.SLIP else 1.0) for key, demand in demands.items()},
         )
@@ -302,7 +302,7 @@ def _to_win(design: SizedDrive, judge: Judge, aim: str, target: float) -> WhatIf
 def _to_be_feasible(design: SizedDrive, judge: Judge) -> WhatIf | None:
     """What would have to change for an infeasible design to keep all limits; None if that is not known.
 
-    Behind a wheel that slips no motors were chosen: the friction limit of its contact is all that is asked for. Where the
+    Behind a wheel that slips no motors were chosen: the friction limit of its contact is all that is looked at. Where the
     amplifier accepts no power and some returns, everything else is judged with one that burns it.
     """
     exceeded, absorbed = design.exceeded, 0.0

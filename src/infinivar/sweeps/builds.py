@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from infinivar.study.check import check_duty, check_spreads, check_study
 from infinivar.study.spreads import Spread
 from infinivar.study.study import Study
 from infinivar.sweeps.fingerprint import fingerprint
-from infinivar.sweeps.problem import CANDIDATES, Chunk, Rows
+from infinivar.sweeps.problem import CANDIDATES, Chunk, Problem
 from infinivar.sweeps.sweep import Sweep, check_finished
 
 DRAWS = 2**16
@@ -32,7 +32,7 @@ _VALUES = ("energy_J", "temperature_K", "able")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class BuildsSweep:
+class BuildsSweep(Problem):
     """Samples of a drive in chunks, by their number in one sequence: the samples are those of `compare` with as many draws.
 
     Attributes
@@ -43,15 +43,11 @@ class BuildsSweep:
     size       Samples in a chunk, a power of two.
     """
 
+    kind: ClassVar[str] = "builds"
     study: Study
     drive: str
     draws: int = DRAWS
     size: int = SIZE
-
-    @property
-    def kind(self) -> str:
-        """See `Problem`."""
-        return "builds"
 
     @property
     def title(self) -> str:
@@ -62,11 +58,6 @@ class BuildsSweep:
     def chunks(self) -> int:
         """See `Problem`."""
         return max(1, self.draws // self.size)
-
-    @property
-    def reducer(self) -> Rows:
-        """See `Problem`."""
-        return Rows()
 
     @property
     def spreads(self) -> tuple[Spread, ...]:

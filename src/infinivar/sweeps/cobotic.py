@@ -7,45 +7,47 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from infinivar._core.frozen import FrozenDict
 from infinivar._core.text import counted
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.errors import InputError, ParameterError, require
+from infinivar.errors import ParameterError, require
 from infinivar.sizing.cobotic.bounds import Side
-from infinivar.sizing.cobotic.designs import chosen_drive
-from infinivar.sizing.cobotic.result import CoboticDesign, CoboticSizing
-from infinivar.sizing.cobotic.search import Searched, excluded_of, searched_of, size_cobotic, unchecked_of
+from infinivar.sizing.cobotic.choice import NOT_CHOSEN
+from infinivar.sizing.cobotic.designs import design_of
+from infinivar.sizing.cobotic.search import Searched, best_cobotic, excluded_of, searched_of, unchecked_of
 from infinivar.sizing.cobotic.wheels import FREE
-from infinivar.sizing.of_cobotic import arguments_of, found_of, objective_of
-from infinivar.sizing.pool import pool_of
-from infinivar.sizing.request import Request
+from infinivar.sizing.found import CoboticDesign, CoboticSizing
+from infinivar.sizing.of_cobotic import found_of, request_on_tables
+from infinivar.sizing.request import GENERATIONS, Aim, StudyRequest, request_of
 from infinivar.sizing.result import Sizing
-from infinivar.sizing.size import (
-    GENERATIONS,
-    SLIP_MARGIN,
-    Aim,
-    aims_of,
-    check_options,
-    sizing_of,
-    templates_of,
-)
-from infinivar.study.check import check_study
+from infinivar.sizing.size import sizing_of
+from infinivar.sizing.tables import CoboticRequest
 from infinivar.study.study import Study
-from infinivar.sweeps.designs import DEMAND, column_of, demands_of, design_words, each, key_of, row_of, rows_of
+from infinivar.sweeps.designs import (
+    DEMAND,
+    column_of,
+    demands_of,
+    design_row,
+    design_words,
+    each,
+    key_of,
+    row_of,
+    rows_of,
+)
 from infinivar.sweeps.fingerprint import fingerprint
 from infinivar.sweeps.geared import TOP_OF_CHUNK
-from infinivar.sweeps.problem import CANDIDATES, FRONT, LIST, NEAREST, TOP, Best, Chunk
+from infinivar.sweeps.problem import CANDIDATES, FRONT, LIST, NEAREST, TOP, Best, Chunk, Problem
 from infinivar.sweeps.sweep import Sweep, check_finished
 
 _PARTS = ("pair", "bearing", "steering", "ratio")
 """Columns that identify a combination of parts."""
 _TABLES = ("motors", "gearheads", "pairs", "steering_motors", "steering_ratios", "bearings")
+_NOT_OPTIONS = (*_TABLES, "template", "duty", "requirement", "seed", "top")
 
 
 class CoboticDesigns(NamedTuple):
@@ -58,28 +60,25 @@ class CoboticDesigns(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CoboticSweep:
+class CoboticSweep(Problem):
     """Independent starts of a search over cobotic drives, one in each chunk.
 
     Attributes
     ----------
-    title        For reports.
-    template     As for `size_cobotic`.
-    arguments    All other arguments of `size_cobotic` but seed, top and progress, by name.
-    starts       Number of starts; their seeds are 0, 1, 2, ...
-    top          Number of designs to keep, besides those of the front.
+    label     Title for reports.
+    request   What a start searches, all but its seed.
+    starts    Number of starts; their seeds are 0, 1, 2, ...
     """
 
-    title: str
-    template: CoboticDrive
-    arguments: Mapping[str, Any]
+    kind: ClassVar[str] = "cobotic drives"
+    label: str
+    request: CoboticRequest
     starts: int
-    top: int = TOP_OF_CHUNK
 
     @property
-    def kind(self) -> str:
+    def title(self) -> str:
         """See `Problem`."""
-        return "cobotic drives"
+        return self.label
 
     @property
     def chunks(self) -> int:
@@ -90,26 +89,26 @@ class CoboticSweep:
     def reducer(self) -> Best:
         """See `Problem`."""
         order = ("value", "power_W", "seed", *_PARTS)
-        return Best(top=self.top, order=order, front=("mass_kg", "power_W"), same=_PARTS, demands=DEMAND)
+        return Best(top=self.request.top, order=order, front=("mass_kg", "power_W"), same=_PARTS, demands=DEMAND)
 
     @property
     def identity(self) -> Mapping[str, Any]:
         """See `Problem`; the number of starts is that of the chunks."""
-        given = self.arguments
-        others = {name: value for name, value in given.items() if name not in (*_TABLES, "duty", "requirement")}
+        named = {one.name: getattr(self.request, one.name) for one in dataclasses.fields(self.request)}
+        others = {name: value for name, value in named.items() if name not in _NOT_OPTIONS}
         return {
-            "values of the drive": fingerprint(self.template),
-            "parts": fingerprint({name: given[name] for name in _TABLES}),
-            "requirement": fingerprint(given.get("requirement")),
-            "motions": fingerprint(given["duty"]),
+            "values of the drive": fingerprint(self.request.template),
+            "parts": fingerprint({name: named[name] for name in _TABLES}),
+            "requirement": fingerprint(self.request.requirement),
+            "motions": fingerprint(self.request.duty),
             "options": fingerprint(dict(sorted(others.items()))),
-            "top": self.top,
+            "top": self.request.top,
             "designs ordered by": "mass" if self._by_mass else "power",
         }
 
     def run(self, number: int) -> Chunk:
         """See `Problem`."""
-        found = size_cobotic(self.template, **self.arguments, seed=number, top=self.top)
+        found = best_cobotic(replace(self.request, seed=number))
         designs = [(TOP, one) for one in found.designs] + [(FRONT, one) for one in found.front]
         if not designs and found.nearest is not None:
             designs = [(NEAREST, found.nearest)]
@@ -138,79 +137,45 @@ class CoboticSweep:
             If the sweep is not finished.
         """
         check_finished(sweep)
-        searched = self.searched
+        searched = searched_of(self.request)
         return CoboticDesigns(*(tuple(self.designs(searched, sweep.list(name))) for name in (TOP, FRONT)))
-
-    @property
-    def searched(self) -> Searched:
-        """Parts and ranges that the starts search."""
-        given = self.arguments
-        return searched_of(
-            self.template,
-            {name: given[name] for name in ("motors", "gearheads", "steering_motors")},
-            given["pairs"],
-            steering_ratios=given["steering_ratios"],
-            bearings=given["bearings"],
-            ranges=given.get("ranges") or {},
-            loss_model=given.get("loss_model") or self.template.gearhead.loss_model,
-            moving=bool(given["duty"]),
-            weighed=given.get("objective", "energy") != "energy",
-        )
 
     def designs(self, searched: Searched, rows: Mapping[str, np.ndarray]) -> Iterator[CoboticDesign]:
         """Yield rows of a list as designs, with the demands and the power found by the start."""
         for row in each(rows):
             pair, bearing, steering = (int(row[name]) for name in _PARTS[:3])
-            chosen = [(searched.sides[0], pair)] if pair >= 0 else []
-            if steering >= 0:
+            chosen = [(searched.sides[0], pair)] if pair != NOT_CHOSEN else []
+            if steering != NOT_CHOSEN:
                 chosen.append((searched.sides[1], _steered(searched.sides[1], steering, float(row["ratio"]))))
-            values = {name: float(row[name]) for name in FREE}
-            made = chosen_drive(searched.space, list(values.values()), bearing, chosen)
-            motor, gearhead = searched.sides[0].found.pairs[pair] if pair >= 0 else (-1, -1)
-            yield CoboticDesign(
-                pair=pair,
-                motor=int(motor),
-                gearhead=int(gearhead),
-                bearing=bearing,
-                steering=steering,
-                ratio=made.ratio,
-                values=values,
-                drive=made.drive,
+            yield design_of(
+                searched.space,
+                np.array([row[name] for name in FREE]),
+                bearing,
+                chosen,
                 mass=float(row["mass_kg"]),
                 power=float(row["power_W"]),
                 demands=demands_of(row),
-                unchecked=made.unchecked,
             )
 
     @property
     def _by_mass(self) -> bool:
-        return self.arguments.get("objective") == "mass"
+        return self.request.objective == "mass"
 
     def _row(self, name: str, one: CoboticDesign, seed: int) -> dict[str, Any]:
-        return {
-            LIST: name,
-            "value": one.mass if self._by_mass else one.power,
-            "seed": seed,
-            **{part: getattr(one, part) for part in _PARTS},
-            **self._names(one),
-            **one.values,
-            "mass_kg": one.mass,
-            "power_W": one.power,
-            # In a row nan stands for a limit that does not load the design.
-            **{column_of(key): np.inf if np.isnan(demand) else demand for key, demand in one.demands.items()},
-        }
+        parts = {part: getattr(one, part) for part in _PARTS}
+        return design_row(name, one, self._by_mass, {"seed": seed, **parts, **self._names(one), **one.values})
 
     def _names(self, one: CoboticDesign) -> dict[str, str]:
         """Names of the parts, where the tables have names; "" for one that is not chosen."""
         rows = {"motor": ("motors", one.motor), "gearhead": ("gearheads", one.gearhead)}
         rows["steering motor"] = ("steering_motors", one.steering)
-        tables = {part: (self.arguments[table], row) for part, (table, row) in rows.items()}
+        tables = {part: (getattr(self.request, table), row) for part, (table, row) in rows.items()}
         found = {
-            part: str(table["name"][row]) if row >= 0 else ""
+            part: str(table["name"][row]) if row != NOT_CHOSEN else ""
             for part, (table, row) in tables.items()
             if "name" in table
         }
-        return {**found, "axle bearing": str(self.arguments["bearings"][one.bearing].name)}
+        return {**found, "axle bearing": str(self.request.bearings[one.bearing].name)}
 
 
 def cobotic_sweep(
@@ -231,15 +196,20 @@ def cobotic_sweep(
     ParameterError
         If the number of starts is not above 0, or an argument is missing or does not belong.
     """
-    for name, number in (("starts", starts), ("top", top)):
-        require(isinstance(number, int) and not isinstance(number, bool) and number >= 1, name, number, ">= 1")
+    _check_starts(starts)
     missing = [name for name in (*_TABLES, "duty") if name not in arguments]
     if missing:
         raise ParameterError(f"{missing[0]} is missing: a sweep over cobotic drives has all arguments of size_cobotic")
     for name in ("seed", "progress"):
         if name in arguments:
             raise ParameterError(f"{name} does not apply to a sweep: each start has a {name} of its own")
-    return CoboticSweep(title=title, template=template, arguments=FrozenDict(arguments), starts=starts, top=top)
+    several = {name: tuple(arguments[name]) for name in ("steering_ratios", "bearings")}
+    given = {**arguments, **several, "ranges": arguments.get("ranges") or {}}
+    return CoboticSweep(label=title, request=CoboticRequest(template=template, top=top, **given), starts=starts)
+
+
+def _check_starts(starts: int) -> None:
+    require(isinstance(starts, int) and not isinstance(starts, bool) and starts >= 1, "starts", starts, ">= 1")
 
 
 def _counts(found: CoboticSizing) -> dict[str, Any]:
@@ -265,16 +235,14 @@ class CoboticStudySweep(CoboticSweep):
 
     Attributes
     ----------
-    asked   Study, parts, objectives and options.
-    drive   Name of the template in the study.
+    study_request   Study, template, parts, objectives and options.
     """
 
-    asked: Request
-    drive: str
+    study_request: StudyRequest
 
     @property
     def _by_mass(self) -> bool:
-        return self.asked.aims[0] == "mass"
+        return self.study_request.by_mass
 
     def sizing(self, sweep: Sweep) -> Sizing:
         """The best designs of all starts as `size` returns them; the cloud of the record has no others, and no history.
@@ -284,10 +252,10 @@ class CoboticStudySweep(CoboticSweep):
         InputError
             If the sweep is not finished.
         """
-        kept, searched, counts = self.result(sweep), self.searched, sweep.counts
+        kept, searched, counts = self.result(sweep), searched_of(self.request), sweep.counts
         both = [*kept.designs, *kept.front]
         found = CoboticSizing(
-            objective=objective_of(self.asked),
+            objective=self.request.objective,
             designs=kept.designs,
             front=kept.front,
             wheels=counts["wheels"],
@@ -302,15 +270,8 @@ class CoboticStudySweep(CoboticSweep):
             unchecked=unchecked_of(searched.sides),
             nearest=next(self.designs(searched, sweep.list(NEAREST)), None),
         )
-        requested = self.asked
-        return sizing_of(
-            requested.study,
-            requested.parts,
-            requested.aims,
-            {self.drive: found_of(requested, self.drive, self.template, found)},
-            top=self.top,
-            slip_margin=requested.slip_margin,
-        )
+        request = self.study_request
+        return sizing_of(request, {request.name: found_of(request, found)})
 
 
 def cobotic_study_sweep(
@@ -334,39 +295,23 @@ def cobotic_study_sweep(
     InputError
         As `size` does.
     """
-    check_study(study)
-    names, notes = templates_of(study, drive)
-    name = next((one for one in names if isinstance(study.drives[one], CoboticDrive)), None)
-    if name is None:
-        why = notes[0] if notes else f"drives.{names[0]} is not one"
-        raise InputError(f"the study has no cobotic drive that can be a template: {why}")
-    template = study.drives[name]
-    assert isinstance(template, CoboticDrive)
-    stated = {"ranges": ranges or None, "steering_ratios": steering_ratios}
-    check_options(study, [name], {one: value for one, value in stated.items() if value is not None})
-    requested = Request(
-        study=study,
-        parts=pool_of(study, sets).like(study, name),
-        aims=aims_of(study, objective),
+    _check_starts(starts)
+    request = request_of(
+        study,
+        "cobotic",
+        objective=objective,
         top=top,
-        radius=None,
-        leads=(),
-        ranges=ranges or {},
-        steering_ratios=None if steering_ratios is None else tuple(steering_ratios),
-        slip_margin=SLIP_MARGIN if slip_margin is None else slip_margin,
+        sets=sets,
+        drive=drive,
+        ranges=ranges,
+        steering_ratios=steering_ratios,
+        slip_margin=slip_margin,
         life=life,
-        loss_model=None,
         generations=generations,
-        seed=0,
     )
-    checked = cobotic_sweep(
-        template,
+    return CoboticStudySweep(
+        label=f"{study.name}, cobotic drives like {request.name}",
+        request=request_on_tables(request),
         starts=starts,
-        title=f"{study.name}, cobotic drives like {name}",
-        top=top,
-        **arguments_of(requested, template),
-        objective=objective_of(requested),
-        generations=generations,
+        study_request=request,
     )
-    own = {one.name: getattr(checked, one.name) for one in dataclasses.fields(checked)}
-    return CoboticStudySweep(**own, asked=requested, drive=name)

@@ -11,8 +11,8 @@ import numpy as np
 from infinivar._core.text import counted
 from infinivar.limits import Limit
 from infinivar.sizing.design import COBOTIC_PATHS, UNITS, demand_words, limit_words, outcome_words, path_words, shown
-from infinivar.sizing.geared.result import LimitCount
-from infinivar.sizing.geared.sampled import TaskDemand
+from infinivar.sizing.found import FoundDesign, LimitCount
+from infinivar.sizing.margins import TaskDemand
 from infinivar.sizing.records import limit_lines
 from infinivar.sweeps.problem import FRONT, LIST, NEAREST, TOP
 from infinivar.units import plain, show
@@ -37,6 +37,19 @@ def demands_of(row: Mapping[str, Any]) -> dict[TaskDemand, float]:
     """Demands of a row; nan stands for a limit that does not load the design."""
     found = {name: float(value) for name, value in row.items() if name.startswith(DEMAND)}
     return {key_of(name): value for name, value in found.items() if not math.isnan(value)}
+
+
+def design_row(name: str, one: FoundDesign, by_mass: bool, own: Mapping[str, Any]) -> dict[str, Any]:
+    """A design as a row of a list; `own` has the columns of its architecture. A limit that does not load it has no column."""
+    return {
+        LIST: name,
+        "value": one.mass if by_mass else one.power,
+        **own,
+        "mass_kg": one.mass,
+        "power_W": one.power,
+        # In a row nan stands for a limit that does not load the design.
+        **{column_of(key): np.inf if np.isnan(demand) else demand for key, demand in one.demands.items()},
+    }
 
 
 def rows_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:

@@ -6,29 +6,30 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.errors import InputError, ParameterError, require
+from infinivar.errors import ParameterError, require
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.linear import Pulley
 from infinivar.parts.stage import OutputStage
-from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Candidates, candidates
-from infinivar.sizing.geared.result import Design, GearedSizing, best_so_far
-from infinivar.sizing.geared.search import nearest_geared, size_geared
-from infinivar.sizing.of_geared import RANGE, drive_of, excluded_by, stages_tried
-from infinivar.sizing.pool import PartPool, pool_of
+from infinivar.sizing.found import Design
+from infinivar.sizing.geared.candidates import Candidates
+from infinivar.sizing.geared.search import best_geared, candidates_of, nearest_miss
+from infinivar.sizing.geared.tally import design_of
+from infinivar.sizing.of_geared import drive_of, listed, range_of, record_of, record_of_counts, requests_of
+from infinivar.sizing.pool import PartPool
+from infinivar.sizing.progress import best_so_far
 from infinivar.sizing.records import SearchRecord
-from infinivar.sizing.request import Found
+from infinivar.sizing.request import Aim, Found, StudyRequest, request_of
 from infinivar.sizing.result import Sizing
-from infinivar.sizing.size import Aim, aims_of, sizing_of, templates_of
-from infinivar.study.check import check_study
+from infinivar.sizing.size import sizing_of
+from infinivar.sizing.tables import check_stages_or_radius
 from infinivar.study.study import Study
-from infinivar.sweeps.designs import column_of, demands_of, each, key_of, limit_counts, rows_of
+from infinivar.sweeps.designs import column_of, demands_of, design_row, each, key_of, limit_counts, rows_of
 from infinivar.sweeps.fingerprint import fingerprint
-from infinivar.sweeps.problem import CANDIDATES, FRONT, LIST, TOP, Best, Chunk
+from infinivar.sweeps.problem import CANDIDATES, FRONT, LIST, TOP, Best, Chunk, Problem
 from infinivar.sweeps.sweep import Sweep, check_finished
 from infinivar.units import show_in
 
@@ -45,48 +46,28 @@ _FEW = 10_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class GearedSweep:
-    """Search of `size_geared` in chunks: the best designs, the front and the counts are the same.
+class GearedSweep(Problem):
+    """Search of `size` over geared drives in chunks: the best designs, the front and the counts are the same.
 
     Attributes
     ----------
-    study          With the requirement and the motions.
-    drive          Name of the template in the study.
-    parts          Motors, gearheads and pairs.
-    objective      energy, mass or both; designs are ordered by the first.
-    top            Number of designs to keep, besides those of the front.
-    radius         Range of the pulley's radius; None with `stages`. [m]
-    stages         Output stages to try with every pair; empty with `radius`.
-    loss_model     Of all gearheads; None for that of the template's.
-    size           Pairs in a chunk.
+    request   Study, template, parts, objectives and options.
+    size      Pairs in a chunk.
     """
 
-    study: Study
-    drive: str
-    parts: PartPool
-    objective: tuple[str, ...]
-    top: int = TOP_OF_CHUNK
-    radius: tuple[float, float] | None = None
-    stages: tuple[OutputStage, ...] = ()
-    loss_model: LossModel | None = None
+    kind: ClassVar[str] = "geared drives"
+    request: StudyRequest
     size: int = PAIRS
-
-    @property
-    def kind(self) -> str:
-        """See `Problem`."""
-        return "geared drives"
 
     @property
     def title(self) -> str:
         """See `Problem`."""
-        return f"{self.study.name}, geared drives like {self.drive}"
+        return f"{self.request.study.name}, geared drives like {self.request.name}"
 
     @property
-    def template(self) -> ConventionalDrive:
-        """Drive whose motor and gearhead are replaced."""
-        found = self.study.drives[self.drive]
-        assert isinstance(found, ConventionalDrive)
-        return found
+    def parts(self) -> PartPool:
+        """Motors, gearheads and pairs."""
+        return self.request.parts
 
     @property
     def blocks(self) -> int:
@@ -96,30 +77,32 @@ class GearedSweep:
     @property
     def chunks(self) -> int:
         """See `Problem`."""
-        return self.blocks * max(1, len(self.stages))
+        return self.blocks * max(1, len(self.request.stages))
 
     @property
     def reducer(self) -> Best:
         """See `Problem`."""
-        return Best(top=self.top, order=_ORDER, front=("mass_kg", "power_W"))
+        return Best(top=self.request.top, order=_ORDER, front=("mass_kg", "power_W"))
 
     @property
     def identity(self) -> Mapping[str, Any]:
         """See `Problem`."""
+        request, study = self.request, self.request.study
         tables = self.parts.motors_as("motor"), self.parts.gearheads, self.parts.pairs
+        radius = range_of(request)
         return {
-            "study": self.study.name,
-            "drive": self.drive,
-            "values of the drive": fingerprint(self.template),
-            "requirement": fingerprint(self.study.requirement, self.study.travel),
-            "motions": fingerprint(self.study.duty),
+            "study": study.name,
+            "drive": request.name,
+            "values of the drive": fingerprint(request.template),
+            "requirement": fingerprint(study.requirement, study.travel),
+            "motions": fingerprint(study.duty),
             "sets": [one.name for one in self.parts.sets],
             "parts": fingerprint(*tables),
-            "objective": list(self.objective),
-            "top": self.top,
-            "radius [m]": None if self.radius is None else list(self.radius),
-            "stages": fingerprint(self.stages) if self.stages else None,
-            "loss model": self.loss_model or self.template.gearhead.loss_model,
+            "objective": list(request.aims),
+            "top": request.top,
+            "radius [m]": None if radius is None else list(radius),
+            "stages": fingerprint(request.stages) if request.stages else None,
+            "loss model": request.loss_model or request.template.gearhead.loss_model,
             "pairs in a chunk": self.size,
         }
 
@@ -127,14 +110,11 @@ class GearedSweep:
         """See `Problem`."""
         stage, block = divmod(number, self.blocks)
         start = block * self.size
-        pairs = self.parts.pairs[start : start + self.size]
-        tables = self.template, self.parts.motors_as("motor"), self.parts.gearheads, pairs
-        requested = self._asked(self.stages[stage : stage + 1])
-        aims: list[Any] = [self.objective[0], *(["front"] if len(self.objective) > 1 else [])]
-        found = [size_geared(*tables, **requested, objective=aim, top=self.top) for aim in aims]
-        designs = [(TOP, one) for one in found[0].designs]
-        designs += [(FRONT, one) for one in (found[1].designs if len(found) > 1 else ())]
-        return Chunk(self._rows(designs, start, stage), _counts(found))
+        part = {"pairs": self.parts.pairs[start : start + self.size], "stages": self.request.stages[stage : stage + 1]}
+        found = [best_geared(replace(one, **part)) for one in requests_of(self.request)]
+        lists = zip((TOP, FRONT), listed(found), strict=True)
+        rows = [self._row(name, one, start, stage) for name, some in lists for one in some]
+        return Chunk(rows_of(rows), _counts(record_of(self.request, found)))
 
     def best(self, chunk: Chunk) -> tuple[float, str] | None:
         """See `Problem`."""
@@ -154,93 +134,46 @@ class GearedSweep:
             If the sweep is not finished.
         """
         check_finished(sweep)
-        found = candidates(
-            self.template,
-            self.parts.motors_as("motor"),
-            self.parts.gearheads,
-            self.parts.pairs,
-            loss_model=self.loss_model or self.template.gearhead.loss_model,
-            moving=bool(self.study.duty),
-            weighed=False,
-        )
+        request, counts = self.request, sweep.counts
+        whole = requests_of(request)[0]
+        found = candidates_of(replace(whole, objective="energy"))
         top, front = ([self._design(found, row) for row in each(sweep.list(name))] for name in (TOP, FRONT))
-        nearest = self._nearest() if not top and sweep.candidates <= _FEW else None
-        both = [*top, *front]
-        counts = sweep.counts
-        record = SearchRecord(
+        nearest = nearest_miss(whole) if not top and sweep.candidates <= _FEW else None
+        record = record_of_counts(
+            request,
             candidates=sweep.candidates,
             left=counts["left"],
             evaluated=counts["evaluated"],
             excluded=counts["excluded"],
             counts=tuple(limit_counts(counts["limits"])),
             unchecked={key_of(f", {name}")[1:]: number for name, number in counts["unchecked"].items()},
-            ranges={} if self.radius is None else {"pulley.radius": self.radius},
-            cloud=np.array([(one.mass, one.power) for one in both]).reshape(-1, 2),
-            nearest=None if nearest is None else drive_of(self.drive, self.parts, nearest),
-            **stages_tried(self.stages),
+            cloud=np.array([(one.mass, one.power) for one in (*top, *front)]).reshape(-1, 2),
+            nearest=None if nearest is None else drive_of(request, nearest),
         )
-        designs, best_front = ([drive_of(self.drive, self.parts, one) for one in some] for some in (top, front))
-        made = Found(designs, best_front, record)
-        return sizing_of(self.study, self.parts, self.objective, {self.drive: made}, top=self.top)
+        designs, best_front = ([drive_of(request, one) for one in some] for some in (top, front))
+        return sizing_of(request, {request.name: Found(designs, best_front, record)})
 
-    def _asked(self, stages: Sequence[OutputStage]) -> dict[str, Any]:
-        """Arguments of the search."""
-        return {
-            "duty": self.study.duty,
-            "requirement": self.study.requirement,
-            "travel": self.study.travel,
-            "radius": self.radius,
-            "stages": list(stages) or None,
-            "loss_model": self.loss_model,
+    def _row(self, name: str, one: Design, start: int, stage: int) -> dict[str, Any]:
+        parts = self.parts.motor("motor", one.motor), self.parts.part("gearheads", one.gearhead)
+        own = {
+            "worst": max(one.demands.values(), default=0.0),
+            "pair": start + one.pair,
+            "stage": stage,
+            "motor": parts[0].part,
+            "gearhead": parts[1].part,
+            "radius_m": one.stage.radius if isinstance(one.stage, Pulley) else np.nan,
+            "least_radius_m": one.radii[0],
+            "largest_radius_m": one.radii[1],
         }
-
-    def _nearest(self) -> Design | None:
-        tables = self.template, self.parts.motors_as("motor"), self.parts.gearheads, self.parts.pairs
-        return nearest_geared(*tables, **self._asked(self.stages), weighed=self.objective[0] == "mass")
-
-    def _rows(self, designs: Sequence[tuple[str, Design]], start: int, stage: int) -> dict[str, np.ndarray]:
-        """Designs as columns; a limit that does not load a design is nan."""
-        aim = "mass" if self.objective[0] == "mass" else "power"
-        rows: list[dict[str, Any]] = []
-        for name, one in designs:
-            parts = self.parts.motor("motor", one.motor), self.parts.part("gearheads", one.gearhead)
-            rows.append(
-                {
-                    LIST: name,
-                    "value": getattr(one, aim),
-                    "worst": max(one.demands.values(), default=0.0),
-                    "pair": start + one.pair,
-                    "stage": stage,
-                    "motor": parts[0].part,
-                    "gearhead": parts[1].part,
-                    "radius_m": one.stage.radius if isinstance(one.stage, Pulley) else np.nan,
-                    "least_radius_m": one.radii[0],
-                    "largest_radius_m": one.radii[1],
-                    "mass_kg": one.mass,
-                    "power_W": one.power,
-                    **{column_of(key): demand for key, demand in one.demands.items()},
-                }
-            )
-        return rows_of(rows)
+        return design_row(name, one, self.request.by_mass, own)
 
     def _design(self, found: Candidates, row: Mapping[str, Any]) -> Design:
-        pair = int(row["pair"])
-        stage = self.stages[int(row["stage"])] if self.stages else self.template.stage
-        if self.radius is not None and isinstance(stage, Pulley):
+        request = self.request
+        stage = request.stages[int(row["stage"])] if request.stages else request.template.stage
+        if not request.stages and isinstance(stage, Pulley):
             stage = replace(stage, radius=float(row["radius_m"]))
-        motor, gearhead = map(int, self.parts.pairs[pair])
-        return Design(
-            pair=pair,
-            motor=motor,
-            gearhead=gearhead,
-            stage=stage,
-            drive=found.drive(pair, stage),
-            mass=float(row["mass_kg"]),
-            power=float(row["power_W"]),
-            radii=(float(row["least_radius_m"]), float(row["largest_radius_m"])),
-            demands=demands_of(row),
-            unchecked=tuple(key for key in LIMIT_FIELDS if not found.stated(key, np.array([pair]))[0]),
-        )
+        radii = float(row["least_radius_m"]), float(row["largest_radius_m"])
+        return design_of(found, int(row["pair"]), stage, demands_of(row), float(row["power_W"]), radii)
 
 
 def geared_sweep(
@@ -270,45 +203,30 @@ def geared_sweep(
     InputError
         As `size` does.
     """
-    check_study(study)
     if size is None:
         size = PAIRS_AT_STAGE if stages or radii is not None else PAIRS
     for name, number in (("top", top), ("size", size)):
         require(isinstance(number, int) and not isinstance(number, bool) and number >= 1, name, number, ">= 1")
-    if stages and (radius is not None or radii is not None):
-        raise ParameterError("stages and radius are both given: state stages to try, or the range of a pulley's radius")
-    name = _template(study, drive)
-    template = study.drives[name]
-    assert isinstance(template, ConventionalDrive)
-    if template.pulley is not None and radius is None and not stages:
-        radius = template.pulley.radius / RANGE, template.pulley.radius * RANGE
-    if radii is not None:
-        stages, radius = _stages(template, radius, radii), None
-    return GearedSweep(
-        study=study,
-        drive=name,
-        parts=pool_of(study, sets).like(study, name),
-        objective=aims_of(study, objective),
+    check_stages_or_radius(stages, radius if radii is None else radii)
+    request = request_of(
+        study,
+        "geared",
+        objective=objective,
         top=top,
+        sets=sets,
+        drive=drive,
         radius=radius,
         stages=tuple(stages),
         loss_model=loss_model,
-        size=size,
     )
+    if radii is not None:
+        request = replace(request, stages=_stages(request, radii))
+    return GearedSweep(request=request, size=size)
 
 
-def _template(study: Study, drive: str | None) -> str:
-    """Name of the geared drive that is the template."""
-    names, notes = templates_of(study, drive)
-    geared = [name for name in names if isinstance(study.drives[name], ConventionalDrive)]
-    if not geared:
-        why = notes[0] if notes else f"drives.{names[0]} is not one"
-        raise InputError(f"the study has no geared drive that can be a template: {why}")
-    return geared[0]
-
-
-def _stages(template: ConventionalDrive, radius: tuple[float, float] | None, count: int) -> list[Pulley]:
+def _stages(request: StudyRequest, count: int) -> tuple[Pulley, ...]:
     """Pulleys with radii in equal ratios."""
+    template, radius = request.template, range_of(request)
     if template.pulley is None or radius is None:
         raise ParameterError(f"radii does not apply to a {template.stage.title}: only a pulley has a range of radii")
     require(isinstance(count, int) and count >= 2, "radii", count, "a whole number >= 2")
@@ -318,23 +236,22 @@ def _stages(template: ConventionalDrive, radius: tuple[float, float] | None, cou
             f"radii: {count} radii need a range, but both ends of radius are {show_in(radius[0], 'm', 'mm')}; leave out radii to "
             "search at this radius, or state a wider range"
         )
-    return [replace(template.pulley, radius=float(one)) for one in np.geomspace(*radius, count)]
+    return tuple(replace(template.pulley, radius=float(one)) for one in np.geomspace(*radius, count))
 
 
-def _counts(found: Sequence[GearedSizing]) -> dict[str, Any]:
-    first = found[0]
+def _counts(record: SearchRecord) -> dict[str, Any]:
     return {
-        CANDIDATES: first.candidates,
-        "left": first.left,
-        "evaluated": int(first.evaluated.sum()),
-        "excluded": excluded_by(found),
+        CANDIDATES: record.candidates,
+        "left": record.left,
+        "evaluated": record.evaluated,
+        "excluded": dict(record.excluded),
         "limits": {
             column_of((one.task, one.limit, one.part)): {
                 "checked": one.checked,
                 "exceeded": one.exceeded,
                 "first": one.first,
             }
-            for one in first.counts
+            for one in record.counts
         },
-        "unchecked": {f"{limit.name}, {part}": number for (limit, part), number in first.unchecked.items()},
+        "unchecked": {f"{limit.name}, {part}": number for (limit, part), number in record.unchecked.items()},
     }

@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -181,10 +181,8 @@ class Problem(Protocol):
     Instances are sent to other processes, so they must be picklable.
     """
 
-    @property
-    def kind(self) -> str:
-        """Name of the kind of problem, such as "size"."""
-        ...
+    kind: ClassVar[str]
+    """Name of the kind of problem, such as "size"."""
 
     @property
     def title(self) -> str:
@@ -198,8 +196,8 @@ class Problem(Protocol):
 
     @property
     def reducer(self) -> Reducer:
-        """How chunks are merged."""
-        ...
+        """How chunks are merged: by default all rows are kept."""
+        return Rows()
 
     @property
     def identity(self) -> Mapping[str, Any]:
@@ -211,5 +209,5 @@ class Problem(Protocol):
         ...
 
     def best(self, chunk: Chunk) -> tuple[float, str] | None:
-        """A value of which less is better, with words for a progress bar; None if the chunk has nothing to tell."""
-        ...
+        """A value of which less is better, with words for a progress bar; by default None: nothing is sought."""
+        return None

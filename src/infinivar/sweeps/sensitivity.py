@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from infinivar.errors import InputError, require
 from infinivar.study.check import check_study
 from infinivar.study.study import Study
 from infinivar.sweeps.fingerprint import fingerprint
-from infinivar.sweeps.problem import CANDIDATES, Chunk, Rows
+from infinivar.sweeps.problem import CANDIDATES, Chunk, Problem
 from infinivar.sweeps.sweep import Sweep, check_finished
 
 SAMPLES = 2**16
@@ -30,7 +30,7 @@ _MOST = 2**30
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SensitivitySweep:
+class SensitivitySweep(Problem):
     """Samples of Sobol's indices in chunks, by their number in one sequence.
 
     Attributes
@@ -40,14 +40,10 @@ class SensitivitySweep:
     size       Base samples in a chunk, a power of two.
     """
 
+    kind: ClassVar[str] = "sensitivity"
     nominal: Sensitivity
     samples: int = SAMPLES
     size: int = SIZE
-
-    @property
-    def kind(self) -> str:
-        """See `Problem`."""
-        return "sensitivity"
 
     @property
     def title(self) -> str:
@@ -58,11 +54,6 @@ class SensitivitySweep:
     def chunks(self) -> int:
         """See `Problem`."""
         return max(1, self.samples // self.size)
-
-    @property
-    def reducer(self) -> Rows:
-        """See `Problem`."""
-        return Rows()
 
     @property
     def identity(self) -> Mapping[str, Any]:
@@ -89,10 +80,6 @@ class SensitivitySweep:
         values = index_values(batch, spreads, count, start)
         rows = {"sample": np.arange(start, start + count), **dict(zip(self._columns, values, strict=True))}
         return Chunk(rows, {CANDIDATES: values.size})
-
-    def best(self, chunk: Chunk) -> tuple[float, str] | None:
-        """See `Problem`: samples have no best."""
-        return None
 
     def result(self, sweep: Sweep) -> Sensitivity:
         """The sensitivity with indices of all samples.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from infinivar.study.check import check_study
 from infinivar.study.spreads import NORMAL_95
 from infinivar.study.study import Study
 from infinivar.sweeps.fingerprint import fingerprint
-from infinivar.sweeps.problem import CANDIDATES, Chunk, Rows
+from infinivar.sweeps.problem import CANDIDATES, Chunk, Problem
 from infinivar.sweeps.sweep import Sweep, check_finished
 from infinivar.units import plain, show
 
@@ -75,7 +75,7 @@ class Sessions(Result):
     sessions       Number of sessions.
     refused        Of these, sessions whose data `calibrate` refuses.
     laws           Number of sessions by the creep law that was fitted.
-    parameters     By name: those that were asked for, and their sums, such as "rolling_torque + bearing_torque".
+    parameters     By name: those requested, and their sums, such as "rolling_torque + bearing_torque".
     """
 
     sessions: int = reported()
@@ -97,7 +97,7 @@ class Sessions(Result):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SessionsSweep:
+class SessionsSweep(Problem):
     """Sessions by their number, which is the seed of their errors: those of the command `rig` with that seed, in steady state.
 
     Attributes
@@ -111,6 +111,7 @@ class SessionsSweep:
     size        Sessions in a chunk.
     """
 
+    kind: ClassVar[str] = "sessions"
     study: Study
     drive: str
     settings: tuple[Setting, ...]
@@ -118,11 +119,6 @@ class SessionsSweep:
     creep_laws: tuple[str, ...] | None = None
     sessions: int = SESSIONS
     size: int = SIZE
-
-    @property
-    def kind(self) -> str:
-        """See `Problem`."""
-        return "sessions"
 
     @property
     def title(self) -> str:
@@ -133,11 +129,6 @@ class SessionsSweep:
     def chunks(self) -> int:
         """See `Problem`."""
         return -(-self.sessions // self.size)
-
-    @property
-    def reducer(self) -> Rows:
-        """See `Problem`."""
-        return Rows()
 
     @property
     def identity(self) -> Mapping[str, Any]:
@@ -176,10 +167,6 @@ class SessionsSweep:
         for name in names:
             rows[f"{_ERROR}{name}"], rows[f"{_DEVIATION}{name}"] = np.array([one.get(name, nothing) for one in found]).T
         return Chunk(rows, {CANDIDATES: len(seeds), "refused": laws.count("")})
-
-    def best(self, chunk: Chunk) -> tuple[float, str] | None:
-        """See `Problem`: nothing is sought."""
-        return None
 
     def result(self, sweep: Sweep) -> Sessions:
         """What the sessions tell.

@@ -43,7 +43,7 @@ def structure(drive: Any) -> tuple[Any, ...]:
     return tuple(found)
 
 
-class Compiled:
+class CompiledBuilds:
     """Laws of designs of one structure, compiled for each task at the first call.
 
     Parameters
@@ -88,7 +88,7 @@ class Compiled:
 class _CompiledLaws(Laws):
     """Laws of some builds of one design, padded to the number for which functions are compiled; a region has few points."""
 
-    def __init__(self, compiled: Compiled, drive: Any, columns: Mapping[str, np.ndarray]) -> None:
+    def __init__(self, compiled: CompiledBuilds, drive: Any, columns: Mapping[str, np.ndarray]) -> None:
         count = len(next(iter(columns.values())))
         super().__init__(built(drive, columns), count)
         self._compiled, self._design = compiled, drive

@@ -19,8 +19,9 @@ from infinivar.drivetrain.drive import with_rated_gear
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.sizing.cobotic.wheels import static_demands
-from infinivar.sizing.geared.sampled import Laws, TaskDemand, over_motion
+from infinivar.sizing.geared.sampled import Laws, over_motion
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
+from infinivar.sizing.margins import TaskDemand
 
 _POINTS, _LEAST = 40_000, 16
 """Instants of all builds computed at once, so that intermediate arrays fit the processor's caches; and least number of builds."""

@@ -12,7 +12,7 @@ from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.robustness.verdicts import band, percent
 from infinivar.sizing.builds.spreads import Varied
 from infinivar.sizing.design import limit_words
-from infinivar.sizing.geared.sampled import TaskDemand
+from infinivar.sizing.margins import TaskDemand
 from infinivar.units import plain, show
 
 CONFIDENCE = 0.95

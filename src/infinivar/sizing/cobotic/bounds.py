@@ -38,13 +38,13 @@ _NO_INERTIA = Motor(
 )
 
 
-class Signals(NamedTuple):
+class MotorSignals(NamedTuple):
     """What a task asks of one motor, by wheel design."""
 
     moments: np.ndarray
     """Means of products of the four signals, of all instants and of those above each level. (levels + 1, k, 4, 4)"""
     points: np.ndarray
-    """Signals at instants at which current or voltage may be largest. (points, k, 4)"""
+    """MotorSignals at instants at which current or voltage may be largest. (points, k, 4)"""
     peak: np.ndarray
     """Largest torque at the gear's output. (k,) [N m]"""
     lasting: np.ndarray
@@ -72,7 +72,7 @@ class Side:
         return "gearhead" if self.name == MOTOR else "steering gear"
 
 
-class Bounds(NamedTuple):
+class MotorBounds(NamedTuple):
     """Lower bounds for all candidates of a side with some wheel designs. (p, k) each"""
 
     demands: Mapping[Demand, np.ndarray]
@@ -80,7 +80,7 @@ class Bounds(NamedTuple):
     """Mean power from the supply; 0 for a required region. [W]"""
 
 
-def cylinder_signals(task: Task, shaft: Shaft) -> Signals:
+def cylinder_signals(task: Task, shaft: Shaft) -> MotorSignals:
     """What a task asks of the cylinder motor of wheel designs."""
     turning = shaft.turning[:, 0]
     along = shaft.torque * np.sign(turning)[:, None]
@@ -91,10 +91,10 @@ def cylinder_signals(task: Task, shaft: Shaft) -> Signals:
     points = np.stack([signals[np.arange(len(along)), place] for place in places])
     peak = np.abs(along).max(axis=-1)
     lasting = np.sqrt(np.mean(along**2, axis=-1)) if task.root_mean_square else peak
-    return Signals(_moments(signals, along), points, peak, lasting, fast)
+    return MotorSignals(_moments(signals, along), points, peak, lasting, fast)
 
 
-def steering_signals(plant: SteeringPlant, shaft: Shaft) -> Signals:
+def steering_signals(plant: SteeringPlant, shaft: Shaft) -> MotorSignals:
     """What a motion asks of the steering motor of wheel designs; instants at which steering rests count as without current."""
     side = shaft.steer(replace(plant, motor=_NO_INERTIA, ratio=1.0))
     sign = np.sign(shaft.rate)
@@ -108,7 +108,7 @@ def steering_signals(plant: SteeringPlant, shaft: Shaft) -> Signals:
     places = [pick(end, axis=-1) for end in ends for pick in (np.argmax, np.argmin)]
     points = np.stack([signals[np.arange(len(torque)), place] for place in places])
     size = np.abs(torque * sign)
-    return Signals(
+    return MotorSignals(
         _moments(signals, torque * sign),
         points,
         size.max(axis=-1),
@@ -133,7 +133,7 @@ def _moments(signals: np.ndarray, along: np.ndarray) -> np.ndarray:
     return np.stack(found)
 
 
-def lower_bounds(side: Side, task: Task, signals: Signals) -> Bounds:
+def lower_bounds(side: Side, task: Task, signals: MotorSignals) -> MotorBounds:
     """Demands and power of all candidates of a side, each at most the true one.
 
     Exact are speed, torques of the gearhead and, for the cylinder motor, currents; and voltages where the resistance is known.
@@ -152,17 +152,17 @@ def lower_bounds(side: Side, task: Task, signals: Signals) -> Bounds:
     demands = _of_gear(side, gear, signals)
     demands |= _of_motor(side, task, motor, low, high, heated, factors, current.back_emf, signals, square)
     if not isinstance(task, MotionTask):
-        return Bounds(demands, np.zeros_like(square))
+        return MotorBounds(demands, np.zeros_like(square))
     demands |= _temperature(side, task, motor, gear, signals, square)
     # Winding loss, and back-emf times current times speed, the third signal.
     weights = low[:, None] * spread
     weights[:, 2::4] += current.back_emf[:, None] * factors
     powers = [weights @ one.reshape(-1, 16).T for one in signals.moments]
     drawn = functools.reduce(np.maximum, powers, np.zeros_like(square))
-    return Bounds(demands, supplied(side.amplifier, powers[0], drawn))
+    return MotorBounds(demands, supplied(side.amplifier, powers[0], drawn))
 
 
-def _of_gear(side: Side, gear: Gearhead, signals: Signals) -> dict[Demand, np.ndarray]:
+def _of_gear(side: Side, gear: Gearhead, signals: MotorSignals) -> dict[Demand, np.ndarray]:
     if side.name != MOTOR:
         return {}
     demands = gear.extreme_utilisation(signals.peak, signals.lasting, signals.fastest)
@@ -178,7 +178,7 @@ def _of_motor(
     heated: np.ndarray,
     factors: np.ndarray,
     back_emf: np.ndarray,
-    signals: Signals,
+    signals: MotorSignals,
     square: np.ndarray,
 ) -> dict[Demand, np.ndarray]:
     """Lower bounds of the demands for continuous and peak torque, speed and voltage."""
@@ -195,17 +195,13 @@ def _of_motor(
     lasting = np.sqrt(square) if task.root_mean_square else highest
     spared = heated[:, None] & heat_counts(task)
     fast = back_emf[:, None] / np.asarray(motor.torque_constant) * signals.fastest
-    demand = motor.utilisation(current=lasting, voltage=volts, speed=fast)
-    return {
-        (Limit.THERMAL, side.name): np.where(spared, 0.0, demand[Limit.THERMAL]),
-        (Limit.PEAK, side.name): np.asarray(motor.utilisation(current=highest, voltage=0.0, speed=0.0)[Limit.PEAK]),
-        (Limit.VOLTAGE, side.name): np.asarray(demand[Limit.VOLTAGE]),
-        (Limit.SPEED, side.name): np.asarray(demand[Limit.SPEED]),
-    }
+    demand = motor.extreme_utilisation(current=highest, lasting=lasting, voltage=volts, speed=fast)
+    demand[Limit.THERMAL] = np.where(spared, 0.0, demand[Limit.THERMAL])
+    return {(limit, side.name): np.asarray(one) for limit, one in demand.items()}
 
 
 def _temperature(
-    side: Side, task: MotionTask, motor: Motor, gear: Gearhead, signals: Signals, square: np.ndarray
+    side: Side, task: MotionTask, motor: Motor, gear: Gearhead, signals: MotorSignals, square: np.ndarray
 ) -> dict[Demand, np.ndarray]:
     """Lower bound of the rise of the winding over the permissible one; 0 where none is known."""
     heat = warmth(side.found, task, side.rows)

@@ -14,8 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from infinivar.sizing.cobotic.sampled import Sampled
+from infinivar.sizing.cobotic.sampled import SideSampled
 from infinivar.sizing.geared.tally import SPARE
+
+NOT_CHOSEN = -1
+"""Row where no candidate is feasible."""
 
 AT_ONCE = 3
 """Candidates of each wheel design that are evaluated together."""
@@ -35,15 +38,15 @@ class Behind(NamedTuple):
     """Lower bound of the mean power. (p, k) [W]"""
     worst: np.ndarray
     """Lower bound of the largest demand over allowance. (p, k) [-]"""
-    evaluate: Callable[[np.ndarray, np.ndarray], Sampled]
+    evaluate: Callable[[np.ndarray, np.ndarray], SideSampled]
     """Of candidates (m,) behind wheel designs (m,)."""
 
 
-class Chosen(NamedTuple):
+class ChosenMotors(NamedTuple):
     """Best candidate of one side behind each wheel design. (k,) each"""
 
     row: np.ndarray
-    """-1 where no candidate is feasible. int"""
+    """`NOT_CHOSEN` where no candidate is feasible. int"""
     value: np.ndarray
     """Of the objective; inf where none is feasible."""
     power: np.ndarray
@@ -54,13 +57,13 @@ class Chosen(NamedTuple):
     """Candidates evaluated at every instant."""
 
 
-def together(parts: Sequence[Chosen]) -> Chosen:
+def together(parts: Sequence[ChosenMotors]) -> ChosenMotors:
     """Choices behind some wheel designs and others, as one."""
     row, value, power, excess = (np.concatenate([one[place] for one in parts]) for place in range(4))
-    return Chosen(row, value, power, excess, sum(one.evaluated for one in parts))
+    return ChosenMotors(row, value, power, excess, sum(one.evaluated for one in parts))
 
 
-def best_behind(behind: Behind, *, by_mass: bool, prune: bool, added: np.ndarray | None = None) -> Chosen:
+def best_behind(behind: Behind, *, by_mass: bool, prune: bool, added: np.ndarray | None = None) -> ChosenMotors:
     """Find the feasible candidate of the least power, or mass, behind each wheel design; of equals the first row.
 
     Parameters
@@ -77,7 +80,7 @@ def best_behind(behind: Behind, *, by_mass: bool, prune: bool, added: np.ndarray
     # Bounds may exceed the truth by rounding.
     bound = np.where((worst <= 1.0 + SPARE) | (not prune), least * (1.0 - SPARE), np.inf)
     value, power = np.full(count, np.inf), np.full(count, np.nan)
-    row, nearest, evaluated = np.full(count, -1), np.full(count, np.inf), 0
+    row, nearest, evaluated = np.full(count, NOT_CHOSEN), np.full(count, np.inf), 0
     for order in _by_bound(bound):
         bounds = np.take_along_axis(bound, order, axis=0)
         required = np.isfinite(bounds) & ((bounds <= value) | (not prune))
@@ -98,15 +101,17 @@ def best_behind(behind: Behind, *, by_mass: bool, prune: bool, added: np.ndarray
             value[at[better]], row[at[better]] = aims[some][better], row_of[better]
             power[at[better]] = done.power[some][better]
     left = np.isfinite(bound).any(axis=0) & (worst.min(axis=0) <= 1.0 + SPARE)
-    excess = np.where(row >= 0, 1.0, np.where(left, np.maximum(nearest, 1.0), np.maximum(worst.min(axis=0), 1.0)))
-    return Chosen(row, value, power, excess, evaluated)
+    excess = np.where(
+        row != NOT_CHOSEN, 1.0, np.where(left, np.maximum(nearest, 1.0), np.maximum(worst.min(axis=0), 1.0))
+    )
+    return ChosenMotors(row, value, power, excess, evaluated)
 
 
 def _by_bound(bound: np.ndarray) -> Iterator[np.ndarray]:
     """Yield candidates of each wheel design in the order of their bounds: one, as it may be enough, then `AT_ONCE`. (m, k)"""
     likely, size = min(len(bound), _LIKELY), 1
     places = np.argpartition(bound, likely - 1, axis=0) if likely else np.empty(bound.shape, dtype=int)
-    for part in (places[:likely], places[likely:]):  # the second is rarely asked for, and most of the work to sort
+    for part in (places[:likely], places[likely:]):  # the second is rarely needed, and most of the work to sort
         order = np.take_along_axis(part, np.argsort(np.take_along_axis(bound, part, axis=0), axis=0), axis=0)
         start = 0
         while start < len(order):
@@ -139,9 +144,9 @@ class Both(NamedTuple):
     """Best candidates of both sides behind each wheel design. (k,) each"""
 
     cylinder: np.ndarray
-    """Row of the pair of cylinder motor and gearhead; -1 where nothing is feasible."""
+    """Row of the pair of cylinder motor and gearhead; `NOT_CHOSEN` where nothing is feasible."""
     steering: np.ndarray
-    """Row of the pair of steering motor and ratio; -1 where nothing is feasible."""
+    """Row of the pair of steering motor and ratio; `NOT_CHOSEN` where nothing is feasible."""
     power: np.ndarray
     """Of both; inf where nothing is feasible. [W]"""
     mass: np.ndarray
@@ -160,7 +165,7 @@ class _ByMass(NamedTuple):
     power: np.ndarray
     """Of the best candidate that is not heavier; inf where none is feasible. [W]"""
     place: np.ndarray
-    """Of that candidate among those given, -1 where none is feasible. int"""
+    """Of that candidate among those given, `NOT_CHOSEN` where none is feasible. int"""
     worst: np.ndarray
     """Largest demand over allowance of each candidate, or a lower bound of it. [-]"""
     excess: np.ndarray
@@ -174,14 +179,14 @@ def least_power(cylinder: Behind, steering: Behind, heaviest: float, *, prune: b
     turning = _up_to(cylinder, heaviest - steering.mass.min(initial=np.inf))
     steered = _up_to(steering, heaviest - cylinder.mass.min(initial=np.inf))
     if not (len(turning.rows) and len(steered.rows)):
-        none, unknown = np.full(count, -1), np.full(count, np.nan)
+        none, unknown = np.full(count, NOT_CHOSEN), np.full(count, np.nan)
         return Both(none, none, np.full(count, np.inf), unknown, np.full(count, np.inf), 0)
     known = _by_mass(steered, prune=prune)
     room = (
         np.searchsorted(known.mass, heaviest - turning.mass, side="right") - 1
     )  # at least 0, by the choice of `turning`
     chosen = best_behind(turning, by_mass=False, prune=prune, added=known.power[room])
-    feasible, designs = chosen.row >= 0, np.arange(count)
+    feasible, designs = chosen.row != NOT_CHOSEN, np.arange(count)
     first = np.searchsorted(turning.rows, np.where(feasible, chosen.row, turning.rows[0]))
     second = known.place[room[first], designs]
     # Each side alone may be feasible, and both together too heavy.
@@ -189,7 +194,7 @@ def least_power(cylinder: Behind, steering: Behind, heaviest: float, *, prune: b
     lacking = np.maximum(np.maximum(chosen.excess, known.excess), over / heaviest)
     return Both(
         cylinder=chosen.row,
-        steering=np.where(feasible, steered.rows[second], -1),
+        steering=np.where(feasible, steered.rows[second], NOT_CHOSEN),
         power=chosen.value,
         mass=np.where(feasible, turning.mass[first] + steered.mass[second], np.nan),
         excess=np.where(feasible, 1.0, lacking),
@@ -231,12 +236,12 @@ def _by_mass(behind: Behind, *, prune: bool) -> _ByMass:
         last = np.where(required.any(axis=0), shape[0] - 1 - np.argmax(required[::-1], axis=0), -1)
         open_to &= np.arange(shape[0])[:, None] > last
     least = np.minimum.accumulate(power, axis=0)
-    improved = np.where((power == least) & np.isfinite(power), np.arange(shape[0])[:, None], -1)
+    improved = np.where((power == least) & np.isfinite(power), np.arange(shape[0])[:, None], NOT_CHOSEN)
     place = np.maximum.accumulate(improved, axis=0)
     return _ByMass(
         mass=behind.mass[order],
         power=least,
-        place=np.where(place >= 0, order[place], -1),
+        place=np.where(place != NOT_CHOSEN, order[place], NOT_CHOSEN),
         worst=worst,
         excess=np.maximum(worst.min(axis=0), 1.0),
         evaluated=evaluated,

@@ -5,31 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.limits import Demand
 from infinivar.sizing.cobotic.bounds import MOTOR, Side
+from infinivar.sizing.cobotic.choice import NOT_CHOSEN
 from infinivar.sizing.cobotic.evaluation import Evaluation
 from infinivar.sizing.cobotic.evolution import Entry, Key, Record
-from infinivar.sizing.cobotic.result import CoboticDesign
 from infinivar.sizing.cobotic.sampled import sample
 from infinivar.sizing.cobotic.wheels import FREE, Points, Space, Wheels, evaluate, static_demands
+from infinivar.sizing.found import CoboticDesign
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS
-from infinivar.sizing.geared.sampled import TaskDemand
+from infinivar.sizing.geared.sampled import UNCHECKED
 from infinivar.sizing.geared.tasks import RegionTask, Task
+from infinivar.sizing.margins import TaskDemand
 
 _ROUNDING = 1e-9
-
-
-class Chosen(NamedTuple):
-    """The drive of a wheel design with its motors."""
-
-    drive: CoboticDrive
-    ratio: float
-    unchecked: tuple[Demand, ...]
 
 
 def best_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task], top: int) -> tuple[CoboticDesign, ...]:
@@ -41,7 +32,7 @@ def best_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task], 
 
 def front_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task]) -> tuple[CoboticDesign, ...]:
     """Feasible designs of which no other has both less mass and less power, by power."""
-    keys = record.front() if evaluation.moving else []
+    keys = record.front() if evaluation.request.moving else []
     return _feasible(evaluation, ((key, record.light[key]) for key in keys), whole, len(keys))
 
 
@@ -57,7 +48,7 @@ def _feasible(
         # Limits of motions were judged at the same instants, with their own allowances for rounding.
         beyond = [demand for (task, *_), demand in made.demands.items() if task in _regions(whole)]
         if all(demand <= 1.0 + _ROUNDING for demand in beyond):
-            found.append(made._replace(mass=entry.mass))
+            found.append(replace(made, mass=entry.mass))
     return tuple(found)
 
 
@@ -71,7 +62,7 @@ def nearest_design(evaluation: Evaluation, record: Record, whole: Sequence[Task]
         return None
     _, values, bearing = record.nearest
     points = Points(values[None], np.array([bearing]))
-    wheels = evaluate(evaluation.space, points, evaluation.tasks, life=evaluation.life)
+    wheels = evaluate(evaluation.space, points, evaluation.tasks, life=evaluation.request.life)
     rows: list[int] = []
     if not wheels.slipping[0]:
         rows = [evaluation.nearest(side, wheels) for side in evaluation.sides]
@@ -83,33 +74,24 @@ def _design(
 ) -> CoboticDesign:
     """A wheel design with a candidate of each side, or without motors."""
     points = Points(values[None], np.array([bearing]))
-    wheels = evaluate(evaluation.space, points, whole, life=evaluation.life, compiled=False)
+    wheels = evaluate(evaluation.space, points, whole, life=evaluation.request.life, compiled=False)
     # Sides without a task, such as steering in a required region, have no candidate.
-    chosen = [(side, row) for side, row in zip(evaluation.sides, rows, strict=False) if row >= 0]
+    chosen = [(side, row) for side, row in zip(evaluation.sides, rows, strict=False) if row != NOT_CHOSEN]
     demands = {**static_demands(evaluation.space.columns(points)), **evaluation.with_slip_margin(wheels.demands)}
-    power = 0.0 if chosen and evaluation.moving else math.nan
+    power = 0.0 if chosen and evaluation.request.moving else math.nan
     for side, row in chosen:
         here, drawn = _of_side(evaluation, side, row, wheels, whole)
         demands |= here
         power += drawn
-    made = chosen_drive(evaluation.space, values, bearing, chosen)
-    pair = chosen[0][1] if chosen else -1
-    steered = chosen[1][1] if len(chosen) > 1 else -1
-    motor, gearhead = evaluation.sides[0].found.pairs[pair] if chosen else (-1, -1)
     masses = [float(side.found.mass(np.array([row]))[0]) for side, row in chosen]
-    return CoboticDesign(
-        pair=pair,
-        motor=int(motor),
-        gearhead=int(gearhead),
-        bearing=bearing,
-        steering=int(evaluation.sides[1].found.pairs[steered, 0]) if steered >= 0 else -1,
-        ratio=made.ratio,
-        values=dict(zip(FREE, map(float, values), strict=True)),
-        drive=made.drive,
+    return design_of(
+        evaluation.space,
+        values,
+        bearing,
+        chosen,
         mass=sum(masses) if masses else math.nan,
         power=power,
         demands={name: float(demand[0]) for name, demand in demands.items()},
-        unchecked=made.unchecked,
     )
 
 
@@ -119,10 +101,19 @@ def _of_side(
     """Demands on a candidate, and the power that it draws."""
     plant = evaluation.space.template.steering
     done = sample(side, np.array([row]), np.array([0]), whole, wheels.shafts, evaluation.shares, plant)
-    return {name: demand for name, demand in done.demands.items() if demand[0] >= 0.0}, float(done.power[0])
+    return {name: demand for name, demand in done.demands.items() if demand[0] != UNCHECKED}, float(done.power[0])
 
 
-def chosen_drive(space: Space, values: Any, bearing: int, chosen: Sequence[tuple[Side, int]]) -> Chosen:
+def design_of(
+    space: Space,
+    values: np.ndarray,
+    bearing: int,
+    chosen: Sequence[tuple[Side, int]],
+    *,
+    mass: float,
+    power: float,
+    demands: Mapping[TaskDemand, float],
+) -> CoboticDesign:
     """A wheel design with a candidate of each side, or without motors, as a study would have it.
 
     Parameters
@@ -130,14 +121,30 @@ def chosen_drive(space: Space, values: Any, bearing: int, chosen: Sequence[tuple
     values : (5,) float   In the order of `FREE`.
     """
     drive, ratio, missing = space.one(values, bearing), math.nan, []
+    pair = motor_row = gear_row = steering = NOT_CHOSEN
     for side, row in chosen:
         motor, gear = side.found.part(row)
+        first, second = map(int, side.found.pairs[row])
         unstated = [key for key in LIMIT_FIELDS if not side.found.stated(key, np.array([row]))[0]]
         if side.name == MOTOR:
             drive = replace(drive, motor=motor, gearhead=gear)
+            pair, motor_row, gear_row = row, first, second
             missing += unstated
         elif drive.steering is not None:
-            ratio = float(gear.ratio)
+            steering, ratio = first, float(gear.ratio)
             drive = replace(drive, steering=replace(drive.steering, motor=motor, ratio=ratio))
             missing += [(limit, side.name) for limit, part in unstated if part == MOTOR]
-    return Chosen(drive, ratio, tuple(missing))
+    return CoboticDesign(
+        pair=pair,
+        motor=motor_row,
+        gearhead=gear_row,
+        bearing=bearing,
+        steering=steering,
+        ratio=ratio,
+        values=dict(zip(FREE, map(float, values), strict=True)),
+        drive=drive,
+        mass=mass,
+        power=power,
+        demands=demands,
+        unchecked=tuple(missing),
+    )

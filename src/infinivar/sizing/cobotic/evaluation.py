@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping, Sequence
+from enum import IntEnum, unique
 from typing import NamedTuple
 
 import numpy as np
 
 from infinivar._core.threads import in_order
 from infinivar.limits import Limit
-from infinivar.sizing.cobotic.bounds import MOTOR, Bounds, Side, cylinder_signals, lower_bounds, steering_signals
-from infinivar.sizing.cobotic.choice import Behind, Chosen, best_behind, least_power, together, towards_lighter
-from infinivar.sizing.cobotic.result import Objective
-from infinivar.sizing.cobotic.sampled import Sampled, sample
+from infinivar.sizing.cobotic.bounds import MOTOR, MotorBounds, Side, cylinder_signals, lower_bounds, steering_signals
+from infinivar.sizing.cobotic.choice import (
+    NOT_CHOSEN,
+    Behind,
+    ChosenMotors,
+    best_behind,
+    least_power,
+    together,
+    towards_lighter,
+)
+from infinivar.sizing.cobotic.sampled import SideSampled, sample
 from infinivar.sizing.cobotic.wheels import (
     Points,
     Shaft,
@@ -26,12 +34,36 @@ from infinivar.sizing.cobotic.wheels import (
     shape_excess,
     static_demands,
 )
-from infinivar.sizing.geared.sampled import TaskDemand
 from infinivar.sizing.geared.tasks import MotionTask, Task
-from infinivar.sizing.margins import nearest_of
+from infinivar.sizing.margins import TaskDemand, nearest_of
+from infinivar.sizing.tables import CoboticRequest
 
-TIER = 1e9
-"""Between the values of designs that are infeasible for reasons of different kinds; above every power and mass."""
+
+@unique
+class State(IntEnum):
+    """How far the evaluation of an infeasible wheel design came; its number is above every value of a better state.
+
+    Values of feasible designs, powers and masses, are below all of them.
+    """
+
+    WITHOUT_MOTORS = 1_000_000_000
+    """The wheel keeps its limits, and no motors behind it keep theirs."""
+    WHEEL = 2_000_000_000
+    """The wheel slips or exceeds a limit at some instant."""
+    CRITICAL = 2_010_000_000
+    """It does so at a critical instant: the others were not looked at."""
+    PRELOAD = 3_000_000_000
+    """The preload alone exceeds a limit, or the patch is beyond the tables of the law."""
+
+    def value_of(self, excess: np.ndarray) -> np.ndarray:
+        """Value of designs in this state that rises with a demand over allowance above 1."""
+        return self + _RISE * (1.0 - 1.0 / np.maximum(excess, 1.0))
+
+
+NOT_FEASIBLE = State.WITHOUT_MOTORS
+"""Least value of an infeasible design."""
+_RISE = 1e6
+"""By which values in one state differ at most; less than two states do."""
 _NO_MOTION = 1e3
 """Excess of a wheel that slips where the demand has no number; twice that of one that slips all the time."""
 
@@ -54,15 +86,20 @@ class Value(NamedTuple):
     """Values of wheel designs. (k,) each"""
 
     value: np.ndarray
-    """Of the objective where feasible, otherwise `TIER` and more."""
+    """Of the objective where feasible, otherwise that of a `State`."""
     pair: np.ndarray
-    """Best pair of motor and gearhead; -1 where none is feasible."""
+    """Best pair of motor and gearhead; `NOT_CHOSEN` where none is feasible."""
     steering: np.ndarray
-    """Best pair of steering motor and ratio; -1 where none is feasible."""
+    """Best pair of steering motor and ratio; `NOT_CHOSEN` where none is feasible."""
     power: np.ndarray
     """[W]"""
     mass: np.ndarray
     """[kg]"""
+
+    @property
+    def feasible(self) -> np.ndarray:
+        """Which of them keep all limits. (k,) bool"""
+        return self.value < NOT_FEASIBLE
 
 
 class Evaluation:
@@ -73,21 +110,14 @@ class Evaluation:
         space: Space,
         sides: Sequence[Side],
         tasks: Sequence[Task],
-        *,
-        objective: Objective,
-        shares: Mapping[str, float],
-        slip_margin: float,
-        life: float | None,
-        prune: bool,
+        request: CoboticRequest,
     ) -> None:
-        """Arguments as for `size_cobotic`."""
-        self.space, self.sides = space, sides
-        self.objective, self.shares, self.slip_margin = objective, shares, slip_margin
-        self.life, self.prune = life, prune
+        """Nothing is counted yet."""
+        self.space, self.sides, self.request = space, sides, request
+        self.objective, self.shares = request.objective, request.shares
         self.look_at(tasks, tasks)
         self.heaviest = np.inf
         """Largest mass of both motors with gearhead, where the objective is the energy. [kg]"""
-        self.moving = any(isinstance(task, MotionTask) for task in tasks)
         self.wheels = self.rolled = self.sampled = 0
         self.blocked: dict[TaskDemand, int] = {}
 
@@ -111,7 +141,10 @@ class Evaluation:
 
     def with_slip_margin(self, demands: Mapping[TaskDemand, np.ndarray]) -> dict[TaskDemand, np.ndarray]:
         """Demands with the margin wanted against slip."""
-        return {key: demand * self.slip_margin if key[1] == Limit.SLIP else demand for key, demand in demands.items()}
+        return {
+            key: demand * self.request.slip_margin if key[1] == Limit.SLIP else demand
+            for key, demand in demands.items()
+        }
 
     def values(self, points: Points) -> Value:
         """Evaluate wheel designs."""
@@ -137,7 +170,7 @@ class Evaluation:
             seen = laws.look(points, self.first)
             static, shape, known = named_static(seen.static, len(points.bearing)), seen.shape, seen.demanded
         excess = np.max([np.broadcast_to(np.ravel(shape), points.bearing.shape), *static.values()], axis=0)
-        value, held = 3.0 * TIER + _bounded(excess), excess <= 1.0
+        value, held = State.PRELOAD.value_of(excess), excess <= 1.0
         self._block(static, ~held)
         if self.first and held.any():
             some = np.flatnonzero(held)
@@ -146,7 +179,7 @@ class Evaluation:
             with_slip_margin = self.with_slip_margin(wheels.demands)
             excess = _excess(with_slip_margin, wheels)
             self._block(with_slip_margin, excess > 1.0)
-            value[some], held[some] = 2.0 * TIER + 1e7 + _bounded(excess), excess <= 1.0
+            value[some], held[some] = State.CRITICAL.value_of(excess), excess <= 1.0
         return value, held
 
     def _block(self, demands: Mapping[TaskDemand, np.ndarray], where: np.ndarray) -> None:
@@ -164,12 +197,14 @@ class Evaluation:
         self.rolled += count
         parts = list(self.space.batches(points, self._rolled_at_once))
         wheels = joined(
-            list(in_order(lambda some: evaluate(self.space, points.of(some), self.tasks, life=self.life), parts))
+            list(
+                in_order(lambda some: evaluate(self.space, points.of(some), self.tasks, life=self.request.life), parts)
+            )
         )
         with_slip_margin = self.with_slip_margin(wheels.demands)
         excess = _excess(with_slip_margin, wheels)
         result = _none(count)
-        result.value[:] = 2.0 * TIER + _bounded(excess)
+        result.value[:] = State.WHEEL.value_of(excess)
         rolls = excess <= 1.0
         self._block(with_slip_margin, ~rolls)
         able = np.flatnonzero(rolls)
@@ -180,11 +215,11 @@ class Evaluation:
             return result
         chosen = [self._best(side, wheels, able) for side in self.sides]
         excess = np.max([one[0].excess for one in chosen], axis=0)
-        feasible = np.all([one[0].row >= 0 for one in chosen], axis=0)
+        feasible = np.all([one[0].row != NOT_CHOSEN for one in chosen], axis=0)
         total = np.sum([one[1] for one in chosen], axis=0)
-        result.value[able] = np.where(feasible, total, TIER + _bounded(excess))
+        result.value[able] = np.where(feasible, total, State.WITHOUT_MOTORS.value_of(excess))
         for column, (one, _) in zip((result.pair, result.steering), chosen, strict=False):
-            column[able] = np.where(feasible, one.row, -1)
+            column[able] = np.where(feasible, one.row, NOT_CHOSEN)
         result.power[able] = np.where(feasible, np.sum([one.power for one, _ in chosen], axis=0), np.nan)
         masses = [side.found.mass(np.maximum(one.row, 0)) for side, (one, _) in zip(self.sides, chosen, strict=True)]
         result.mass[able] = np.where(feasible, np.sum(masses, axis=0), np.nan)
@@ -193,10 +228,10 @@ class Evaluation:
     def _choose_under(self, result: Value, wheels: Wheels, able: np.ndarray) -> None:
         """Put in the motors of the least power that are not too heavy."""
         cylinder, steering = (self._behind(side, wheels, able) for side in self.sides)
-        found = least_power(cylinder, steering, self.heaviest, prune=self.prune)
+        found = least_power(cylinder, steering, self.heaviest, prune=self.request.prune)
         self.sampled += found.evaluated
-        feasible = found.cylinder >= 0
-        result.value[able] = np.where(feasible, found.power, TIER + _bounded(found.excess))
+        feasible = found.cylinder != NOT_CHOSEN
+        result.value[able] = np.where(feasible, found.power, State.WITHOUT_MOTORS.value_of(found.excess))
         result.pair[able], result.steering[able], result.mass[able] = found.cylinder, found.steering, found.mass
         result.power[able] = np.where(feasible, found.power, np.nan)
 
@@ -204,7 +239,7 @@ class Evaluation:
         """Candidate of a side behind the first of some wheels that is nearest to feasible; the best if some are feasible."""
         shafts = {name: shaft.of(np.array([0])) for name, shaft in wheels.shafts.items()}
         chosen, _ = self._best(side, wheels, np.array([0]))
-        if chosen.row[0] >= 0:
+        if chosen.row[0] != NOT_CHOSEN:
             return int(chosen.row[0])
         bounds = [np.max(list(one.demands.values()), axis=0)[:, 0] for _, one in self._bounds(side, shafts)]
         first = side.rows[np.argsort(np.max(bounds, axis=0), kind="stable")[:_NEAREST]]
@@ -212,13 +247,13 @@ class Evaluation:
         done = sample(side, first, none, self.tasks, shafts, self.shares, self.space.template.steering)
         return int(first[nearest_of(list(done.demands.values()), side.found.mass(first))])
 
-    def _best(self, side: Side, wheels: Wheels, able: np.ndarray) -> tuple[Chosen, np.ndarray]:
+    def _best(self, side: Side, wheels: Wheels, able: np.ndarray) -> tuple[ChosenMotors, np.ndarray]:
         """Best candidate of a side behind wheels that roll, and its part of the value."""
         by_mass = self.objective == "mass"
 
-        def choose(some: np.ndarray) -> tuple[Chosen, np.ndarray]:
+        def choose(some: np.ndarray) -> tuple[ChosenMotors, np.ndarray]:
             behind = self._behind(side, wheels, some)
-            chosen = best_behind(behind, by_mass=by_mass, prune=self.prune)
+            chosen = best_behind(behind, by_mass=by_mass, prune=self.request.prune)
             return chosen, towards_lighter(behind.mass, behind.worst, chosen.value) if by_mass else chosen.value
 
         blocks = np.split(able, range(_BLOCK, len(able), _BLOCK))
@@ -233,7 +268,7 @@ class Evaluation:
         nothing = np.zeros((len(side.rows), len(able)))
         drawn = [self.shares[name] * one.power for name, one in bounds if name in self.shares]
 
-        def evaluate_some(tried: np.ndarray, places: np.ndarray) -> Sampled:
+        def evaluate_some(tried: np.ndarray, places: np.ndarray) -> SideSampled:
             return sample(side, tried, places, self.tasks, shafts, self.shares, self.space.template.steering)
 
         return Behind(
@@ -246,7 +281,7 @@ class Evaluation:
             evaluate=evaluate_some,
         )
 
-    def _bounds(self, side: Side, shafts: Mapping[str, Shaft]) -> list[tuple[str, Bounds]]:
+    def _bounds(self, side: Side, shafts: Mapping[str, Shaft]) -> list[tuple[str, MotorBounds]]:
         found, plant = [], self.space.template.steering
         for task in self.tasks:
             if side.name == MOTOR:
@@ -259,7 +294,9 @@ class Evaluation:
 def _none(count: int) -> Value:
     """Values of designs of which none is feasible."""
     unknown = np.full(count, np.nan)
-    return Value(np.full(count, np.inf), np.full(count, -1), np.full(count, -1), unknown, unknown.copy())
+    return Value(
+        np.full(count, np.inf), np.full(count, NOT_CHOSEN), np.full(count, NOT_CHOSEN), unknown, unknown.copy()
+    )
 
 
 def _excess(with_slip_margin: Mapping[TaskDemand, np.ndarray], wheels: Wheels) -> np.ndarray:
@@ -267,8 +304,3 @@ def _excess(with_slip_margin: Mapping[TaskDemand, np.ndarray], wheels: Wheels) -
     worst = np.max([np.zeros(len(wheels.slipping)), *with_slip_margin.values()], axis=0)
     slips = ~np.isfinite(worst) | (wheels.slipping > 0.0)
     return np.where(slips, _NO_MOTION * (1.0 + wheels.slipping), worst)
-
-
-def _bounded(excess: np.ndarray) -> np.ndarray:
-    """A demand over allowance above 1 as a number below `TIER` that rises with it."""
-    return 1e6 * (1.0 - 1.0 / np.maximum(excess, 1.0))

@@ -15,7 +15,7 @@ import numpy as np
 from infinivar._core.pareto import front
 from infinivar.parts.bearing import Bearing
 from infinivar.sizing.cobotic.bounds import Side
-from infinivar.sizing.cobotic.evaluation import TIER, Evaluation, Value
+from infinivar.sizing.cobotic.evaluation import NOT_FEASIBLE, Evaluation, Value
 from infinivar.sizing.cobotic.wheels import FREE, Points
 from infinivar.sizing.geared.tasks import Task
 from infinivar.sizing.progress import Progress, part_of
@@ -91,7 +91,7 @@ class Record:
 
     def add(self, points: Points, found: Value) -> None:
         """Add wheel designs."""
-        for place in np.flatnonzero(found.value < TIER):
+        for place in np.flatnonzero(found.feasible):
             key = int(found.pair[place]), int(points.bearing[place]), int(found.steering[place])
             one = Entry(
                 float(found.value[place]), points.values[place], float(found.mass[place]), float(found.power[place])
@@ -193,10 +193,10 @@ def evolve(
 
     def said(intermediate_result: Any) -> None:
         best = float(intermediate_result.fun)
-        history.append(best if best < TIER else np.inf)
+        history.append(best if best < NOT_FEASIBLE else np.inf)
         if progress is not None:
             unit = "kg" if evaluation.objective == "mass" else "W"
-            words = f"best so far: {best:.5g} {unit}" if best < TIER else "no feasible design so far"
+            words = f"best so far: {best:.5g} {unit}" if best < NOT_FEASIBLE else "no feasible design so far"
             progress(words, len(history) / total)
 
     for place, stage in enumerate(stages):

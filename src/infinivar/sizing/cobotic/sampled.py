@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar._core.array_namespace import Array
 from infinivar.analysis.cycles import performance
 from infinivar.analysis.cycles.duty_cycle import heating
 from infinivar.drivetrain.drive import MovingPoint, motor_side, placed
 from infinivar.drivetrain.steering import SteeringPlant
-from infinivar.limits import Demand, Limit
+from infinivar.limits import Demand
 from infinivar.parts import heat
-from infinivar.parts.heat_steps import windings
 from infinivar.parts.motor import Motor
 from infinivar.sizing.cobotic.bounds import MOTOR, Side
 from infinivar.sizing.cobotic.wheels import Shaft
-from infinivar.sizing.geared.sampled import UNCHECKED, TaskDemand, batches, overheating, temperatures
-from infinivar.sizing.geared.tasks import MotionTask, Task, heat_counts
+from infinivar.sizing.geared.sampled import sample_by
+from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, without_travel
+from infinivar.sizing.margins import TaskDemand
 
 
-class Sampled(NamedTuple):
+class SideSampled(NamedTuple):
     """Results of some candidates of one side, each behind a wheel design. (m,) each"""
 
     demands: Mapping[TaskDemand, np.ndarray]
@@ -47,7 +48,7 @@ def sample(
     shafts: Mapping[str, Shaft],
     shares: Mapping[str, float],
     plant: SteeringPlant | None,
-) -> Sampled:
+) -> SideSampled:
     """Evaluate candidates of a side at every instant.
 
     Parameters
@@ -56,68 +57,65 @@ def sample(
     places : (m,) int   Wheel design of each, as a row of the shafts.
     plant : SteeringPlant   Of the template, which has all but motor and ratio.
     """
-    demands: dict[TaskDemand, np.ndarray] = {}
-    power, feasible = np.zeros(len(rows)), np.ones(len(rows), dtype=bool)
-    judged = [task for task in tasks if side.name == MOTOR or isinstance(task, MotionTask)]
-    for some in batches(side.found, rows, judged) if judged else ():
-        motor, gear = side.found.parts(rows[some])
-        for task in judged:
-            run = _runner(side, plant, gear, shafts[task.name].of(places[some]))
-            if isinstance(task, MotionTask):
-                found, cool, drawn = _over_motion(side, task, motor, run)
-                feasible[some] &= cool
-                power[some] += shares[task.name] * drawn
-            else:
-                found = {key: np.max(demand, axis=-1) for key, demand in run(motor).utilisation.items()}
-            for (limit, part), demand in found.items():
-                key = task.name, limit, part
-                demands.setdefault(key, np.full(len(rows), UNCHECKED))[some] = demand
-                if limit != Limit.TEMPERATURE:  # judged with its own allowance for rounding
-                    feasible[some] &= demands[key][some] <= 1.0
-    return Sampled(demands, power, feasible)
+    judged = [task for task in without_travel(tasks) if side.name == MOTOR or isinstance(task, MotionTask)]
+    if not judged:
+        return SideSampled({}, np.zeros(len(rows)), np.ones(len(rows), dtype=bool))
+
+    def laws(some: np.ndarray) -> SideLaws:
+        behind = {task.name: shafts[task.name].of(places[some]) for task in judged}
+        return SideLaws(side, rows[some], behind, plant)
+
+    done = sample_by(side.found, rows, judged, laws)
+    drawn = sum((shares[name] * power for name, power in done.power.items()), np.zeros(len(rows)))
+    return SideSampled(done.demands, drawn, done.feasible)
 
 
-def _runner(side: Side, plant: SteeringPlant | None, gear: Any, shaft: Shaft) -> Callable[[Motor], MovingPoint]:
-    """Make a function that operates a motor behind wheels: as a point of the drive with the terms of that motor only."""
-    nothing = np.zeros(shaft.torque.shape)
+class SideLaws:
+    """What many candidates of a side do behind wheel designs, each behind its own: a drive with the terms of one motor only."""
 
-    def run(motor: Motor) -> MovingPoint:
+    def __init__(self, side: Side, rows: np.ndarray, shafts: Mapping[str, Shaft], plant: SteeringPlant | None) -> None:
+        """Compute nothing yet; arguments as for `sample`, `shafts` having a row for each candidate."""
+        self._side, self._shafts, self._plant = side, shafts, plant
+        self._motor, self._gear = side.found.parts(rows)
+        self.count = len(rows)
+
+    @property
+    def motors(self) -> Mapping[str, Motor]:
+        """The motor of the side, by its name."""
+        return {self._side.name: self._motor}
+
+    def heat_sources(self, task: MotionTask) -> dict[str, tuple[Array, Array]]:
+        """As `Laws.heat_sources`."""
+        name = self._side.name
+        return {} if heat.missing(self._motor) else {name: heating(self._run(self._motor, task), name)}
+
+    def over(self, task: MotionTask, warm: Mapping[str, Any]) -> tuple[dict[Demand, Array], Array]:
+        """As `Laws.over`."""
+        motor = heat.warm(self._motor, warm[self._side.name]) if warm else self._motor
+        point = self._run(motor, task)
+        drawn = np.broadcast_to(point.power_in, np.shape(point.power_out))
+        return performance.demands(point), np.mean(drawn, axis=-1)
+
+    def within(self, task: RegionTask) -> dict[Demand, Array]:
+        """As `Laws.within`."""
+        point = self._run(self._motor, task)
+        return {key: np.max(demand, axis=-1) for key, demand in point.utilisation.items()}
+
+    def _run(self, motor: Motor, task: Task) -> MovingPoint:
+        side, shaft = self._side, self._shafts[task.name]
         if side.name == MOTOR:
-            made = motor_side(motor, gear, output_torque=shaft.torque, output_speed=shaft.turning)
+            made = motor_side(motor, self._gear, output_torque=shaft.torque, output_speed=shaft.turning)
         else:
-            assert plant is not None
-            made = shaft.steer(replace(plant, motor=motor, ratio=gear.ratio))
+            assert self._plant is not None
+            made = shaft.steer(replace(self._plant, motor=motor, ratio=self._gear.ratio))
         power_in, burnt, met = side.amplifier.supply(made.power)
         limits: dict[Demand, Any] = dict(placed(made.utilisation, side.name))
         limits |= {(limit, side.name): demand for limit, demand in met.items()}
         return MovingPoint(
             power_in=power_in,
-            power_out=nothing,
+            power_out=np.zeros(shaft.torque.shape),
             losses={**made.losses, "amplifier": burnt},
             stored={},
             utilisation=limits,
             states=made.states,
         )
-
-    return run
-
-
-def _over_motion(
-    side: Side, task: MotionTask, motor: Motor, run: Callable[[Motor], MovingPoint]
-) -> tuple[dict[Demand, np.ndarray], np.ndarray, np.ndarray]:
-    """Demands over a motion, whether windings stay within their limit, and the mean power."""
-    duty, point, hot = task.duty, run(motor), None
-    if motor.max_winding_temperature is not None:
-        current, friction = heating(point, side.name)
-        shape = np.shape(point.power_out)
-        start = None if duty.closed else duty.start
-        hot = windings(motor, np.asarray(current), np.broadcast_to(friction, shape), duty.period, duty.ambient, start)
-        warm: Any = temperatures(motor, task, hot)
-        point = run(heat.warm(motor, warm))
-    found = performance.demands(point)
-    cool = np.ones(len(point.power_out), dtype=bool)
-    if hot is not None:
-        found[Limit.TEMPERATURE, side.name], cool = overheating(motor, task, hot)
-        if heat_counts(task):
-            del found[Limit.THERMAL, side.name]
-    return found, cool, np.mean(np.broadcast_to(point.power_in, np.shape(point.power_out)), axis=-1)

@@ -13,18 +13,19 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import orders_of
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
-from infinivar.motion.duty_cycles import DutyCycle, shares_of
+from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import LossModel
 from infinivar.sizing.cobotic.bounds import MOTOR, STEERING, Side
 from infinivar.sizing.cobotic.designs import best_designs, front_designs, nearest_design
 from infinivar.sizing.cobotic.evaluation import Evaluation
 from infinivar.sizing.cobotic.evolution import Box, Hunt, Record, Stage, fill_front, find_least_power, find_lightest
-from infinivar.sizing.cobotic.result import CoboticDesign, CoboticSizing, Objective
-from infinivar.sizing.cobotic.wheels import FREE, Space, check_template, plain_bearings, values_of
+from infinivar.sizing.cobotic.wheels import FREE, CompiledWheels, Space, check_template, plain_bearings, values_of
+from infinivar.sizing.found import CoboticDesign, CoboticSizing
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Pairs, pairs_of
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, judging_points, outer, tasks_of
 from infinivar.sizing.progress import Progress, part_of
+from infinivar.sizing.tables import CoboticRequest, Objective
 from infinivar.study.requirement import Requirement
 
 RANGE = 2.0
@@ -107,50 +108,54 @@ def size_cobotic(
 
     Source: storn1997.
     """
-    require(method in ("numpy", "jax"), "method", repr(method), "numpy or jax")
-    for name, number, least in (
-        ("top", top, 1),
-        ("population", population, 5),
-        ("generations", generations, 1),
-        ("first_samples", first_samples, 2),
-    ):
-        require(isinstance(number, int) and number >= least, name, number, f"a whole number >= {least}")
-    evaluation, box = prepared(
-        template,
-        {"motors": motors, "gearheads": gearheads, "steering_motors": steering_motors},
-        pairs,
-        steering_ratios=steering_ratios,
-        bearings=bearings,
+    request = CoboticRequest(
+        template=template,
+        motors=motors,
+        gearheads=gearheads,
+        pairs=pairs,
+        steering_motors=steering_motors,
+        steering_ratios=tuple(steering_ratios),
+        bearings=tuple(bearings),
         duty=duty,
         requirement=requirement,
         ranges=ranges or {},
-        loss_model=loss_model or template.gearhead.loss_model,
-        travel=travel,
-        samples=samples,
         objective=objective,
         slip_margin=slip_margin,
         life=life,
+        travel=travel,
+        loss_model=loss_model,
+        samples=samples,
+        population=population,
+        generations=generations,
+        seed=seed,
+        top=top,
+        first_samples=first_samples,
         prune=prune,
+        method=method,
     )
-    if method == "jax":
-        from infinivar.sizing.cobotic.compiled import Compiled
+    return best_cobotic(request, progress)
 
-        evaluation.space.compiled = Compiled(evaluation.space)
+
+def best_cobotic(request: CoboticRequest, progress: Progress | None = None) -> CoboticSizing:
+    """Find the best drives; see `size_cobotic`."""
+    evaluation, box = prepared(request)
+    if request.method == "jax":
+        evaluation.space.compiled = CompiledWheels(evaluation.space)
     sides = evaluation.sides
     whole = [judging_points(task) if isinstance(task, RegionTask) else task for task in evaluation.tasks]
-    stages = _stages(template, whole, generations, first_samples)
-    hunt = Hunt(evaluation, box, population, top)
+    stages = _stages(request, whole)
+    hunt = Hunt(evaluation, box, request.population, request.top)
     if not all(side.rows.size for side in sides):
         record, history, designs = Record(), np.empty(0), ()
-    elif objective == "front":
-        record, history, designs = _front(hunt, stages, whole, seed, progress)
+    elif request.objective == "front":
+        record, history, designs = _front(hunt, stages, whole, request.seed, progress)
     else:
-        search = find_lightest if objective == "mass" else find_least_power
-        record, history = search(hunt, stages, seed, progress)
-        designs = best_designs(evaluation, record, whole, top)
+        search = find_lightest if request.objective == "mass" else find_least_power
+        record, history = search(hunt, stages, request.seed, progress)
+        designs = best_designs(evaluation, record, whole, request.top)
     kept = np.array([(one.mass, one.power) for one in record.light.values()]).reshape(-1, 2)
     return CoboticSizing(
-        objective=objective,
+        objective=request.objective,
         designs=designs,
         front=front_designs(evaluation, record, whole),
         wheels=evaluation.wheels,
@@ -160,7 +165,7 @@ def size_cobotic(
         excluded=excluded_of(sides),
         blocked=evaluation.blocked,
         history=history,
-        cloud=kept if evaluation.moving else np.empty((0, 2)),
+        cloud=kept if request.moving else np.empty((0, 2)),
         candidates=Searched(evaluation.space, sides, box).candidates,
         unchecked=unchecked_of(sides),
         nearest=None if designs else nearest_design(evaluation, record, whole),
@@ -183,10 +188,11 @@ def _front(
     return record, history, (*best_designs(evaluation, record.by_power(), whole, top), *lightest)
 
 
-def _stages(template: CoboticDrive, whole: Sequence[Task], generations: int, first_samples: int) -> list[Stage]:
+def _stages(request: CoboticRequest, whole: Sequence[Task]) -> list[Stage]:
     """Most generations at few instants, the last ones at all; of a required region the outer points."""
+    generations, most = request.generations, request.first_samples
     edge = [outer(task) if isinstance(task, RegionTask) else task for task in whole]
-    few = [_thinned(template, task, first_samples) if isinstance(task, MotionTask) else task for task in edge]
+    few = [_thinned(request.template, task, most) if isinstance(task, MotionTask) else task for task in edge]
     last = max(1, generations // 10)
     if all(one is other for one, other in zip(edge, few, strict=True)) or last == generations:
         return [Stage(edge, edge, generations)]
@@ -226,45 +232,13 @@ def _first_of_each(motors: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return rows[np.unique(motors, return_index=True)[1]]
 
 
-def prepared(
-    template: CoboticDrive,
-    tables: Mapping[str, Mapping[str, Any]],
-    pairs: Any,
-    *,
-    steering_ratios: Sequence[float],
-    bearings: Sequence[Bearing],
-    duty: Mapping[str, DutyCycle],
-    requirement: Requirement | None,
-    ranges: Mapping[str, tuple[float, float]],
-    loss_model: LossModel,
-    travel: float | None,
-    samples: int | None,
-    **options: Any,
-) -> tuple[Evaluation, Box]:
-    """What evaluates wheel designs, and where they are searched; arguments and errors as for `size_cobotic`."""
-    objective, margin, life = options["objective"], options["slip_margin"], options["life"]
-    require(objective in ("energy", "mass", "front"), "objective", repr(objective), "energy, mass or front")
-    require(1.0 <= margin < math.inf, "slip_margin", margin, ">= 1 and finite")
-    require(life is None or life > 0.0, "life", life, "> 0", "s")
-    if objective != "mass" and not duty:
-        raise ParameterError("duty is empty: the energy needs a motion; use objective = 'mass'")
-    if life is not None and not duty:
-        raise ParameterError("life needs a motion, which tells how far the wheel rolls: duty is empty")
-    check_template(template, bool(duty))
-    searched = searched_of(
-        template,
-        tables,
-        pairs,
-        steering_ratios=steering_ratios,
-        bearings=bearings,
-        ranges=ranges,
-        loss_model=loss_model,
-        moving=bool(duty),
-        weighed=objective != "energy",
-    )
-    tasks = tasks_of(searched.space.template, duty, requirement, travel=travel, samples=samples)
-    shares = shares_of(duty) or dict.fromkeys(duty, 1.0 / max(len(duty), 1))
-    return Evaluation(searched.space, searched.sides, tasks, shares=shares, **options), searched.box
+def prepared(request: CoboticRequest) -> tuple[Evaluation, Box]:
+    """What evaluates wheel designs, and where they are searched; errors as for `size_cobotic`."""
+    request.check_motions()
+    check_template(request.template, request.moving)
+    searched = searched_of(request)
+    tasks = tasks_of(searched.space.template, request.duty, request.requirement, request.travel, request.samples)
+    return Evaluation(searched.space, searched.sides, tasks, request), searched.box
 
 
 class Searched(NamedTuple):
@@ -280,25 +254,17 @@ class Searched(NamedTuple):
         return math.prod(len(side.found.pairs) for side in self.sides) * len(self.box.bearings)
 
 
-def searched_of(
-    template: CoboticDrive,
-    tables: Mapping[str, Mapping[str, Any]],
-    pairs: Any,
-    *,
-    steering_ratios: Sequence[float],
-    bearings: Sequence[Bearing],
-    ranges: Mapping[str, tuple[float, float]],
-    loss_model: LossModel,
-    moving: bool,
-    weighed: bool,
-) -> Searched:
-    """What is searched for a template that was checked; arguments and errors as for `size_cobotic`."""
-    template = replace(template, gearhead=replace(template.gearhead, stiffness=None, backlash=None))
-    box = _box(template, ranges, plain_bearings(bearings))
-    found = pairs_of(tables["motors"], tables["gearheads"], pairs, loss_model=loss_model, moving=False, weighed=weighed)
+def searched_of(request: CoboticRequest) -> Searched:
+    """What is searched for a template that was checked; errors as for `size_cobotic`."""
+    own, weighed = request.template, request.weighed
+    template = replace(own, gearhead=replace(own.gearhead, stiffness=None, backlash=None))
+    box = _box(template, request.ranges, plain_bearings(request.bearings))
+    found = pairs_of(
+        request.motors, request.gearheads, request.pairs, loss_model=request.gear_law, moving=False, weighed=weighed
+    )
     sides = [Side(name=MOTOR, found=_fast_enough(found, box), amplifier=template.amplifier)]
-    if moving:
-        steered = _steered(tables["steering_motors"], steering_ratios, weighed)
+    if request.moving:
+        steered = _steered(request.steering_motors, request.steering_ratios, weighed)
         sides.append(Side(name=STEERING, found=steered, amplifier=template.steering_amplifier))
     return Searched(Space(template, box.bearings), sides, box)
 
@@ -330,9 +296,9 @@ def _box(template: CoboticDrive, ranges: Mapping[str, tuple[float, float]], bear
 def _fast_enough(found: Pairs, box: Box) -> Pairs:
     """Pairs whose motor and gearhead permit the slowest cylinder; a faster one turns them faster."""
     slowest, kept, excluded = box.low[FREE.index("cylinder_speed")], found.usable, dict(found.excluded)
-    for kind, name, limit in (("motor", "max_speed", Limit.SPEED), ("gearhead", "max_input_speed", Limit.GEAR_SPEED)):
+    for limit in (Limit.SPEED, Limit.GEAR_SPEED):
         turned = slowest * found.values("gearhead", "ratio", kept)
-        beyond = turned > found.values(kind, name, kept) * (1.0 + 1e-9)
+        beyond = turned > found.allowance(limit, kept) * (1.0 + 1e-9)
         if beyond.any():
             excluded[f"{limit.words} below that of the slowest cylinder"] = int(beyond.sum())
         kept = kept[~beyond]

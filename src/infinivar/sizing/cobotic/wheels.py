@@ -8,23 +8,25 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar._core import engine, extras
 from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.threads import in_order
 from infinivar.contact.creep import EXACT
 from infinivar.contact.exact_law import NARROWEST, WIDEST
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import GEAR_LIMITS, MotorSide
 from infinivar.drivetrain.steering import SteeringPlant
-from infinivar.errors import ParameterError
+from infinivar.errors import InputError, ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.parts.bearing import Bearing
-from infinivar.sizing.geared.sampled import TaskDemand
-from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
+from infinivar.sizing.geared.tasks import OF_MOTOR, MotionTask, RegionTask, Task
+from infinivar.sizing.margins import TaskDemand
 
 FREE = ("cylinder_radius", "cylinder_speed", "wheel_radius", "crown_radius", "preload")
 """Continuous values of a wheel design, in this order. [m], [rad s^-1], [m], [m], [N]"""
@@ -114,20 +116,12 @@ def joined(parts: Sequence[Wheels]) -> Wheels:
     )
 
 
-class Laws(Protocol):
-    """The functions `ask` and `look` for many designs whose bearings are of one kind, in NumPy arrays."""
-
-    def ask(self, points: Points, task: Task) -> Demanded: ...  # noqa: D102
-
-    def look(self, points: Points, tasks: Sequence[Task]) -> Look: ...  # noqa: D102
-
-
 class Space:
     """Makes drives of wheel designs: of a template, with other bearings and values."""
 
     def __init__(self, template: CoboticDrive, bearings: Sequence[Bearing]) -> None:
         """Bearings that differ in numbers only are computed together."""
-        self.compiled: Laws | None = None
+        self.compiled: CompiledWheels | None = None
         """Instead of `ask` and `look`, by another array library."""
         self.template: CoboticDrive = template
         self.bearings: tuple[Bearing, ...] = tuple(bearings)
@@ -301,7 +295,7 @@ def evaluate(
     ----------
     life : float      Wanted life of the axle bearings in each motion; None: any. [s]
     compiled : bool   Whether to use what the space has compiled.
-    asked             What each task asks of them, where it is known.
+    demanded          What each task asks of them, where it is known.
     """
     count, drive = len(points.bearing), space.columns(points)
     demands: dict[TaskDemand, np.ndarray] = {}
@@ -379,8 +373,7 @@ def ask(drive: CoboticDrive, task: Task) -> Demanded:
     """What a task asks of wheel designs, one or many."""
     if isinstance(task, RegionTask):
         point = drive.operate(speed=task.speed, force=task.force)
-        motor = {*drive.motor.utilisation(current=0.0, voltage=0.0, speed=0.0), Limit.REGENERATION, *GEAR_LIMITS}
-        own = {limit: demand for limit, demand in point.utilisation.items() if limit not in motor}
+        own = {key: demand for key, demand in point.utilisation.items() if key not in (*OF_MOTOR, *GEAR_LIMITS)}
         return Demanded(point.states["cylinder_torque_Nm"], own)
     rolled = drive.roll(task.instants.course, load_mass=task.duty.moved_mass)
     assert drive.steering is not None
@@ -396,6 +389,70 @@ def ask(drive: CoboticDrive, task: Task) -> Demanded:
         resisting["bell"],
         xp.mean(rolled.losses["rolling"], axis=-1),
     )
+
+
+_TOGETHER = 32
+"""Wheel designs of one call, the last padded: arrays of one shape are compiled once."""
+
+
+class CompiledWheels:
+    """The functions `ask` and `look` compiled for each task and kind of bearing, at the first call."""
+
+    def __init__(self, space: Space) -> None:
+        """Raises InputError if JAX is not installed."""
+        self._space, self._jax = space, extras.load("jax", "jax", "method jax")
+        self._known: dict[tuple[int, ...], Callable[..., Any]] = {}
+        self._tasks: list[Task] = []
+
+    def ask(self, points: Points, task: Task) -> Demanded:
+        """As `ask` for designs whose bearings are of one kind, in NumPy arrays (k, n)."""
+        return self._all(points, (-1, self._place(task)), lambda drive: ask(drive, task))
+
+    def look(self, points: Points, tasks: Sequence[Task]) -> Look:
+        """As `look` for designs whose bearings are of one kind, in NumPy arrays (k, n) and (k, 1)."""
+        return self._all(points, tuple(map(self._place, tasks)), lambda drive: look(drive, tasks))
+
+    def _place(self, task: Task) -> int:
+        """Number of a task, by identity."""
+        if not any(task is one for one in self._tasks):
+            self._tasks.append(task)
+        return next(place for place, one in enumerate(self._tasks) if one is task)
+
+    def _all(self, points: Points, key: tuple[int, ...], law: Callable[[CoboticDrive], Any]) -> Any:
+        """A law of every design, some of them at a time."""
+        run, numbers = self._law(int(points.bearing[0]), key, law), self._space.numbers(int(points.bearing[0]))
+        count = len(points.bearing)
+
+        def some(start: int) -> Any:
+            # What pads the last call is computed and left out.
+            places = np.minimum(np.arange(start, start + _TOGETHER), count - 1)
+            return run(points.values[places], *(column[points.bearing[places]] for column in numbers.values()))
+
+        parts = list(in_order(some, range(0, count, _TOGETHER)))
+        return self._jax.tree.map(lambda *some: _of_all_calls(some, count), *parts)
+
+    def _law(self, bearing: int, key: tuple[int, ...], law: Callable[[CoboticDrive], Any]) -> Callable[..., Any]:
+        """A law compiled for the kind of a bearing."""
+        kind = int(self._space.kinds[bearing])
+        if (kind, *key) not in self._known:
+            names = tuple(self._space.numbers(bearing))
+
+            def one(values: Any, *numbers: Any) -> Any:
+                given = {name: values[place] for place, name in enumerate(FREE)}
+                return law(self._space.drive(given, kind, dict(zip(names, numbers, strict=True))))
+
+            shapes = [(_TOGETHER, len(FREE)), *((_TOGETHER,) for _ in names)]
+            try:
+                self._known[kind, *key] = engine.compiled(self._jax.vmap(one), shapes)
+            except engine.NotCompiledError as problem:
+                raise InputError(f"method jax cannot be used here: {problem}; use numpy") from None
+        return self._known[kind, *key]
+
+
+def _of_all_calls(parts: tuple[Any, ...], count: int) -> np.ndarray:
+    """Results of all calls, (k, n), or (k, 1) for what is one number a design."""
+    whole = np.concatenate(parts)[:count]
+    return whole[:, None] if whole.ndim == 1 else whole
 
 
 def _demands(drive: CoboticDrive, task: Task, demanded: Demanded, life: float | None) -> dict[Demand, np.ndarray]:
@@ -414,7 +471,7 @@ def _demands(drive: CoboticDrive, task: Task, demanded: Demanded, life: float | 
 
 
 def _shaft(drive: CoboticDrive, task: Task, demanded: Demanded) -> Shaft:
-    """What is asked of the motors, as arrays by design and instant."""
+    """What the motors have to give, as arrays by design and instant."""
     turning = np.asarray(drive.cylinder_speed)
     count = len(turning)
     if isinstance(task, RegionTask):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -11,28 +11,22 @@ from infinivar._core.pareto import front
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.limits import Demand
 from infinivar.parts.stage import OutputStage
+from infinivar.sizing.found import GearedSizing
 from infinivar.sizing.geared import closed_form
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.closed_form import friction_factors, warmth
-from infinivar.sizing.geared.result import GearedSizing, Objective, best_so_far
 from infinivar.sizing.geared.sampled import HOT, sample
 from infinivar.sizing.geared.tally import SPARE, Tally, mixed, ranked, unchecked
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
-from infinivar.sizing.progress import Progress
+from infinivar.sizing.progress import Progress, best_so_far
+from infinivar.sizing.tables import GearedRequest
 
 
 def at_stages(
-    found: Candidates,
-    tasks: Sequence[Task],
-    stages: Sequence[OutputStage],
-    *,
-    objective: Objective,
-    shares: Mapping[str, float],
-    top: int,
-    prune: bool,
-    progress: Progress | None = None,
+    found: Candidates, tasks: Sequence[Task], request: GearedRequest, progress: Progress | None = None
 ) -> GearedSizing:
-    """Evaluate every pair at every stage; arguments as for `size_geared`."""
+    """Evaluate every pair at every stage."""
+    stages, objective, prune = request.stages or (found.template.stage,), request.objective, request.prune
     count, rows, tally = len(found.pairs), found.usable, Tally(found)
     feasible, evaluated = (np.zeros((len(stages), count), dtype=bool) for _ in range(2))
     power, best = np.full((len(stages), count), np.nan), []
@@ -50,15 +44,15 @@ def at_stages(
         tally.heat(done, tried, left[left] if prune else left)
         tally.rest(done, tried, left[left] if prune else left)
         feasible[place, tried], evaluated[place, tried] = done.feasible, True
-        power[place, tried] = mixed(done.power, shares)
-        best += ranked(found, tried, stage, done, shares, objective, top)
+        power[place, tried] = mixed(done.power, request.shares)
+        best += ranked(found, tried, stage, done, request)
     best.sort(key=lambda one: one[0])
     designs = [one for _, one in best]
     if objective == "front":
         mass, drawn = (np.array([getattr(one, name) for one in designs]) for name in ("mass", "power"))
         designs = [designs[place] for place in front(mass, drawn)]
     else:
-        designs = designs[:top]
+        designs = designs[: request.top]
     return GearedSizing(
         objective=objective,
         candidates=count * len(stages),

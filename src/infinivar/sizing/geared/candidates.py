@@ -26,27 +26,27 @@ LAW = {
 }
 """Fields without which no law can be evaluated; of gearheads, their own law has more."""
 
-_OPTIONAL = {
-    "motor": ("viscous_friction", "peak_torque", "rotor_inertia", "max_speed", *NEEDED),
-    "gearhead": (
-        "backdriving_efficiency",
-        "rated_torque",
-        "continuous_torque",
-        "intermittent_torque",
-        "max_input_speed",
-        "inertia",
-    ),
+_KINDS: Mapping[str, type[Motor | Gearhead]] = {"motor": Motor, "gearhead": Gearhead}
+_ALLOWANCES = {
+    (limit, kind): name
+    for kind, part in _KINDS.items()
+    for limit, name in part.ALLOWANCES.items()
+    if name not in LAW[kind]
 }
-_KINDS: Mapping[str, type] = {"motor": Motor, "gearhead": Gearhead}
+"""Fields of limits that a data sheet need not state."""
+_MAY_BE_INFINITE = frozenset({*Motor.ALLOWANCES.values(), *Gearhead.ALLOWANCES.values()} - {"voltage"})
+_OPTIONAL = {
+    kind: (*others, *(name for (_, of), name in _ALLOWANCES.items() if of == kind))
+    for kind, others in {
+        "motor": ("viscous_friction", "rotor_inertia", *NEEDED),
+        "gearhead": ("backdriving_efficiency", "rated_torque", "inertia"),
+    }.items()
+}
 _SEARCHED = {word: law for word, law in LAWS.items() if law.SEARCHED}
 """Laws that gearheads of tables may have."""
 
 LIMIT_FIELDS: Mapping[Demand, tuple[str, tuple[str, ...]]] = {
-    (Limit.PEAK, "motor"): ("motor", ("peak_torque",)),
-    (Limit.SPEED, "motor"): ("motor", ("max_speed",)),
-    (Limit.GEAR, "gearhead"): ("gearhead", ("continuous_torque",)),
-    (Limit.GEAR_PEAK, "gearhead"): ("gearhead", ("intermittent_torque",)),
-    (Limit.GEAR_SPEED, "gearhead"): ("gearhead", ("max_input_speed",)),
+    **{demand: (demand[1], (name,)) for demand, name in _ALLOWANCES.items()},
     (Limit.TEMPERATURE, "motor"): ("motor", NEEDED),
 }
 """Limits that are checked only where a data sheet states these fields."""
@@ -93,6 +93,11 @@ class Pairs:
         kind, fields = LIMIT_FIELDS[demand]
         return np.all([~np.isnan(self.values(kind, name, rows)) for name in fields], axis=0)
 
+    def allowance(self, limit: Limit, rows: np.ndarray) -> np.ndarray:
+        """What motors or gearheads allow of a limit; nan where it is not stated. (k,)"""
+        kind = "motor" if limit in Motor.ALLOWANCES else "gearhead"
+        return self.values(kind, _KINDS[kind].ALLOWANCES[limit], rows)
+
     def mass(self, rows: np.ndarray) -> np.ndarray:
         """Mass of motor and gearhead; nan where one is not stated. (k,) [kg]"""
         return self.values("motor", "mass", rows) + self.values("gearhead", "mass", rows)
@@ -105,10 +110,8 @@ class Pairs:
         column = functools.partial(self._column, rows=rows)
         motor: dict[str, Any] = {name: column("motor", name) for name in LAW["motor"]}
         gear: dict[str, Any] = {name: column("gearhead", name) for name in LAW["gearhead"]}
-        for name in ("peak_torque", "max_speed"):
-            motor[name] = column("motor", name, _BEYOND_ALL)
-        for name in ("continuous_torque", "intermittent_torque", "max_input_speed"):
-            gear[name] = column("gearhead", name, _BEYOND_ALL)
+        for (_, kind), name in _ALLOWANCES.items():
+            (motor if kind == "motor" else gear)[name] = column(kind, name, _BEYOND_ALL)
         motor["rotor_inertia"] = column("motor", "rotor_inertia", _NOTHING)
         gear["inertia"] = column("gearhead", "inertia", _NOTHING)
         viscous = column("motor", "viscous_friction", 0.0)
@@ -306,11 +309,6 @@ def _table(name: str, columns: Mapping[str, Any], kind: str, loss_model: LossMod
         if len(shape) != 1 or shape != first or not shape[0]:
             raise ParameterError(f"{name}.{column} must be a vector as long as the other columns, got shape {shape}")
     return found
-
-
-_MAY_BE_INFINITE = frozenset(
-    {"peak_torque", "max_speed", "continuous_torque", "intermittent_torque", "max_input_speed"}
-)
 
 
 def _faults(made: Pairs, moving: bool, weighed: bool) -> list[tuple[str, np.ndarray]]:

@@ -39,7 +39,7 @@ from infinivar.parts.motor import Motor
 from infinivar.sizing.geared.candidates import Pairs
 from infinivar.sizing.geared.extremes import extreme_places
 from infinivar.sizing.geared.sampled import HOT
-from infinivar.sizing.geared.tasks import MotionTask, Signals, Task, heat_counts
+from infinivar.sizing.geared.tasks import MotionTask, StageSignals, Task, heat_counts
 
 SPARE = 0.01
 """Share by which the bound may exceed the permissible rise before it excludes a candidate."""
@@ -106,7 +106,7 @@ def linear_of(motor: Motor, gear: Gearhead) -> Linear:
     return Linear(*(np.broadcast_to(part, ratio.shape)[:, 0] for part in found))
 
 
-def moments(signals: Signals) -> Moments:
+def moments(signals: StageSignals) -> Moments:
     """Moments of a task at a stage, for all candidates."""
     torque, acceleration, speed = signals.moving.T
     drives = torque > 0.0
@@ -174,7 +174,7 @@ def demands(
     drive: ConventionalDrive,
     current: Linear,
     task: Task,
-    signals: Signals,
+    signals: StageSignals,
     made: Moments,
     *,
     heated: np.ndarray,
@@ -201,26 +201,19 @@ def demands(
     for limit, demand in gear.extreme_utilisation(peak, lasting, largest).items():
         yield (limit, "gearhead"), np.broadcast_to(demand, (*shape, 1))[:, 0]
     turning = current.back_emf / np.ravel(motor.torque_constant) * largest
-    yield (Limit.SPEED, "motor"), _of_motor(drive, Limit.SPEED, 0.0, 0.0, turning)
     highest, volts = _extremes(drive, current, signals, heated, hottest)
     moved, rested = squares(current, made)
     lasting_current = np.sqrt(moved + rested) if task.root_mean_square else highest
+    largest_of = {"current": highest, "lasting": lasting_current, "voltage": volts, "speed": turning}
+    columns: Any = {name: values[:, None] for name, values in largest_of.items()}
     spared = heated & heat_counts(task)
-    yield (Limit.THERMAL, "motor"), np.where(spared, 0.0, _of_motor(drive, Limit.THERMAL, lasting_current, 0.0, 0.0))
-    yield (Limit.PEAK, "motor"), _of_motor(drive, Limit.PEAK, highest, 0.0, 0.0)
-    yield (Limit.VOLTAGE, "motor"), _of_motor(drive, Limit.VOLTAGE, 0.0, volts, 0.0)
-
-
-def _of_motor(drive: ConventionalDrive, limit: Limit, current: object, voltage: object, speed: object) -> np.ndarray:
-    """Demand over allowance of one limit of the motor. (k,)"""
-    columns = (np.asarray(value, dtype=float)[..., None] for value in (current, voltage, speed))
-    named = dict(zip(("current", "voltage", "speed"), columns, strict=True))
-    found = np.asarray(drive.motor.utilisation(**named)[limit])
-    return np.broadcast_to(found, (*np.shape(drive.motor.resistance)[:1], 1))[:, 0]
+    for limit, demand in motor.extreme_utilisation(**columns).items():
+        found = np.asarray(demand)[:, 0]
+        yield (limit, "motor"), np.where(spared, 0.0, found) if limit == Limit.THERMAL else found
 
 
 def _extremes(
-    drive: ConventionalDrive, current: Linear, signals: Signals, heated: np.ndarray, hottest: np.ndarray
+    drive: ConventionalDrive, current: Linear, signals: StageSignals, heated: np.ndarray, hottest: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Largest size of current, and of voltage or a lower bound of it where the resistance is not known. (k,), (k,)"""
     low = np.ravel(drive.motor.resistance)

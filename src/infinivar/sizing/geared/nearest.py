@@ -9,17 +9,18 @@ from typing import NamedTuple
 import numpy as np
 
 from infinivar.parts.stage import OutputStage
+from infinivar.sizing.found import Design
 from infinivar.sizing.geared.at_stages import closed_forms
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.over_radius import RadiusSearch, nodes
-from infinivar.sizing.geared.radius_bounds import Bounds
+from infinivar.sizing.geared.radius_bounds import Radii
 from infinivar.sizing.geared.radius_limits import load_of, region_points
 from infinivar.sizing.geared.regeneration import returning, union, windows
-from infinivar.sizing.geared.result import Design
 from infinivar.sizing.geared.sampled import Sampled, sample
 from infinivar.sizing.geared.tally import Tally, design, mixed
-from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
+from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, without_travel
 from infinivar.sizing.margins import nearest_of, shortfalls
+from infinivar.sizing.tables import GearedRequest
 
 _EVALUATED = 64
 """Candidates that are evaluated at every instant."""
@@ -27,13 +28,12 @@ _DIGITS = 6
 """Of logarithms of demands: those that differ by less count as equal, see `SAME`."""
 
 
-def nearest_stage(
-    found: Candidates, tasks: Sequence[Task], stages: Sequence[OutputStage], shares: Mapping[str, float]
-) -> Design | None:
+def nearest_stage(found: Candidates, tasks: Sequence[Task], request: GearedRequest) -> Design | None:
     """The candidate at one of some stages; see `nearest_geared`."""
+    stages = request.stages or (found.template.stage,)
     if not found.usable.size:
         return None
-    ranking = _of_candidates(tasks)
+    ranking = without_travel(tasks)
     first, stage_of = _first(found, ranking, stages)
     tried: list[_Tried] = []
     for place in np.unique(stage_of[first]):
@@ -43,24 +43,23 @@ def nearest_stage(
     if chosen is None:
         return None
     row, place = chosen
-    return _design(found, row, stages[int(place)], tasks, shares)
+    return _design(found, row, stages[int(place)], tasks, request.shares)
 
 
-def nearest_over_radius(
-    found: Candidates, tasks: Sequence[Task], radii: tuple[float, float], shares: Mapping[str, float]
-) -> Design | None:
+def nearest_over_radius(found: Candidates, tasks: Sequence[Task], request: GearedRequest) -> Design | None:
     """The candidate at its best radius; see `nearest_geared`."""
-    pulley = found.template.pulley
+    pulley, radii = found.template.pulley, request.radius
     assert pulley is not None
+    assert radii is not None
     if not found.usable.size:
         return None
     tried = nodes(*(np.array([end]) for end in radii))[0]
     stages = [replace(pulley, radius=float(radius)) for radius in tried]
-    ranking = _of_candidates(tasks)
+    ranking = without_travel(tasks)
     rows = found.usable[_first(found, ranking, stages)[0]]
     judged = tuple(region_points(task, found.template) if isinstance(task, RegionTask) else task for task in ranking)
-    search = RadiusSearch(found, judged, "mass", shares)
-    whole = Bounds(*(np.full(len(rows), end) for end in radii))
+    search = RadiusSearch(found, judged, "mass", request.shares)
+    whole = Radii(*(np.full(len(rows), end) for end in radii))
     made = search.best(rows, whole)
     if found.template.amplifier.regeneration == "none":
         loads = [load_of(found, task, radii) for task in judged]
@@ -76,7 +75,7 @@ def nearest_over_radius(
     if chosen is None:
         return None
     row, radius = chosen
-    return _design(found, row, replace(pulley, radius=radius), tasks, shares)
+    return _design(found, row, replace(pulley, radius=radius), tasks, request.shares)
 
 
 class _Tried(NamedTuple):
@@ -132,11 +131,6 @@ def _first(found: Candidates, tasks: Sequence[Task], stages: Sequence[OutputStag
         best, stage_of = np.where(nearer, here, best), np.where(nearer, place, stage_of)
     mass = np.nan_to_num(found.mass(found.usable), nan=np.inf)
     return np.sort(np.lexsort((mass, *best[::-1]))[:_EVALUATED]), stage_of
-
-
-def _of_candidates(tasks: Sequence[Task]) -> tuple[Task, ...]:
-    """The tasks without the travel, which is the same for all candidates."""
-    return tuple(replace(task, travel=None) if isinstance(task, MotionTask) else task for task in tasks)
 
 
 def _bounds(found: Candidates, tasks: Sequence[Task], stage: OutputStage) -> np.ndarray:

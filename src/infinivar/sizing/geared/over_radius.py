@@ -13,15 +13,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from infinivar._core.pareto import front
+from infinivar.sizing.found import Design, GearedSizing
 from infinivar.sizing.geared.candidates import Candidates
-from infinivar.sizing.geared.radius_bounds import Bounds
+from infinivar.sizing.geared.radius_bounds import Radii
 from infinivar.sizing.geared.radius_limits import Load, least_power, limits, load_of, region_points
 from infinivar.sizing.geared.regeneration import RETURNED, returning, union, windows
-from infinivar.sizing.geared.result import Design, GearedSizing, Objective, best_so_far
-from infinivar.sizing.geared.sampled import Sampled, TaskDemand, sample
+from infinivar.sizing.geared.sampled import Sampled, sample
 from infinivar.sizing.geared.tally import Tally, design, mixed, unchecked
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
-from infinivar.sizing.progress import Progress
+from infinivar.sizing.margins import TaskDemand
+from infinivar.sizing.progress import Progress, best_so_far
+from infinivar.sizing.tables import GearedRequest, Objective
 
 _AT_ONCE = 32
 """Pairs evaluated together."""
@@ -67,7 +69,7 @@ class RadiusSearch:
         power = np.where(done.feasible, mixed(done.power, self.shares), np.inf)
         return worst.reshape(radii.shape), np.where(np.isnan(power), 0.0, power).reshape(radii.shape)
 
-    def best(self, rows: np.ndarray, bounds: Bounds) -> _Found:
+    def best(self, rows: np.ndarray, bounds: Radii) -> _Found:
         """Best radius of pairs within bounds: of the largest margin, or of the least power at which every limit is kept.
 
         Within bounds every limit is kept on one interval of radii, so that the largest demand falls towards the radius with the
@@ -91,9 +93,9 @@ class RadiusSearch:
         done = self.at(rows, radius)
         return _Found(radius, done, np.broadcast_to(mixed(done.power, self.shares), rows.shape))
 
-    def ends(self, rows: np.ndarray, radius: np.ndarray, bounds: Bounds) -> Bounds:
+    def ends(self, rows: np.ndarray, radius: np.ndarray, bounds: Radii) -> Radii:
         """Feasible radii around feasible ones, within bounds."""
-        return Bounds(*(self._end(rows, radius, end) for end in bounds))
+        return Radii(*(self._end(rows, radius, end) for end in bounds))
 
     def _end(self, rows: np.ndarray, inside: np.ndarray, end: np.ndarray) -> np.ndarray:
         """Last feasible radius on the way from a radius to an end; the radius itself if it is infeasible."""
@@ -113,17 +115,11 @@ class RadiusSearch:
 
 
 def best_over_radius(
-    found: Candidates,
-    tasks: Sequence[Task],
-    radii: tuple[float, float],
-    *,
-    objective: Objective,
-    shares: Mapping[str, float],
-    top: int,
-    prune: bool,
-    progress: Progress | None = None,
+    found: Candidates, tasks: Sequence[Task], request: GearedRequest, progress: Progress | None = None
 ) -> GearedSizing:
-    """Find the best pairs, each with its best radius; arguments as for `size_geared`."""
+    """Find the best pairs, each with its best radius."""
+    assert request.radius is not None
+    radii, objective, shares = request.radius, request.objective, request.shares
     count, rows, tally = len(found.pairs), found.usable, Tally(found)
     template = found.template
     judged = tuple(region_points(task, template) if isinstance(task, RegionTask) else task for task in tasks)
@@ -133,15 +129,15 @@ def best_over_radius(
     limits_of = np.full((count, 2), np.nan)
     for column, one, of in ((0, bounds.low, np.fmin), (1, bounds.high, np.fmax)):
         of.at(limits_of[:, column], rows[places], one)
-    if not prune and all(demand <= 1.0 for load in loads for demand in load.others.values()):
+    if not request.prune and all(demand <= 1.0 for load in loads for demand in load.others.values()):
         # Where nothing is feasible by the closed forms, the search looks at the whole range all the same.
         others = np.flatnonzero(~able)
         places = np.concatenate([places, others])
-        bounds = Bounds(*(np.append(one, np.full(len(others), end)) for one, end in zip(bounds, radii, strict=True)))
+        bounds = Radii(*(np.append(one, np.full(len(others), end)) for one, end in zip(bounds, radii, strict=True)))
     tried = rows[places]
     least = _least(found, loads, tried, bounds, objective, shares)
     search = RadiusSearch(found, judged, objective, shares)
-    first = _best_first(search, tried, bounds, least, top, all_of_them=not prune, progress=progress)
+    first = _best_first(search, tried, bounds, least, request.top, all_of_them=not request.prune, progress=progress)
     seen, drawn = np.zeros((1, count), dtype=bool), np.full((1, count), np.nan)
     seen[0, tried[first.evaluated]] = True
     np.fmin.at(drawn[0], tried, first.power)
@@ -164,16 +160,16 @@ def best_over_radius(
 
 def _left(
     found: Candidates, loads: Sequence[Load], tally: Tally, radii: tuple[float, float]
-) -> tuple[np.ndarray, Bounds]:
+) -> tuple[np.ndarray, Radii]:
     """Radii that closed forms leave to usable pairs; pairs without one are counted by limit.
 
     Returns
     -------
     places : (m,) int   Pair of each range of radii, in rising order: one range, or several where no power may be returned.
-    bounds : Bounds     (m,)
+    bounds : Radii     (m,)
     """
     rows = found.usable
-    whole = Bounds(np.full(len(rows), radii[0]), np.full(len(rows), radii[1]))
+    whole = Radii(np.full(len(rows), radii[0]), np.full(len(rows), radii[1]))
     bounds, gaps, places = whole, None, np.arange(len(rows))
     for load in loads:
         if any(not demand <= 1.0 for demand in load.others.values()):
@@ -181,11 +177,11 @@ def _left(
                 before, places = places, places if demand <= 1.0 else places[:0]
                 beyond = np.full(len(rows), not demand <= 1.0)
                 tally.add((load.task.name, *key), np.ones_like(beyond), beyond, _lost(before, places, len(rows)))
-            return places, Bounds(np.empty(0), np.empty(0))
+            return places, Radii(np.empty(0), np.empty(0))
         for key, one in limits(found, load, rows):
             checked = tally.checked(load.task, key, rows)
             # Rounding must not part an interval that is a single radius.
-            one = Bounds(one.low * (1.0 - 1e-12), one.high * (1.0 + 1e-12))
+            one = Radii(one.low * (1.0 - 1e-12), one.high * (1.0 + 1e-12))
             bounds = bounds.both(one)
             before, places = places, places[~bounds.empty[places]]
             tally.add((load.task.name, *key), checked, one.empty, _lost(before, places, len(rows)))
@@ -219,7 +215,7 @@ def _least(
     found: Candidates,
     loads: Sequence[Load],
     rows: np.ndarray,
-    bounds: Bounds,
+    bounds: Radii,
     objective: Objective,
     shares: Mapping[str, float],
 ) -> np.ndarray:
@@ -251,7 +247,7 @@ class _First(NamedTuple):
 def _best_first(
     search: RadiusSearch,
     rows: np.ndarray,
-    bounds: Bounds,
+    bounds: Radii,
     least: np.ndarray,
     top: int,
     *,
@@ -275,7 +271,7 @@ def _best_first(
             known = np.isfinite(value[first])
             said = best_so_far(power[first], mass[first]) if known else best_so_far(np.nan, np.nan)
             progress(said, float(evaluated.sum() / (evaluated.sum() + len(waiting))))
-        made = search.best(rows[some], Bounds(bounds.low[some], bounds.high[some]))
+        made = search.best(rows[some], Radii(bounds.low[some], bounds.high[some]))
         able = made.done.feasible
         evaluated[some], radius[some], worst[some] = True, made.radius, ordered(made.done)
         keys = tuple(made.done.demands)
@@ -287,7 +283,7 @@ def _best_first(
     best = best[np.lexsort((rows[best], worst[best], value[best]))]
     best = best[np.sort(np.unique(rows[best], return_index=True)[1])]  # of a pair with several ranges the best
     best = best[front(mass[best], value[best])] if search.objective == "front" else best[:top]
-    designs = _designs(search, rows[best], radius[best], Bounds(bounds.low[best], bounds.high[best]))
+    designs = _designs(search, rows[best], radius[best], Radii(bounds.low[best], bounds.high[best]))
     return _First(designs, evaluated, able, power, worst, tightest, keys)
 
 
@@ -304,7 +300,7 @@ def _to_beat(objective: Objective, rows: np.ndarray, value: np.ndarray, mass: np
     return least[np.searchsorted(mass[order], mass, side="right") - 1]
 
 
-def _designs(search: RadiusSearch, rows: np.ndarray, radius: np.ndarray, bounds: Bounds) -> list[Design]:
+def _designs(search: RadiusSearch, rows: np.ndarray, radius: np.ndarray, bounds: Radii) -> list[Design]:
     """Pairs at feasible radii as designs."""
     if not rows.size:
         return []

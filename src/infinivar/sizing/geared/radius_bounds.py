@@ -26,7 +26,7 @@ _ROWS = 512
 """Candidates handled at once, so that intermediate arrays stay small."""
 
 
-class Bounds(NamedTuple):
+class Radii(NamedTuple):
     """Least and largest radius of many candidates; the least above the largest where there is none. (k,), (k,) [m]"""
 
     low: np.ndarray
@@ -37,18 +37,18 @@ class Bounds(NamedTuple):
         """Candidates without a radius. (k,) bool"""
         return ~(self.low <= self.high)
 
-    def both(self, other: Bounds) -> Bounds:
+    def both(self, other: Radii) -> Radii:
         """Radii within both, which are intervals."""
-        return Bounds(np.maximum(self.low, other.low), np.minimum(self.high, other.high))
+        return Radii(np.maximum(self.low, other.low), np.minimum(self.high, other.high))
 
-    def either(self, other: Bounds) -> Bounds:
+    def either(self, other: Radii) -> Radii:
         """The interval that spans both."""
         low = np.minimum(np.where(self.empty, np.inf, self.low), np.where(other.empty, np.inf, other.low))
         high = np.maximum(np.where(self.empty, 0.0, self.high), np.where(other.empty, 0.0, other.high))
-        return Bounds(low, high)
+        return Radii(low, high)
 
 
-def below(linear: np.ndarray, inverse: np.ndarray, constant: np.ndarray, bound: np.ndarray) -> Bounds:
+def below(linear: np.ndarray, inverse: np.ndarray, constant: np.ndarray, bound: np.ndarray) -> Radii:
     """Radii at which ``linear r + inverse/r + constant <= bound``, or an interval that contains them.
 
     Parameters
@@ -57,7 +57,7 @@ def below(linear: np.ndarray, inverse: np.ndarray, constant: np.ndarray, bound: 
 
     Returns
     -------
-    Bounds   (...,) Ends from 0 to infinity.
+    Radii   (...,) Ends from 0 to infinity.
 
     Source: quadratic formula; the signs of A and B decide which roots are positive (Descartes' rule of signs).
     """
@@ -69,10 +69,10 @@ def below(linear: np.ndarray, inverse: np.ndarray, constant: np.ndarray, bound: 
     with np.errstate(divide="ignore", invalid="ignore"):
         low = np.where((inverse > 0.0) & (both > 0.0), 2.0 * inverse / both, 0.0)
         high = np.where(linear > 0.0, both / (2.0 * linear), np.inf)
-    return Bounds(np.where(none, np.inf, low), np.where(none, 0.0, high))
+    return Radii(np.where(none, np.inf, low), np.where(none, 0.0, high))
 
 
-def all_below(points: np.ndarray, factors: tuple[np.ndarray, ...], bound: np.ndarray, *, sign: float = 1.0) -> Bounds:
+def all_below(points: np.ndarray, factors: tuple[np.ndarray, ...], bound: np.ndarray, *, sign: float = 1.0) -> Radii:
     """Radii at which instants keep a bound on ``sign (A r + B/r + C)``, for many candidates.
 
     Parameters
@@ -84,7 +84,7 @@ def all_below(points: np.ndarray, factors: tuple[np.ndarray, ...], bound: np.nda
     count = len(bound)
     low, high = np.zeros(count), np.full(count, np.inf)
     if not len(points):
-        return Bounds(low, high)
+        return Radii(low, high)
     # The signal rises in every coordinate of y.
     signed = sign * points
     force, acceleration, speed = signed[highest_places(signed)].T
@@ -93,7 +93,7 @@ def all_below(points: np.ndarray, factors: tuple[np.ndarray, ...], bound: np.nda
         first, second, third, constant = (factor[rows, None] for factor in factors)
         found = below(first * force, second * acceleration + third * speed, sign * constant, bound[rows, None])
         low[rows], high[rows] = found.low.max(axis=-1), found.high.min(axis=-1)
-    return Bounds(low, high)
+    return Radii(low, high)
 
 
 class Laurent(NamedTuple):
@@ -182,7 +182,7 @@ class Resting(NamedTuple):
 
 def mean_square_below(
     moving: Laurent, resting: Resting | None, bound: np.ndarray, within: tuple[float, float]
-) -> Bounds:
+) -> Radii:
     """Radii of a range at which a mean square keeps a bound, for many candidates.
 
     Parameters
@@ -194,7 +194,7 @@ def mean_square_below(
 
     Returns
     -------
-    Bounds   The range itself where no proof of convexity holds.
+    Radii   The range itself where no proof of convexity holds.
     """
     shape = np.shape(bound)
 
@@ -216,7 +216,7 @@ def mean_square_below(
     right = _halved(lambda radius: excess(radius) > 0.0, least, high)
     left, right = np.where(excess(low) <= 0.0, low, left), np.where(excess(high) <= 0.0, high, right)
     known = moving.convex
-    return Bounds(np.where(known, np.where(fits, left, np.inf), low), np.where(known, np.where(fits, right, 0.0), high))
+    return Radii(np.where(known, np.where(fits, left, np.inf), low), np.where(known, np.where(fits, right, 0.0), high))
 
 
 def _halved(beyond: object, low: np.ndarray, high: np.ndarray) -> np.ndarray:

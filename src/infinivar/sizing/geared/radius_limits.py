@@ -16,7 +16,7 @@ from infinivar.sizing.geared import closed_form
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.closed_form import Linear, Warmth, friction_factors, warmth
 from infinivar.sizing.geared.extremes import braking_places, extreme_places, least_places
-from infinivar.sizing.geared.radius_bounds import Bounds, Laurent, Resting, all_below, mean_square_below
+from infinivar.sizing.geared.radius_bounds import Laurent, Radii, Resting, all_below, mean_square_below
 from infinivar.sizing.geared.sampled import HOT
 from infinivar.sizing.geared.tally import SPARE
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, heat_counts
@@ -95,22 +95,22 @@ def with_resistances(found: Candidates, task: Task, rows: np.ndarray) -> WithRes
     return WithResistance(drive, closed_form.linear(drive), heated, low, high)
 
 
-def limits(found: Candidates, load: Load, rows: np.ndarray) -> Iterator[tuple[Demand, Bounds]]:
+def limits(found: Candidates, load: Load, rows: np.ndarray) -> Iterator[tuple[Demand, Radii]]:
     """Yield each limit with the radii at which candidates can keep it, in the order of `closed_form.demands`.
 
     Exact for constant gear friction, or without friction and inertia of the pulley, unless a winding temperature sets the
     resistance; else intervals that contain these radii.
     """
     low, high = load.range
-    full = Bounds(np.full(len(rows), low), np.full(len(rows), high))
+    full = Radii(np.full(len(rows), low), np.full(len(rows), high))
     for key, demand in load.others.items():
-        yield key, full if demand <= 1.0 else Bounds(full.high + 1.0, full.low)
+        yield key, full if demand <= 1.0 else Radii(full.high + 1.0, full.low)
     who = with_resistances(found, load.task, rows)
     largest = float(load.moving[:, 2].max(initial=0.0))
     turning = largest * np.ravel(who.drive.gearhead.ratio)
     yield (
         (Limit.GEAR_SPEED, "gearhead"),
-        full.both(_slow(turning, found.values("gearhead", "max_input_speed", rows), high)),
+        full.both(_slow(turning, found.allowance(Limit.GEAR_SPEED, rows), high)),
     )
     for limit, unit in who.drive.gearhead.utilisation(1.0, 0.0).items():
         if limit == Limit.GEAR_SPEED:
@@ -118,8 +118,8 @@ def limits(found: Candidates, load: Load, rows: np.ndarray) -> Iterator[tuple[De
         lasting = limit in ROOT_MEAN_SQUARE and load.task.root_mean_square
         gears, place = np.unique(1.0 / np.ravel(unit), return_inverse=True)
         each = _gear_torque(load, gears, lasting=lasting)
-        yield (limit, "gearhead"), full.both(Bounds(each.low[np.ravel(place)], each.high[np.ravel(place)]))
-    yield (Limit.SPEED, "motor"), full.both(_slow(turning, found.values("motor", "max_speed", rows), high))
+        yield (limit, "gearhead"), full.both(Radii(each.low[np.ravel(place)], each.high[np.ravel(place)]))
+    yield (Limit.SPEED, "motor"), full.both(_slow(turning, found.allowance(Limit.SPEED, rows), high))
     yield (Limit.THERMAL, "motor"), full.both(_thermal(found, load, who, rows))
     if found.stated((Limit.PEAK, "motor"), rows).any():
         yield (Limit.PEAK, "motor"), full.both(_peak_current(load, who, _allowance(who.drive, Limit.PEAK)))
@@ -127,13 +127,13 @@ def limits(found: Candidates, load: Load, rows: np.ndarray) -> Iterator[tuple[De
     warm = warmth(found, load.task, rows)
     if warm is not None:
         cool = _cool(load, who, warm)
-        yield HOT, full.both(Bounds(np.where(warm.hopeless, np.inf, cool.low), cool.high))
+        yield HOT, full.both(Radii(np.where(warm.hopeless, np.inf, cool.low), cool.high))
 
 
-def _slow(turning: np.ndarray, most: np.ndarray, high: float) -> Bounds:
+def _slow(turning: np.ndarray, most: np.ndarray, high: float) -> Radii:
     """Radii from which a motor speed is within its bound: it falls as the radius grows."""
     least = np.where(np.isnan(most), 0.0, turning / (np.where(np.isnan(most), 1.0, most) * (1.0 + SPARE)))
-    return Bounds(least, np.full(len(least), high))
+    return Radii(least, np.full(len(least), high))
 
 
 def _allowance(drive: ConventionalDrive, limit: Limit) -> np.ndarray:
@@ -142,7 +142,7 @@ def _allowance(drive: ConventionalDrive, limit: Limit) -> np.ndarray:
     return 1.0 / np.maximum(found, 1.0 / _BEYOND)
 
 
-def _gear_torque(load: Load, most: np.ndarray, *, lasting: bool) -> Bounds:
+def _gear_torque(load: Load, most: np.ndarray, *, lasting: bool) -> Radii:
     """Radii at which the output torque of gears is within bounds; inf is none."""
     bound, ones = np.minimum(most, _BEYOND) * (1.0 + SPARE), np.ones(len(most))
     if lasting:
@@ -161,7 +161,7 @@ def _peaks(
     under: list[tuple[np.ndarray, tuple[np.ndarray, ...]]],
     rest: tuple[np.ndarray, np.ndarray],
     bound: np.ndarray,
-) -> Bounds:
+) -> Radii:
     """Radii at which a signal that is linear in y stays between bounds, in motion and at rest.
 
     Parameters
@@ -169,7 +169,7 @@ def _peaks(
     above, under   Points and factors, for the upper and the lower bound.
     rest           A and C >= 0 at rest, where the signal is ``max(A F r - C, 0)``.
     """
-    found = Bounds(np.zeros(len(bound)), np.full(len(bound), np.inf))
+    found = Radii(np.zeros(len(bound)), np.full(len(bound), np.inf))
     for sign, parts in ((1.0, above), (-1.0, under)):
         for points, factors in parts:
             found = found.both(all_below(points, factors, bound, sign=sign))
@@ -177,7 +177,7 @@ def _peaks(
         linear, friction = rest
         with np.errstate(divide="ignore"):
             most = (bound + friction) / (linear * float(load.resting[-1]))
-        found = found.both(Bounds(np.zeros(len(bound)), most))
+        found = found.both(Radii(np.zeros(len(bound)), most))
     return found
 
 
@@ -201,16 +201,16 @@ def _rest(load: Load, current: Linear) -> tuple[np.ndarray, np.ndarray]:
     return current.brake, current.brake * load.friction + current.friction
 
 
-def _peak_current(load: Load, who: WithResistance, bound: np.ndarray) -> Bounds:
+def _peak_current(load: Load, who: WithResistance, bound: np.ndarray) -> Radii:
     above, under = _sides(load, who.current)
     return _peaks(load, above, under, _rest(load, who.current), bound * (1.0 + SPARE))
 
 
-def _voltage(load: Load, who: WithResistance) -> Bounds:
+def _voltage(load: Load, who: WithResistance) -> Radii:
     """Radii at which the voltage can be within the supply's, at the least or the largest resistance."""
     supply = np.ravel(who.drive.motor.voltage) * (1.0 + SPARE)
 
-    def at(resistance: np.ndarray) -> Bounds:
+    def at(resistance: np.ndarray) -> Radii:
         def volts(parts: list) -> list:
             return [
                 (points, (resistance * a, resistance * b, resistance * c + who.current.back_emf, resistance * d))
@@ -225,7 +225,7 @@ def _voltage(load: Load, who: WithResistance) -> Bounds:
     return found.either(at(who.high)) if (who.heated & (who.high != who.low)).any() else found
 
 
-def _thermal(found: Candidates, load: Load, who: WithResistance, rows: np.ndarray) -> Bounds:
+def _thermal(found: Candidates, load: Load, who: WithResistance, rows: np.ndarray) -> Radii:
     """Radii within the continuous torque: of the root mean square in a motion, of every point in the required region."""
     bound = _allowance(who.drive, Limit.THERMAL) * (1.0 + SPARE)
     if not load.task.root_mean_square:
@@ -236,7 +236,7 @@ def _thermal(found: Candidates, load: Load, who: WithResistance, rows: np.ndarra
     if not heat_counts(load.task):
         return made
     spared = found.stated(HOT, rows)
-    return Bounds(np.where(spared, load.range[0], made.low), np.where(spared, load.range[1], made.high))
+    return Radii(np.where(spared, load.range[0], made.low), np.where(spared, load.range[1], made.high))
 
 
 def _gram(points: np.ndarray, count: int) -> np.ndarray:
@@ -258,7 +258,7 @@ def _mean_square(
     )
 
 
-def _cool(load: Load, who: WithResistance, warm: Warmth) -> Bounds:
+def _cool(load: Load, who: WithResistance, warm: Warmth) -> Radii:
     """Radii at which the lower bound of the winding temperature is permissible."""
     factor = warm.by_winding * who.low
     linear, square = friction_factors(who.drive)
@@ -308,7 +308,7 @@ def current_square(load: Load, current: Linear) -> Laurent:
     return found.plus(_mean_square(braking, *constants(load, current, current.brake)))
 
 
-def least_power(found: Candidates, load: Load, rows: np.ndarray, bounds: Bounds) -> np.ndarray:
+def least_power(found: Candidates, load: Load, rows: np.ndarray, bounds: Radii) -> np.ndarray:
     """Lower bound of the mean power from the supply over radii of each candidate. (k,) [W]
 
     The supply gives at least the mean of the motor's power over any choice of instants, the others counting as 0; of power that
@@ -318,11 +318,11 @@ def least_power(found: Candidates, load: Load, rows: np.ndarray, bounds: Bounds)
     least = np.empty(len(rows))
     for start in range(0, len(rows), _AT_ONCE):
         some = slice(start, start + _AT_ONCE)
-        least[some] = _least_power(found, load, rows[some], Bounds(bounds.low[some], bounds.high[some]))
+        least[some] = _least_power(found, load, rows[some], Radii(bounds.low[some], bounds.high[some]))
     return least
 
 
-def _least_power(found: Candidates, load: Load, rows: np.ndarray, bounds: Bounds) -> np.ndarray:
+def _least_power(found: Candidates, load: Load, rows: np.ndarray, bounds: Radii) -> np.ndarray:
     who = with_resistances(found, load.task, rows)
     rest = (who.low * _resting_current(load, who.current).at(bounds.low)[0])[:, None]
     edges = bounds.low[:, None] * (bounds.high / bounds.low)[:, None] ** np.linspace(0.0, 1.0, _CELLS + 1)

@@ -13,7 +13,7 @@ import numpy as np
 from infinivar.limits import Limit
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.extremes import braking_places
-from infinivar.sizing.geared.radius_bounds import Bounds
+from infinivar.sizing.geared.radius_bounds import Radii
 from infinivar.sizing.geared.radius_limits import Load, WithResistance, constants, with_resistances
 from infinivar.sizing.geared.tasks import RegionTask
 
@@ -104,17 +104,17 @@ def union(spans: Intervals) -> Intervals:
     return np.stack([spans[begins, 0], reach[np.concatenate([begins[1:], [True]])]], axis=-1)
 
 
-def windows(spans: list[Intervals] | None, bounds: Bounds) -> tuple[np.ndarray, Bounds]:
+def windows(spans: list[Intervals] | None, bounds: Radii) -> tuple[np.ndarray, Radii]:
     """What the intervals of each candidate leave of its bounds; None for no intervals.
 
     Returns
     -------
     places : (m,) int   Candidate of each window, in rising order; one may have several, or none.
-    bounds : Bounds     Ends of each window. (m,)
+    bounds : Radii     Ends of each window. (m,)
     """
     if spans is None:
         able = np.flatnonzero(~bounds.empty)
-        return able, Bounds(bounds.low[able], bounds.high[able])
+        return able, Radii(bounds.low[able], bounds.high[able])
     places, low, high = [], [], []
     for place, (span, first, last) in enumerate(zip(spans, *bounds, strict=True)):
         if not first <= last:
@@ -127,4 +127,4 @@ def windows(spans: list[Intervals] | None, bounds: Bounds) -> tuple[np.ndarray, 
         low.append(begins[wide])
         high.append(ends[wide])
     empty = np.empty(0)
-    return np.array(places, dtype=int), Bounds(np.concatenate([empty, *low]), np.concatenate([empty, *high]))
+    return np.array(places, dtype=int), Radii(np.concatenate([empty, *low]), np.concatenate([empty, *high]))

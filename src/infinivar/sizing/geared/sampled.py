@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -20,7 +20,8 @@ from infinivar.parts.heat_steps import MARGIN, Windings, step_count, windings
 from infinivar.parts.motor import Motor
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared.candidates import Candidates, Pairs
-from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, heat_counts
+from infinivar.sizing.geared.tasks import OF_MOTOR, MotionTask, RegionTask, Task, heat_counts
+from infinivar.sizing.margins import TaskDemand
 
 _POINTS = 40_000
 """Instants of all candidates computed at once, so that intermediate arrays fit the processor's caches."""
@@ -29,9 +30,6 @@ HOT = (Limit.TEMPERATURE, "motor")
 
 UNCHECKED = -1.0
 """Demand of a limit that does not apply to a candidate, such as a temperature without thermal data."""
-
-TaskDemand = tuple[str, Limit, str]
-"""Name of a task, limit and part."""
 
 
 class Sampled(NamedTuple):
@@ -64,11 +62,23 @@ def sample(
     tasks : sequence of Task
     stage             Of all of them; or a function that makes, for some of `rows` by place, a stage of columns.
     """
+
+    def laws(places: np.ndarray) -> Laws:
+        some = stage(places) if callable(stage) else stage
+        return Laws(candidates.drives(rows[places], some), len(places))
+
+    return sample_by(candidates, rows, tasks, laws)
+
+
+def sample_by(
+    candidates: Pairs, rows: np.ndarray, tasks: Sequence[Task], laws_of: Callable[[np.ndarray], TaskLaws]
+) -> Sampled:
+    """Evaluate candidates at every instant by laws, made for some of `rows` by place; other arguments as for `sample`."""
     demands: dict[TaskDemand, np.ndarray] = {}
     power = {task.name: np.empty(len(rows)) for task in tasks if isinstance(task, MotionTask)}
     feasible = np.ones(len(rows), dtype=bool)
     for places in batches(candidates, rows, tasks):
-        laws = Laws(candidates.drives(rows[places], stage(places) if callable(stage) else stage), len(places))
+        laws = laws_of(places)
         for task in tasks:
             if isinstance(task, MotionTask):
                 found, cool, power[task.name][places] = over_motion(laws, task)
@@ -102,6 +112,21 @@ def batches(candidates: Pairs, rows: np.ndarray, tasks: Sequence[Task]) -> Itera
             yield one[start : start + size]
 
 
+class TaskLaws(Protocol):
+    """What many candidates as one do in tasks."""
+
+    count: int
+
+    @property
+    def motors(self) -> Mapping[str, Motor]: ...  # noqa: D102
+
+    def heat_sources(self, task: MotionTask) -> Mapping[str, tuple[Array, Array]]: ...  # noqa: D102
+
+    def over(self, task: MotionTask, warm: Mapping[str, Any]) -> tuple[dict[Demand, Array], Array]: ...  # noqa: D102
+
+    def within(self, task: RegionTask) -> dict[Demand, Array]: ...  # noqa: D102
+
+
 class Laws:
     """What many drives as one do in tasks, by the laws of the drive.
 
@@ -115,9 +140,14 @@ class Laws:
         self.drive, self.count = drive, count
         self._rolled: dict[str, Any] = {}
 
+    @property
+    def motors(self) -> Mapping[str, Motor]:
+        """Motors by their name among the parts of a drive."""
+        return motors_of(self.drive)
+
     def heat_sources(self, task: MotionTask) -> dict[str, tuple[Array, Array]]:
         """Current, and power of friction and iron loss, of each motor with thermal data while windings are cold. [A], [W]"""
-        heated = [what for what, motor in motors_of(self.drive).items() if not missing(motor)]
+        heated = [what for what, motor in self.motors.items() if not missing(motor)]
         point = self._follow(self.drive, task) if heated else None
         return {what: heating(point, what) for what in heated if point is not None}
 
@@ -132,9 +162,8 @@ class Laws:
         """Largest demands at the points of the required region. [-]"""
         point = self.drive.operate(speed=task.speed, force=task.force)
         rest = self.drive.stage.title if isinstance(self.drive, ConventionalDrive) else "wheel"
-        motor = {*self.drive.motor.utilisation(current=0.0, voltage=0.0, speed=0.0), Limit.REGENERATION}
         return {
-            (limit, "motor" if limit in motor else part): namespace(demand).max(demand, axis=-1)
+            (limit, "motor" if limit in OF_MOTOR else part): namespace(demand).max(demand, axis=-1)
             if np.ndim(demand)
             else demand
             for (limit, part), demand in placed(point.utilisation, rest).items()
@@ -149,7 +178,9 @@ class Laws:
         return drive.follow(course, load_mass=mass, rolled=self._rolled[task.name])
 
 
-def over_motion(laws: Laws, task: MotionTask) -> tuple[dict[Demand, np.ndarray], dict[Demand, np.ndarray], np.ndarray]:
+def over_motion(
+    laws: TaskLaws, task: MotionTask
+) -> tuple[dict[Demand, np.ndarray], dict[Demand, np.ndarray], np.ndarray]:
     """Demands over a motion of many drives as one, whether each winding stays within its limit, and the mean power.
 
     Returns
@@ -159,7 +190,7 @@ def over_motion(laws: Laws, task: MotionTask) -> tuple[dict[Demand, np.ndarray],
     power : (count,) float        [W]
     """
     duty, shape = task.duty, (laws.count, len(task.instants.time))
-    motors = motors_of(laws.drive)
+    motors = laws.motors
     hot, warm = {}, {}
     for what, sources in laws.heat_sources(task).items():
         current, friction = (np.broadcast_to(np.asarray(part), shape) for part in sources)

@@ -7,17 +7,17 @@ from dataclasses import replace
 from typing import Any
 
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.errors import ParameterError, require
-from infinivar.motion.duty_cycles import DutyCycle, shares_of
+from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.stage import OutputStage
+from infinivar.sizing.found import Design, GearedSizing
 from infinivar.sizing.geared.at_stages import at_stages
 from infinivar.sizing.geared.candidates import Candidates, candidates
 from infinivar.sizing.geared.nearest import nearest_over_radius, nearest_stage
 from infinivar.sizing.geared.over_radius import best_over_radius
-from infinivar.sizing.geared.result import Design, GearedSizing, Objective
 from infinivar.sizing.geared.tasks import Task, tasks_of
 from infinivar.sizing.progress import Progress
+from infinivar.sizing.tables import GearedRequest, Objective
 from infinivar.study.requirement import Requirement
 
 
@@ -72,30 +72,23 @@ def size_geared(
     ParameterError
         If an argument is out of range or does not fit the others.
     """
-    require(objective in ("energy", "mass", "front"), "objective", repr(objective), "energy, mass or front")
-    require(isinstance(top, int) and top >= 1, "top", top, ">= 1")
-    if objective != "mass" and not duty:
-        raise ParameterError(
-            "duty is empty: the energy needs a motion; with a required region only, use objective = 'mass'"
-        )
-    found, tasks, tried = _problem(
-        template,
-        motors,
-        gearheads,
-        pairs,
+    request = GearedRequest(
+        template=template,
+        motors=motors,
+        gearheads=gearheads,
+        pairs=pairs,
         duty=duty,
         requirement=requirement,
-        stages=stages,
+        stages=tuple(stages or ()),
         radius=radius,
-        weighed=objective != "energy",
+        objective=objective,
         travel=travel,
         loss_model=loss_model,
         samples=samples,
+        top=top,
+        prune=prune,
     )
-    options = {"objective": objective, "shares": equal_shares(duty), "top": top, "prune": prune, "progress": progress}
-    if isinstance(tried, tuple):
-        return best_over_radius(found, tasks, tried, **options)
-    return at_stages(found, tasks, tried, **options)
+    return best_geared(request, progress)
 
 
 def nearest_geared(
@@ -126,67 +119,53 @@ def nearest_geared(
     -------
     Design   None if no pair can be evaluated, every candidate is out of reach, or all those evaluated are feasible.
     """
-    found, tasks, tried = _problem(
-        template,
-        motors,
-        gearheads,
-        pairs,
+    request = GearedRequest(
+        template=template,
+        motors=motors,
+        gearheads=gearheads,
+        pairs=pairs,
         duty=duty,
         requirement=requirement,
-        stages=stages,
+        stages=tuple(stages or ()),
         radius=radius,
-        weighed=weighed,
+        objective="mass" if weighed else "energy",
         travel=travel,
         loss_model=loss_model,
         samples=samples,
     )
-    if isinstance(tried, tuple):
-        return nearest_over_radius(found, tasks, tried, equal_shares(duty))
-    return nearest_stage(found, tasks, tried, equal_shares(duty))
+    return nearest_miss(request)
 
 
-def equal_shares(duty: Mapping[str, DutyCycle]) -> dict[str, float]:
-    """Share of time of each motion; equal if none states one. [-]"""
-    return shares_of(duty) or dict.fromkeys(duty, 1.0 / max(len(duty), 1))
+def best_geared(request: GearedRequest, progress: Progress | None = None) -> GearedSizing:
+    """Find the best drives; see `size_geared`."""
+    request.check_motions()
+    found, tasks = _problem(request)
+    search = at_stages if request.radius is None else best_over_radius
+    return search(found, tasks, request, progress)
 
 
-def _problem(
-    template: ConventionalDrive,
-    motors: Mapping[str, Any],
-    gearheads: Mapping[str, Any],
-    pairs: Any,
-    *,
-    duty: Mapping[str, DutyCycle],
-    requirement: Requirement | None,
-    stages: Sequence[OutputStage] | None,
-    radius: tuple[float, float] | None,
-    weighed: bool,
-    travel: float | None,
-    loss_model: LossModel | None,
-    samples: int | None,
-) -> tuple[Candidates, tuple[Task, ...], tuple[float, float] | list[OutputStage]]:
-    """Candidates, what they are judged by, and the range of radii or the stages to try."""
-    gear = replace(template.gearhead, stiffness=None, backlash=None)
-    template = replace(template, gearhead=gear)
-    tasks = tasks_of(template, duty, requirement, travel=travel, samples=samples)
-    found = candidates(
-        template,
-        motors,
-        gearheads,
-        pairs,
-        loss_model=loss_model or template.gearhead.loss_model,
-        moving=bool(duty),
-        weighed=weighed,
+def nearest_miss(request: GearedRequest) -> Design | None:
+    """Return the infeasible candidate that comes nearest to keeping all limits; see `nearest_geared`."""
+    found, tasks = _problem(request)
+    search = nearest_stage if request.radius is None else nearest_over_radius
+    return search(found, tasks, request)
+
+
+def candidates_of(request: GearedRequest) -> Candidates:
+    """Pairs of motor and gearhead, as drives with rigid gearheads."""
+    template = request.template
+    return candidates(
+        replace(template, gearhead=replace(template.gearhead, stiffness=None, backlash=None)),
+        request.motors,
+        request.gearheads,
+        request.pairs,
+        loss_model=request.gear_law,
+        moving=request.moving,
+        weighed=request.weighed,
     )
-    if radius is None:
-        return found, tasks, list(stages or (template.stage,))
-    if stages is not None:
-        raise ParameterError("stages and radius are both given: state stages to try, or the range of a pulley's radius")
-    if template.pulley is None:
-        raise ParameterError(
-            f"radius does not apply to a {template.stage.title}: only a pulley has a continuous range; state the "
-            f"{template.stage.title}s to try as stages"
-        )
-    low, high = radius
-    require(0.0 < low <= high < float("inf"), "radius", radius, "a range above 0 m, the least radius first")
-    return found, tasks, (float(low), float(high))
+
+
+def _problem(request: GearedRequest) -> tuple[Candidates, tuple[Task, ...]]:
+    """Candidates, and what they are judged by."""
+    found = candidates_of(request)
+    return found, tasks_of(found.template, request.duty, request.requirement, request.travel, request.samples)

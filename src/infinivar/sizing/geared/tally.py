@@ -10,10 +10,12 @@ import numpy as np
 from infinivar._core.pareto import front
 from infinivar.limits import Demand, Limit
 from infinivar.parts.stage import OutputStage
+from infinivar.sizing.found import Design, LimitCount
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Candidates
-from infinivar.sizing.geared.result import Design, LimitCount, Objective
-from infinivar.sizing.geared.sampled import HOT, UNCHECKED, Sampled, TaskDemand
+from infinivar.sizing.geared.sampled import HOT, UNCHECKED, Sampled
 from infinivar.sizing.geared.tasks import Task, heat_counts
+from infinivar.sizing.margins import TaskDemand
+from infinivar.sizing.tables import GearedRequest
 
 SPARE = 1e-9
 """Share by which a closed form may exceed an allowance before it excludes a candidate: rounding."""
@@ -106,18 +108,16 @@ def ranked(
     rows: np.ndarray,
     stage: OutputStage,
     done: Sampled,
-    shares: Mapping[str, float],
-    objective: Objective,
-    top: int,
+    request: GearedRequest,
 ) -> list[tuple[tuple[float, ...], Design]]:
     """The best feasible designs at a stage, each with its rank."""
     able = np.flatnonzero(done.feasible)
-    drawn = np.broadcast_to(mixed(done.power, shares), rows.shape)
-    first = found.mass(rows) if objective == "mass" else drawn
-    if objective == "front":
+    drawn = np.broadcast_to(mixed(done.power, request.shares), rows.shape)
+    first = found.mass(rows) if request.objective == "mass" else drawn
+    if request.objective == "front":
         order = able[front(found.mass(rows[able]), drawn[able])]
     else:
-        order = able[np.lexsort((rows[able], done.worst[able], first[able]))][:top]
+        order = able[np.lexsort((rows[able], done.worst[able], first[able]))][: request.top]
     return [
         (
             (float(first[place]), float(done.worst[place]), int(rows[place])),
@@ -137,20 +137,30 @@ def design(
     radii: tuple[float, float] = (np.nan, np.nan),
 ) -> Design:
     """A candidate as a design, with what was found at a place of a sample."""
+    demands = {key: float(demand[place]) for key, demand in done.demands.items() if demand[place] != UNCHECKED}
+    return design_of(found, row, stage, demands, power, radii)
+
+
+def design_of(
+    found: Candidates,
+    row: int,
+    stage: OutputStage,
+    demands: Mapping[TaskDemand, float],
+    power: float,
+    radii: tuple[float, float],
+) -> Design:
+    """A candidate as a design; demands count only where its data sheets state the limit."""
     lacking = tuple(key for key in LIMIT_FIELDS if not found.stated(key, np.array([row]))[0])
+    motor, gearhead = map(int, found.pairs[row])
     return Design(
         pair=row,
-        motor=int(found.pairs[row, 0]),
-        gearhead=int(found.pairs[row, 1]),
+        motor=motor,
+        gearhead=gearhead,
         stage=stage,
         drive=found.drive(row, stage),
         mass=float(found.mass(np.array([row]))[0]),
         power=power,
         radii=radii,
-        demands={
-            key: float(demand[place])
-            for key, demand in done.demands.items()
-            if key[1:] not in lacking and demand[place] != UNCHECKED
-        },
+        demands={key: demand for key, demand in demands.items() if key[1:] not in lacking},
         unchecked=lacking,
     )

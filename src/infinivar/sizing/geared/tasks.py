@@ -7,7 +7,7 @@ judged at other points of a required region.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -41,9 +41,11 @@ _PROBE = Motor(
 )
 _DIRECT = Gearhead(ratio=1.0, efficiency=1.0)
 _OF_CANDIDATES = ("motor", "gearhead")
+OF_MOTOR = frozenset({*Motor.ALLOWANCES, Limit.REGENERATION})
+"""Limits of a motor with its amplifier at an operating point."""
 
 
-class Signals(NamedTuple):
+class StageSignals(NamedTuple):
     """What a task asks of the gear's output at a stage."""
 
     moving: np.ndarray
@@ -88,7 +90,7 @@ class MotionTask:
         """Lowest temperature that a winding can have. [K]"""
         return self.duty.ambient if self.duty.closed else min(self.duty.ambient, self.duty.start)
 
-    def signals(self, template: ConventionalDrive, stage: OutputStage) -> Signals:
+    def signals(self, template: ConventionalDrive, stage: OutputStage) -> StageSignals:
         """What the motion asks of the gear's output at a stage."""
         drive = with_stage(replace(template, motor=_PROBE, gearhead=_DIRECT), stage)
         course, mass = self.instants.course, self.duty.moved_mass
@@ -124,7 +126,7 @@ class RegionTask:
         """Continuous torques bound every point."""
         return False
 
-    def signals(self, template: ConventionalDrive, stage: OutputStage) -> Signals:
+    def signals(self, template: ConventionalDrive, stage: OutputStage) -> StageSignals:
         """What the region asks of the gear's output at a stage."""
         drive = with_stage(replace(template, motor=_PROBE, gearhead=_DIRECT), stage)
         point = operated(drive, speed=self.speed, force=self.force)
@@ -132,8 +134,7 @@ class RegionTask:
             np.broadcast_to(point.states[name], self.speed.shape) for name in ("motor_torque_Nm", "motor_speed_rad_s")
         )
         demands = {key: float(np.max(demand)) for key, demand in placed(point.utilisation, stage.title).items()}
-        own = {*_PROBE.utilisation(current=0.0, voltage=0.0, speed=0.0), Limit.REGENERATION}
-        others = {key: demand for key, demand in demands.items() if key[0] not in own}
+        others = {key: demand for key, demand in demands.items() if key[0] not in OF_MOTOR}
         return _with_the_motion(torque, np.zeros_like(torque), speed, others)
 
     def critical(self, template: ConventionalDrive, stage: OutputStage) -> RegionTask:
@@ -162,9 +163,8 @@ def tasks_of(
     template: Drive,
     duty: Mapping[str, DutyCycle],
     requirement: Requirement | None,
-    *,
-    travel: float | None,
-    samples: int | None,
+    travel: float | None = None,
+    samples: int | None = None,
 ) -> tuple[Task, ...]:
     """The required region, if there is one, and every motion.
 
@@ -193,6 +193,11 @@ def tasks_of(
     return tuple(found)
 
 
+def without_travel(tasks: Sequence[Task]) -> tuple[Task, ...]:
+    """The tasks without the travel, which is the same for all candidates."""
+    return tuple(replace(task, travel=None) if isinstance(task, MotionTask) else task for task in tasks)
+
+
 def heat_counts(task: Task) -> bool:
     """Whether a winding temperature replaces the continuous torque where the motor's thermal data are known: in a run."""
     return isinstance(task, MotionTask) and not task.duty.closed
@@ -200,11 +205,11 @@ def heat_counts(task: Task) -> bool:
 
 def _with_the_motion(
     torque: np.ndarray, acceleration: np.ndarray, speed: np.ndarray, others: Mapping[Demand, float]
-) -> Signals:
+) -> StageSignals:
     sign = np.sign(speed)
     moves = sign != 0.0
     moving = np.stack([torque * sign, acceleration * sign, np.abs(speed)], axis=-1)[moves]
-    return Signals(moving, np.sort(np.abs(torque[~moves])), others)
+    return StageSignals(moving, np.sort(np.abs(torque[~moves])), others)
 
 
 def outer(task: RegionTask) -> RegionTask:
