@@ -104,20 +104,17 @@ from infinivar.bondgraph.trace import Traced
 from infinivar.bondgraph.trace import clip as clip_traced
 from infinivar.bondgraph.trace import trace as trace_law
 from infinivar.calibration import fit as fitting
-from infinivar.calibration import gear_laws, misread, motor_map, virtual_rig
+from infinivar.calibration import gear_laws, misread, motor_map, pendulum, virtual_rig
+from infinivar.calibration import geared as geared_model
 from infinivar.calibration import laws as calibration_laws
-from infinivar.calibration import model as calibration_model
 from infinivar.calibration import plan as calibration_plan
 from infinivar.calibration import reduce as reduced_data
-from infinivar.calibration.data import COLUMNS as CALIBRATION_COLUMNS
+from infinivar.calibration import transmission as calibration_model
+from infinivar.calibration.dynamometer import Dynamometer, read_dynamometer
 from infinivar.calibration.fit import fit as fit_problem
-from infinivar.calibration.geared import data as geared_data
-from infinivar.calibration.geared import model as geared_model
-from infinivar.calibration.geared import pendulum, virtual_bench
-from infinivar.calibration.geared import words as geared_words
-from infinivar.calibration.geared.data import Dynamometer, read_dynamometer
-from infinivar.calibration.model import known_values, predict
 from infinivar.calibration.problem import Problem
+from infinivar.calibration.transmission import COLUMNS as CALIBRATION_COLUMNS
+from infinivar.calibration.transmission import known_values, predict
 from infinivar.calibration.virtual_rig import experiment, protocol
 from infinivar.console import run as run_console
 from infinivar.contact import elliptic, law_checks
@@ -196,6 +193,7 @@ from infinivar.motion.duty_cycles import CYCLES
 from infinivar.motion.files import reading as reading_tables
 from infinivar.motion.files import sheet as sheets
 from infinivar.motion.files.headings import family_of, heading_of, unit_and_per_kg
+from infinivar.motion.files.reading import Named as NamedColumns
 from infinivar.motion.files.sheet import TextSheet
 from infinivar.motion.files.table import Column as TableColumn
 from infinivar.motion.files.timing import read_timed, windowed
