@@ -302,7 +302,7 @@ def draw(app) -> None:
         style.write(drawn.draw_all(machine), folder / f"fig{number}", ("svg",))
         claims = [claim for claim in reproduction.claims if claim.figure == number]
         (folder / f"paper_fig{number}.md").write_text(
-            figure_of_paper(number, drawn.TITLE, drawn.CAPTION, claims), "utf-8"
+            figure_of_paper(number, drawn.title, drawn.caption, claims), "utf-8"
         )
     others = [claim for claim in reproduction.claims if claim.figure not in FIGURES]
     (folder / "paper_claims_without_figure.md").write_text(figure_of_paper(0, "", "", others), "utf-8")

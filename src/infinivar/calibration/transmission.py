@@ -183,8 +183,9 @@ class RigData(Bench):
     ) -> np.ndarray:
         """Expected readings; see `predict`. (..., n, m)"""
         weighed, which = np.unique(self.mass, return_inverse=True)
-        off = [np.asarray(errors.get(_of_mass(mass), np.zeros(1))) for mass in weighed.tolist()]
-        masses = np.concatenate(np.broadcast_arrays(*off), axis=-1)[..., which]
+        exact = np.zeros(1)
+        off = [np.asarray(errors.get(_of_mass(mass), exact)) for mass in weighed.tolist()]
+        masses = np.concatenate(np.broadcast_arrays(exact, *off), axis=-1)[..., 1 + which]
         others = {name: value for name, value in errors.items() if not name.startswith(OF_MASS)}
         found = predict(drive, rig, self, values, Errors(**others, mass=masses))
         return np.stack(np.broadcast_arrays(*found[: len(self.signals)]), axis=-1)

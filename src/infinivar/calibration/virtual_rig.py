@@ -382,10 +382,7 @@ def dynamometer(
     if seed is None:
         return replace(exact, read=exact.expected(drive, rig, true, {}))
     random = np.random.default_rng(seed)
-    gains = {
-        "current": rig.current_gain_deviation * random.standard_normal(),
-        "torque": rig.torque_gain_deviation * random.standard_normal(),
-    }
+    gains = {name: error.deviation * random.standard_normal() for name, error in exact.errors(rig).items()}
     # The drive moves the true torque; what stands in the file is the torque read.
     read = replace(exact, torque=torque * (1.0 + gains["torque"]))
     told = read.expected(drive, rig, true, gains)

@@ -16,17 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-TITLE = "Performance when shaking a mass"
-
-CAPTION = (
-    "Performance when shaking the load, by inverse dynamics: cobotic drive with Motor 1 (blue, solid) in two reconstructions, "
-    "and conventional drive with Motor 2 (red, dashed). Shaded: only one drive works, or neither. Labels above the plot name "
-    "the tightest limit of each drive at full power. Dotted: stroke from end to end. Performance is the energy exchanged with "
-    "the load over the energy drawn from the supply, per cycle. Negative electrical power is dissipated, separately for each "
-    "motor. Continuous torque limits the RMS torque, supply voltage the peak voltage. Power is RMS, as in the paper's "
-    "footnote 8."
-)
-
 _COBOTIC, _CONVENTIONAL = style.COLOURS[0], style.COLOURS[1]
 _LEVELS = {"cobotic": (0.1, 0.2, 0.4, 0.6, 0.7, 0.8, 0.85), "conventional": (0.05, 0.1, 0.15, 0.2, 0.25)}
 _STROKES = (0.01, 0.1, 1.0, 10.0)
@@ -45,7 +34,10 @@ _SHADES = ("#C9CDD3", "#F7E3D7", "#E6EEF6", "#FFFFFF")
 
 
 def data(machine: Machine) -> dict[str, Any]:
-    """Dynamic maps of the cobotic and the conventional drive, by reconstruction."""
+    """Dynamic maps of the cobotic and the conventional drive, by reconstruction.
+
+    Source: faulring2006, Fig 17.
+    """
     rival = machine.shaken["motor2-gear4"]
     return {
         f"Reconstruction {letter}": {"cobotic": machine.shaken[name], "conventional": rival}

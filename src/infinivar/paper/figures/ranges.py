@@ -1,4 +1,4 @@
-"""Figure 15: continuous operating ranges of the conventional drives, with the efficiency of the Motor 2 drive."""
+"""Figures 15 and 16: continuous operating ranges of the conventional drives and of the cobotic drive, with efficiencies."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.figures import operating_map, style
 from infinivar.paper.claims.claim import Machine
@@ -15,17 +16,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-TITLE = "Operating ranges of the conventional drives"
 
-CAPTION = (
-    "Continuous operating range of each conventional drive. Colour and white lines: efficiency of Motor 2 with its gear; "
-    "outlines: Motor 1 with three other gears, limited on the right by continuous torque and at the top by supply voltage. "
-    "Dashed: required region. Ratios, pulley and requirement are reconstructed."
-)
+def conventional(machine: Machine) -> dict[str, Any]:
+    """Map of the drive with the largest motor, and the margins of the others on the same axes.
 
-
-def data(machine: Machine) -> dict[str, Any]:
-    """Map of the drive with the largest motor, and the margins of the others on the same axes."""
+    Source: faulring2006, Fig 15.
+    """
     results = [result for result in machine.comparison.results.values() if isinstance(result.drive, ConventionalDrive)]
     torque = {
         result.name: result.drive.motor.continuous_torque
@@ -40,7 +36,7 @@ def data(machine: Machine) -> dict[str, Any]:
     }
 
 
-def draw(ax: Axes, numbers: Mapping[str, Any]) -> operating_map.Drawn:
+def _draw_conventional(ax: Axes, numbers: Mapping[str, Any]) -> operating_map.Drawn:
     """Draw the map and the outlines; return what the colour bar needs."""
     largest = numbers["largest"]
     filled = operating_map.draw(ax, largest)
@@ -55,10 +51,36 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> operating_map.Drawn:
     return filled
 
 
-def draw_all(machine: Machine) -> Figure:
-    """Draw the figure."""
+def draw_conventional(machine: Machine) -> Figure:
+    """Draw Figure 15."""
     with style.styled():
         made, ax = style.figure(7.2, 4.8)
-        filled = draw(ax, data(machine))
+        filled = _draw_conventional(ax, conventional(machine))
         operating_map.colour_bar(made, filled, ax)
+    return made
+
+
+def cobotic(machine: Machine) -> dict[str, Any]:
+    """Map of each cobotic drive, by title.
+
+    Source: faulring2006, Fig 16.
+    """
+    requirement = machine.requirement
+    return {
+        result.title: operating_map.data(result.map, requirement)
+        for result in machine.comparison.results.values()
+        if isinstance(result.drive, CoboticDrive)
+    }
+
+
+def draw_cobotic(machine: Machine) -> Figure:
+    """Draw Figure 16."""
+    numbers = cobotic(machine)
+    with style.styled():
+        made, axes = style.figure(4.4 * len(numbers) + 0.6, 3.8, 1, len(numbers), sharey=True, squeeze=False)
+        filled: Any = None
+        for ax, title in zip(axes.flat, numbers, strict=True):
+            filled = operating_map.draw(ax, numbers[title], title)
+            ax.label_outer()
+        operating_map.colour_bar(made, filled, axes)
     return made
