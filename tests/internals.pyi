@@ -232,8 +232,9 @@ from infinivar.paper.claims.element import excess_creep, fitted, with_groups
 from infinivar.paper.claims.planes import PLANES
 from infinivar.paper.displays import _sessions as varied_sessions
 from infinivar.paper.figures import FIGURES as PAPER_FIGURES
-from infinivar.paper.figures import architectures, dynamic_performance, steered_wheel
+from infinivar.paper.figures import architectures, steered_wheel
 from infinivar.paper.figures import curves as paper_curves
+from infinivar.paper.figures import maps as paper_maps
 from infinivar.paper.figures import polygons as paper_polygons
 from infinivar.paper.report import left_out
 from infinivar.paper.report import save as save_reproduction

@@ -17,10 +17,10 @@ from internals import ClaimMachine as Machine
 from internals import (
     architectures,
     at_ratio,
-    dynamic_performance,
     efficiency_by,
     operating_map,
     paper_curves,
+    paper_maps,
     paper_polygons,
     steered_wheel,
     style,
@@ -113,7 +113,7 @@ def overlapping(boxes):
 def test_names_of_limits_stand_clear_in_figure_17():
     """Names, the bars under them, titles and the plots themselves: none of their boxes overlap, none leaves the page."""
     with style.styled():
-        made = dynamic_performance.draw_all(Machine())
+        made = paper_maps.draw_all_dynamic(Machine())
         for ax in made.axes:
             named = [artist for artist in (*ax.texts, *ax.lines) if artist.get_gid() == "limit"]
             words = [artist for artist in named if artist in ax.texts]

@@ -121,7 +121,7 @@ def calibrate_cobotic(
         creep.law(law)
     if creep_laws is not None and not creep_laws:
         raise InputError(f"no creep law to fit: choose from {', '.join(creep.LAWS)}")
-    data, names = _wanted(
+    data, names = _requested(
         data if isinstance(data, RigData) else transmission.read(data, columns), leave_out, parameters
     )
     data.check()
@@ -199,7 +199,7 @@ def calibrate_geared(
     check_study(study)
     drive = conventional(study, name)
     measured = _read(data, study, name, columns) if isinstance(data, (str, Path)) else data
-    rows, names = _wanted(measured, leave_out, parameters)
+    rows, names = _requested(measured, leave_out, parameters)
     faults = rows.faults()
     refuse_unless_few(rows, faults)
     sound, used = _sound(rows, faults)
@@ -210,7 +210,7 @@ def calibrate_geared(
     return GearedCalibration(study=study, name=name, data=rows, fit=found, left_out=_left_out(rows, faults))
 
 
-def _wanted(data: B, leave_out: Sequence[int], parameters: Sequence[str] | None) -> tuple[B, tuple[str, ...]]:
+def _requested(data: B, leave_out: Sequence[int], parameters: Sequence[str] | None) -> tuple[B, tuple[str, ...]]:
     """The rows that are not excluded on request, and the parameters to fit; refused if there are no such rows or parameters."""
     for line in leave_out:
         if line not in data.lines:

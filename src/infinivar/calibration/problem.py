@@ -174,8 +174,8 @@ class Problem(Frozen):
         """
         off = np.abs(self.of_rows(self.residuals(unknowns))[row])
         place = int(np.argmax(off > far)) if np.any(off > far) else int(np.argmax(off))
-        told = self.expected(unknowns)[row, place]
-        return self.data.signals[place], float(self.data.read[row, place]), float(told), float(off[place])
+        read, expected = (float(values[row, place]) for values in (self.data.read, self.expected(unknowns)))
+        return self.data.signals[place], read, expected, float(off[place])
 
     def under(self, drive: Any) -> Problem:
         """The problem with another model of the drive and the same weights."""

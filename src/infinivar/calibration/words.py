@@ -362,10 +362,10 @@ def _on_correlations(fit: Fit) -> Iterator[str]:
 
 def why_outlier(problem: Problem, unknowns: np.ndarray, row: int) -> str:
     """How far a row, plausible by itself, is from a fit."""
-    signal, read, told, far = problem.first_off(unknowns, row, OUTLIER)
-    found, expected = (_quantity(problem.data, signal, value) for value in (read, told))
-    by_fit = f"the fit expects {expected} ({plain(far, 3)} standard deviations off)"
-    return f"{signal} is {found}, but {by_fit if math.isfinite(told) else 'by the fit the wheel would slip'}"
+    signal, read, expected, far = problem.first_off(unknowns, row, OUTLIER)
+    off = f"the fit expects {_quantity(problem.data, signal, expected)} ({plain(far, 3)} standard deviations off)"
+    why = off if math.isfinite(expected) else "by the fit the wheel would slip"
+    return f"{signal} is {_quantity(problem.data, signal, read)}, but {why}"
 
 
 def _quantity(data: Bench, signal: str, value: float, digits: int = 4) -> str:

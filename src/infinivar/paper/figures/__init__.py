@@ -15,9 +15,8 @@ from infinivar.paper.claims.claim import Machine
 from infinivar.paper.figures import (
     architectures,
     curves,
-    dynamic_performance,
+    maps,
     polygons,
-    ranges,
     steered_wheel,
 )
 
@@ -71,9 +70,9 @@ _DRAWN: Mapping[int, tuple[Numbers, Drawing]] = {
     7: _in_one(curves.efficiency, curves.draw_efficiency),
     8: _in_one(curves.against_gears, curves.draw_against_gears),
     9: (architectures.data, architectures.draw_all),
-    15: (ranges.conventional, ranges.draw_conventional),
-    16: (ranges.cobotic, ranges.draw_cobotic),
-    17: (dynamic_performance.data, dynamic_performance.draw_all),
+    15: (maps.conventional, maps.draw_conventional),
+    16: (maps.cobotic, maps.draw_cobotic),
+    17: (maps.dynamic_maps, maps.draw_all_dynamic),
 }
 """Data of each figure that is no bond graph, and what draws it."""
 
