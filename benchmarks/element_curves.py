@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks._measure import Line, in_turn, ratio_line
 from infinivar.contact import creep
 from infinivar.paper.claims.claim import Machine, at_ratio
-from infinivar.paper.figures.fig07_element_efficiency import LOADS
+from infinivar.paper.figures.curves import LOADS
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 PAIRS = 25

@@ -21,7 +21,7 @@ from infinivar.analysis.robustness import outcomes
 from infinivar.analysis.robustness.derivatives import values_of
 from infinivar.analysis.robustness.sampling import Batch, low_discrepancy
 from infinivar.analysis.robustness.verdicts import BuildsMap, Mapper
-from infinivar.calibration import model, virtual_rig
+from infinivar.calibration import transmission, virtual_rig
 from infinivar.calibration.calibrate import calibrate
 from infinivar.drivetrain.cobotic import CoboticDrive
 
@@ -109,7 +109,7 @@ def _calibration() -> Line:
     study, drive = iv.load_study(STUDY), _drive()
     settings = virtual_rig.protocol(drive, study.rig, ratios=tuple(np.geomspace(100.0, 1.0, 50)))
     data = virtual_rig.experiment(drive, study.rig, settings, simulated=False).data
-    names = (*model.USUAL, "resistance")
+    names = (*transmission.USUAL, "resistance")
     calibrate(study, "cobotic", data, parameters=names)
     taken = []
     for _ in range(PAIRS):

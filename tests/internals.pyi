@@ -104,20 +104,17 @@ from infinivar.bondgraph.trace import Traced
 from infinivar.bondgraph.trace import clip as clip_traced
 from infinivar.bondgraph.trace import trace as trace_law
 from infinivar.calibration import fit as fitting
-from infinivar.calibration import gear_laws, misread, motor_map, virtual_rig
+from infinivar.calibration import gear_laws, misread, motor_map, pendulum, virtual_rig
+from infinivar.calibration import geared as geared_model
 from infinivar.calibration import laws as calibration_laws
-from infinivar.calibration import model as calibration_model
 from infinivar.calibration import plan as calibration_plan
 from infinivar.calibration import reduce as reduced_data
-from infinivar.calibration.data import COLUMNS as CALIBRATION_COLUMNS
+from infinivar.calibration import transmission as calibration_model
+from infinivar.calibration.dynamometer import Dynamometer, read_dynamometer
 from infinivar.calibration.fit import fit as fit_problem
-from infinivar.calibration.geared import data as geared_data
-from infinivar.calibration.geared import model as geared_model
-from infinivar.calibration.geared import pendulum, virtual_bench
-from infinivar.calibration.geared import words as geared_words
-from infinivar.calibration.geared.data import Dynamometer, read_dynamometer
-from infinivar.calibration.model import known_values, predict
 from infinivar.calibration.problem import Problem
+from infinivar.calibration.transmission import COLUMNS as CALIBRATION_COLUMNS
+from infinivar.calibration.transmission import known_values, predict
 from infinivar.calibration.virtual_rig import experiment, protocol
 from infinivar.console import run as run_console
 from infinivar.contact import elliptic
@@ -232,15 +229,10 @@ from infinivar.paper.claims.element import excess_creep, fitted, with_groups
 from infinivar.paper.claims.planes import PLANES
 from infinivar.paper.displays import _sessions as varied_sessions
 from infinivar.paper.figures import FIGURES as PAPER_FIGURES
-from infinivar.paper.figures import (
-    bond_graphs,
-    fig01_steered_wheel,
-    fig03_velocities,
-    fig04_forces,
-    fig07_element_efficiency,
-    fig09_architectures,
-    fig17_dynamic_performance,
-)
+from infinivar.paper.figures import architectures, steered_wheel
+from infinivar.paper.figures import curves as paper_curves
+from infinivar.paper.figures import maps as paper_maps
+from infinivar.paper.figures import polygons as paper_polygons
 from infinivar.paper.report import left_out
 from infinivar.paper.report import save as save_reproduction
 from infinivar.paper.reproduce import CHECKS as PAPER_CHECKS
@@ -379,6 +371,7 @@ from infinivar.sweeps.workers import versions as worker_versions
 from infinivar.tables import formats as file_formats
 from infinivar.tables import sheet as sheets
 from infinivar.tables.headings import heading_of, unit_and_per_kg
+from infinivar.tables.named import Named as NamedColumns
 from infinivar.tables.sheet import TextSheet
 from infinivar.transmission import legs, spin_law, turning
 from infinivar.transmission.driven_contact import DrivenContact

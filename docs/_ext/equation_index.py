@@ -60,7 +60,6 @@ FIGURES = {
 
 _SOURCE = re.compile(r"^[ \t]*Source: (.*?)(?=\n[ \t]*\n|\Z)", re.DOTALL | re.MULTILINE)
 _PLACE = re.compile(r"\b(?:Eq|Fig) \d+\b")
-_FIGURE_FILE = re.compile(r"fig(\d\d)_\w+\.py")
 
 
 class Entry(NamedTuple):
@@ -98,18 +97,15 @@ def implementations(package: Path = ROOT / "src" / "infinivar") -> list[Entry]:
     found = []
     for path in sorted(package.rglob("*.py")):
         module = ".".join((package.name, *path.relative_to(package).with_suffix("").parts)).removesuffix(".__init__")
-        figure = _FIGURE_FILE.fullmatch(path.name)
         for name, node in _functions(ast.parse(path.read_text("utf-8"))):
             text = ast.get_docstring(node) or ""
             cited = places(text)
-            if figure is not None and not name:
-                cited = [f"Fig {int(figure[1])}", *cited]
             found += [Entry(place, module + name, text.partition("\n")[0]) for place in dict.fromkeys(cited)]
     return found
 
 
 def checks(tests: Path = ROOT / "tests") -> list[Entry]:
-    """All tests that have a source marker or use the module of a figure."""
+    """All tests that have a source marker."""
     found = []
     for path in sorted(tests.rglob("test_*.py")):
         for node in ast.parse(path.read_text("utf-8")).body:
@@ -117,7 +113,7 @@ def checks(tests: Path = ROOT / "tests") -> list[Entry]:
                 continue
             where = f"{path.relative_to(tests.parent).as_posix()}::{node.name}"
             summary = (ast.get_docstring(node) or "").partition("\n")[0]
-            found += [Entry(place, where, summary) for place in dict.fromkeys((*_marked(node), *_drawn(node)))]
+            found += [Entry(place, where, summary) for place in dict.fromkeys(_marked(node))]
     return found
 
 
@@ -129,12 +125,6 @@ def _marked(test: ast.FunctionDef) -> list[str]:
             paper, *named = (ast.literal_eval(argument) for argument in mark.args)
             found += named if paper == PAPER else []
     return found
-
-
-def _drawn(test: ast.FunctionDef) -> list[str]:
-    """Figures whose modules a test uses."""
-    names = {node.id for node in ast.walk(test) if isinstance(node, ast.Name)}
-    return [f"Fig {int(found[1])}" for name in sorted(names) if (found := _FIGURE_FILE.fullmatch(f"{name}.py"))]
 
 
 def _documented(package: Path = ROOT / "src" / "infinivar") -> dict[str, str]:

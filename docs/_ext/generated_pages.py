@@ -302,7 +302,7 @@ def draw(app) -> None:
         style.write(drawn.draw_all(machine), folder / f"fig{number}", ("svg",))
         claims = [claim for claim in reproduction.claims if claim.figure == number]
         (folder / f"paper_fig{number}.md").write_text(
-            figure_of_paper(number, drawn.TITLE, drawn.CAPTION, claims), "utf-8"
+            figure_of_paper(number, drawn.title, drawn.caption, claims), "utf-8"
         )
     others = [claim for claim in reproduction.claims if claim.figure not in FIGURES]
     (folder / "paper_claims_without_figure.md").write_text(figure_of_paper(0, "", "", others), "utf-8")
@@ -453,8 +453,7 @@ def draw_measurements(app) -> None:
 
     import infinivar as iv
     from infinivar.calibration import virtual_rig
-    from infinivar.calibration.geared import virtual_bench
-    from infinivar.figures import calibration, geared_calibration, measurements, sensitivity, style
+    from infinivar.figures import calibration, measurements, sensitivity, style
 
     folder = Path(app.srcdir) / "reference" / "generated"
     study = shipped_study("faulring2006")
@@ -462,7 +461,7 @@ def draw_measurements(app) -> None:
     runs = virtual_rig.experiment(drive, study.rig, virtual_rig.protocol(drive, study.rig), simulated=False).data
     style.write(calibration.draw_all(iv.calibrate(study, "cobotic", runs)), folder / "calibration", ("svg",))
     speed, torque = (part.ravel() for part in np.meshgrid(np.linspace(10, 60, 6), np.linspace(-0.25, 0.25, 8)))
-    points = virtual_bench.dynamometer(
+    points = virtual_rig.dynamometer(
         study.drives["motor1-gear1"],
         study.rig,
         speed=speed,
@@ -471,7 +470,7 @@ def draw_measurements(app) -> None:
         values={"friction": 0.015, "load_share": 0.03, "viscous": 1e-4},
     )
     geared = iv.calibrate(study, "motor1-gear1", points)
-    style.write(geared_calibration.draw_all(geared), folder / "geared_calibration", ("svg",))
+    style.write(calibration.draw_geared(geared), folder / "geared_calibration", ("svg",))
     found = iv.sensitivity(study, "cobotic", "energy", duty="shake")
     style.write(sensitivity.draw_all(found), folder / "sensitivity", ("svg",))
     style.write(measurements.draw_map(), folder / "motor_map", ("svg",))

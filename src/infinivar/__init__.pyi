@@ -49,10 +49,8 @@ from .analysis.steady_map import SteadyMap, steady_map
 from .analysis.steering_step import SteeringStep, steering_steps
 from .analysis.workspace import StaticPoints, WorkspaceMap, static_points, workspace_map
 from .bondgraph.audit import Trajectory
-from .calibration.calibrate import calibrate, calibrate_cobotic
-from .calibration.geared.calibrate import calibrate_geared
-from .calibration.geared.result import GearedCalibration
-from .calibration.result import Calibration
+from .calibration.calibrate import calibrate, calibrate_cobotic, calibrate_geared
+from .calibration.result import Calibration, GearedCalibration
 from .contact.bodies import Material
 from .contact.creep import CreepLaw
 from .contact.exact.many import RollingForces, rolling_forces

@@ -10,7 +10,7 @@ import infinivar as iv
 from conftest import STUDY
 from infinivar import InputError
 from internals import save_calibration_data as save_data
-from internals import virtual_bench, write_csv
+from internals import virtual_rig, write_csv
 
 NAME = "motor1-gear1"
 DRIVE = ("--study", STUDY, "--drive", NAME)
@@ -20,7 +20,7 @@ DRIVE = ("--study", STUDY, "--drive", NAME)
 def bench(tmp_path):
     study = iv.load_study(STUDY)
     speed, torque = (part.ravel() for part in np.meshgrid([10.0, 30.0, 60.0], np.linspace(-0.25, 0.25, 6)))
-    data = virtual_bench.dynamometer(
+    data = virtual_rig.dynamometer(
         study.drives[NAME], study.rig, speed=speed, torque=torque, noise={"current": 0.003, "voltage": 0.02}
     )
     save_data(data, tmp_path / "bench.csv")
@@ -131,7 +131,7 @@ pendulum_length = "20 cm"
 def swinging(tmp_path):
     (tmp_path / "swing.toml").write_text(STUDY_OF_PENDULUM.format(study=STUDY.as_posix()), "utf-8")
     study = iv.load_study(tmp_path / "swing.toml")
-    columns = virtual_bench.swing(
+    columns = virtual_rig.swing(
         study.drives[NAME],
         study.rig,
         duration=10.0,

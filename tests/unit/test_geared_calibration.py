@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from internals import Dynamometer, motor_map, pendulum, virtual_bench
+from internals import Dynamometer, NamedColumns, motor_map, pendulum, virtual_rig
+from internals import calibration_plan as plan
 from internals import geared_model as model
-from internals import geared_words as words
 from internals import save_calibration_data as save_data
 
 NAME = "motor1-gear1"
@@ -19,7 +19,7 @@ ALL_ROUND = [part.ravel() for part in np.meshgrid(np.array([-60, -30, -10, 10, 3
 
 def measured(study, noise=BOTH, points=ALL_ROUND, seed=1, **options):
     speed, torque = points
-    return virtual_bench.dynamometer(
+    return virtual_rig.dynamometer(
         study.drives[NAME], study.rig, speed=speed, torque=torque, noise=noise, values=TRUE, seed=seed, **options
     )
 
@@ -114,7 +114,7 @@ def test_advised_data_identify_what_they_promise(study):
     speed = np.linspace(10.0, 60.0, 30)
     points = (speed, np.full(30, 0.2))
     found = iv.calibrate(study, NAME, measured(study, points=points))
-    advised = {one.words: one.left for one in words.remedies(found.fit)}
+    advised = {one.words: one.left for one in plan.remedies(found.fit)}
     more = {
         "the same points while the load drives": (speed, -points[1]),
         "the same points at half the load": (speed, 0.5 * points[1]),
@@ -145,7 +145,7 @@ def test_resistance_needs_more_than_the_current(study):
 def test_a_bench_without_the_gearhead_gives_the_motor(study):
     true = {"resistance": 2.4, "torque_constant": 0.027, "motor_friction": 2e-3, "motor_viscous": 2e-6}
     speed, torque = ALL_ROUND
-    data = virtual_bench.dynamometer(
+    data = virtual_rig.dynamometer(
         study.drives[NAME],
         study.rig,
         speed=11 * speed,
@@ -248,7 +248,7 @@ def hanging(study, **changes):
 
 
 def swung(study, seed=0, noise=HEARD, amplitudes=None, duration=12.0):
-    found = virtual_bench.swing(
+    found = virtual_rig.swing(
         study.drives[NAME],
         study.rig,
         duration=duration,
@@ -263,7 +263,7 @@ def swung(study, seed=0, noise=HEARD, amplitudes=None, duration=12.0):
 
 def windows(study, columns, method="weak"):
     lines = np.arange(2, 2 + len(columns["time"]))
-    return pendulum.pendulum_of("swing", columns, lines, study.rig, study.drives[NAME], method=method)
+    return pendulum.pendulum_of("swing", NamedColumns(columns, lines, {}), study.rig, study.drives[NAME], method=method)
 
 
 def test_a_pendulum_gives_the_truth_by_the_weak_form_and_by_inverse_dynamics(study):

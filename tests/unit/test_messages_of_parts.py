@@ -5,7 +5,7 @@ import pytest
 
 import infinivar as iv
 import plugin_package
-from internals import geared_data as data
+from internals import read_dynamometer
 
 HEAD = """
 [requirement]
@@ -81,11 +81,11 @@ def test_words_of_packages_for_motions(tmp_path, monkeypatch, load, shape, words
 def test_headings_of_a_bench_may_have_blanks(tmp_path):
     file = tmp_path / "bench.csv"
     file.write_text("motor speed (rpm),torque (N m),current (mA)\n600,1,500\n1200,1,510\n", "utf-8")
-    found = data.read_dynamometer(file, 20.0)
+    found = read_dynamometer(file, 20.0)
     np.testing.assert_allclose(found.speed, np.array([600.0, 1200.0]) * np.pi / 30.0 / 20.0)
     file.write_text("velocity (rpm),torque (N m),current (mA)\n600,1,500\n1200,1,510\n", "utf-8")
     with pytest.raises(iv.InputError, match="speed or motor_speed; neither is among those read: torque, current"):
-        data.read_dynamometer(file, 20.0)
+        read_dynamometer(file, 20.0)
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_a_bench_without_any_known_column_says_so(tmp_path, rows, words):
     file = tmp_path / "bench.csv"
     file.write_text(f"a,b\n{rows}", "utf-8")
     with pytest.raises(iv.InputError, match=words):
-        data.read_dynamometer(file, 20.0)
+        read_dynamometer(file, 20.0)
 
 
 class Strong:

@@ -19,7 +19,6 @@ from internals import (
     is_labelled,
     presenter,
     shipped_study,
-    virtual_bench,
     virtual_rig,
 )
 from internals import stored_values as stored
@@ -65,7 +64,7 @@ def _calibrated_gear(drive, study):
     points = {"speed": np.linspace(10.0, 60.0, 24), "torque": np.tile([0.05, 0.15, -0.15, 0.25], 6)}
     noise = {"current": 0.005, "voltage": 0.02}
     geared = study.drives["motor1-gear1"]
-    return iv.calibrate(study, "motor1-gear1", virtual_bench.dynamometer(geared, study.rig, noise=noise, **points))
+    return iv.calibrate(study, "motor1-gear1", virtual_rig.dynamometer(geared, study.rig, noise=noise, **points))
 
 
 def _dynamic(drive):

@@ -1,39 +1,39 @@
-"""Calibrate a drive from rig data: efficiencies, fitted parameters, identifiability, and runs to measure next."""
+"""Calibrate a drive from readings on a bench: fitted parameters, identifiability, and the runs to measure next."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from infinivar._core.fields import with_values
-from infinivar.calibration import data as rig_data
-from infinivar.calibration import laws, misread, model, plan, reduce
-from infinivar.calibration.data import LeftOut, RigData
-from infinivar.calibration.fit import FEW, OUTLIER, Fit, refuse_many
-from infinivar.calibration.geared.calibrate import calibrate_geared
-from infinivar.calibration.geared.problem import BenchData
-from infinivar.calibration.geared.result import GearedCalibration
-from infinivar.calibration.laws import LawChoice
+from infinivar.calibration import dynamometer, laws, misread, pendulum, plan, reduce, transmission, words
+from infinivar.calibration.bench import FEW, Bench, LeftOut, refuse_unless_few
+from infinivar.calibration.fit import Fit, fit, refuse_many
+from infinivar.calibration.geared import GearedBench
 from infinivar.calibration.problem import Problem
 from infinivar.calibration.reduce import Efficiencies
-from infinivar.calibration.result import Calibration, cobotic
+from infinivar.calibration.result import Calibration, GearedCalibration, cobotic, conventional
+from infinivar.calibration.transmission import RigData
 from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError, nearest
 from infinivar.study.check import check_study
 from infinivar.study.study import Study
-from infinivar.units import plain
+from infinivar.tables.named import read_named
+
+B = TypeVar("B", bound=Bench)
 
 
 def calibrate(
     study: Study,
     name: str,
-    data: RigData | BenchData | str | Path,
+    data: RigData | GearedBench | str | Path,
     *,
     parameters: Sequence[str] | None = None,
     leave_out: Sequence[int] = (),
@@ -49,7 +49,7 @@ def calibrate(
     ----------
     study : Study           Study with the drive, as starting point, and the rig.
     name : str              Name of the drive in the study.
-    data : RigData, BenchData or path  Measured data, or a CSV file of them.
+    data : RigData, GearedBench or path  Measured data, or a CSV file of them.
     parameters : sequence   Parameters to fit; None for those that such data usually determine.
     leave_out : sequence    Lines of the file to exclude.
     creep_laws : sequence   Candidate creep laws of a cobotic drive.
@@ -69,7 +69,7 @@ def calibrate(
         return calibrate_geared(study, name, data, parameters=parameters, leave_out=leave_out, columns=columns)
     if not isinstance(data, (RigData, str, Path)):
         raise InputError(f"{data.name}: data of a geared drive do not fit drives.{name}, a cobotic drive")
-    requested = model.USUAL if parameters is None else parameters
+    requested = transmission.USUAL if parameters is None else parameters
     return calibrate_cobotic(
         study, name, data, parameters=requested, leave_out=leave_out, creep_laws=creep_laws, columns=columns
     )
@@ -80,7 +80,7 @@ def calibrate_cobotic(
     name: str,
     data: RigData | str | Path,
     *,
-    parameters: Sequence[str] = model.USUAL,
+    parameters: Sequence[str] = transmission.USUAL,
     leave_out: Sequence[int] = (),
     creep_laws: Sequence[str] | None = None,
     columns: Mapping[str, str] | None = None,
@@ -92,7 +92,7 @@ def calibrate_cobotic(
     study : Study           Study with the drive, as starting point, and the rig.
     name : str              Name of the drive in the study.
     data : RigData or path  Runs, or a CSV file of runs.
-    parameters : sequence   Parameters to fit, from `model.PARAMETERS`; the others keep the values of the study.
+    parameters : sequence   Parameters to fit, from `transmission.PARAMETERS`; the others keep the values of the study.
     leave_out : sequence    Lines of the file to exclude.
     creep_laws : sequence   Candidate creep laws. None for all, without "exact" if the study has measured values in place of the
         patch's geometry and another law; for the study's law alone if the creep stiffness is not fitted, as an error in the
@@ -117,20 +117,17 @@ def calibrate_cobotic(
     """
     check_study(study)
     drive = cobotic(study, name)
-    if not isinstance(data, RigData):
-        data = rig_data.read(data, columns)
-    for line in leave_out:
-        if line not in data.lines:
-            first, last = data.lines[0], data.lines[-1]
-            raise InputError(f"{data.name}: line {line} is not a run; runs are in lines {first} to {last}")
-    data = data.chosen(~np.isin(data.lines, list(leave_out)))
-    names = tuple(parameters)
-    _check_wish(data, names, creep_laws)
-    rig_data.check(data)
+    for law in creep_laws or ():
+        creep.law(law)
+    if creep_laws is not None and not creep_laws:
+        raise InputError(f"no creep law to fit: choose from {', '.join(creep.LAWS)}")
+    data, names = _requested(
+        data if isinstance(data, RigData) else transmission.read(data, columns), leave_out, parameters
+    )
+    data.check()
     faults = misread.find(data, drive, study.rig)
     misread.refuse_unless_few(data, faults)
-    sound = np.asarray([row for row in range(len(data)) if row not in faults], dtype=int)
-    used = data.chosen(sound)
+    sound, used = _sound(data, faults)
     _check_enough(used, names)
     problem = Problem.of(drive, study.rig, used, names)
     robust, fits = laws.screen(problem, creep_laws)
@@ -147,34 +144,121 @@ def calibrate_cobotic(
     beyond = robust.beyond & ~np.isin(sound, list(faults))
     refuse_many(data, len(faults) + int(np.count_nonzero(beyond)), _untried(fits, name))
     choice = laws.choose(problem, fits, robust.beyond | np.isin(sound, list(faults)))
-    faults |= _outliers(problem, choice, sound, beyond)
-    left_out = tuple(LeftOut(row, data.lines[row], faults[row]) for row in sorted(faults))
-    friction = choice.fit.values.get("guideway_friction", model.known_values(drive)["guideway_friction"])
+    used_law = laws.under(problem, choice.fit.law)
+    faults |= _outliers(used_law, choice.fit, np.flatnonzero(beyond), sound)
+    friction = choice.fit.values.get("guideway_friction", problem.known["guideway_friction"])
     return Calibration(
         study=study,
         name=name,
         data=data,
         laws=choice,
-        left_out=left_out,
+        left_out=_left_out(data, faults),
         efficiencies=_efficiencies(drive, study, data, choice.fit, np.isin(np.arange(len(data)), list(faults))),
         eq9=reduce.creep_stiffness(drive, study.rig, data, friction),
         plan=replace(plan.propose(choice.design), telling=tuple(plan.telling(choice))),
     )
 
 
-def _check_wish(data: RigData, parameters: tuple[str, ...], creep_laws: Sequence[str] | None) -> None:
-    for law in creep_laws or ():
-        creep.law(law)
-    if creep_laws is not None and not creep_laws:
-        raise InputError(f"no creep law to fit: choose from {', '.join(creep.LAWS)}")
-    for name in parameters:
-        if name not in model.PARAMETERS:
-            known = ", ".join(model.PARAMETERS)
-            raise InputError(f"{name!r} cannot be fitted{nearest(name, model.PARAMETERS)}; choose from {known}")
-    if not parameters:
-        raise InputError(f"no parameter to fit: choose from {', '.join(model.PARAMETERS)}")
-    if "resistance" in parameters and data.motor_voltage is None:
-        raise InputError(f"{data.name}: fitting the resistance requires a column motor_voltage")
+def calibrate_geared(
+    study: Study,
+    name: str,
+    data: GearedBench | str | Path,
+    *,
+    parameters: Sequence[str] | None = None,
+    leave_out: Sequence[int] = (),
+    columns: Mapping[str, str] | None = None,
+) -> GearedCalibration:
+    """Fit motor and gearhead of a conventional drive to measured data.
+
+    Parameters
+    ----------
+    study : Study           Study with the drive, as starting point, and the rig.
+    name : str              Name of the drive in the study.
+    data : GearedBench or path  Points of a dynamometer, or the windows of a pendulum's recording; or a CSV file of either.
+    parameters : sequence   Parameters to fit, from `infinivar.calibration.geared.PARAMETERS`; the others keep the values
+        of the study. None for all that data of this kind usually determine.
+    leave_out : sequence    Lines of the file to exclude.
+    columns : mapping       Headings of the file by name of a column, where they differ: ``{"torque": "T [Nm]"}``.
+
+    Returns
+    -------
+    GearedCalibration
+
+    Raises
+    ------
+    InputError
+        If the data cannot be read, are impossible, or are insufficient for the parameters.
+
+    Notes
+    -----
+    Stage, guideway, springs and amplifier of the drive are not on the bench: the torque is that at the gearhead's output, and
+    currents, voltages and powers are those of the motor.
+
+    Source: weighted nonlinear least squares.
+    """
+    check_study(study)
+    drive = conventional(study, name)
+    measured = _read(data, study, name, columns) if isinstance(data, (str, Path)) else data
+    rows, names = _requested(measured, leave_out, parameters)
+    faults = rows.faults()
+    refuse_unless_few(rows, faults)
+    sound, used = _sound(rows, faults)
+    if len(used) * len(used.signals) < 2 * len(names):
+        raise InputError(f"{rows.name}: {len(used)} rows are too few to fit {len(names)} parameters")
+    found = fit(Problem.of(drive, study.rig, used, names))
+    faults |= _outliers(found.problem.about(used).separate, found, found.outliers, sound)
+    return GearedCalibration(study=study, name=name, data=rows, fit=found, left_out=_left_out(rows, faults))
+
+
+def _requested(data: B, leave_out: Sequence[int], parameters: Sequence[str] | None) -> tuple[B, tuple[str, ...]]:
+    """The rows that are not excluded on request, and the parameters to fit; refused if there are no such rows or parameters."""
+    for line in leave_out:
+        if line not in data.lines:
+            raise InputError(
+                f"{data.name}: line {line} is not a {data.row}; {data.row}s are in lines {data.lines[0]} to {data.lines[-1]}"
+            )
+    data = data.chosen(~np.isin(data.lines, list(leave_out)))
+    names = tuple(data.usual if parameters is None else parameters)
+    known = ", ".join(data.parameters)
+    if not names:
+        raise InputError(f"no parameter to fit: choose from {known}")
+    for name in names:
+        if name not in data.parameters:
+            raise InputError(f"{name!r} cannot be fitted{nearest(name, data.parameters)}; choose from {known}")
+        if (refusal := data.refusal(name)) is not None:
+            raise InputError(f"{data.name}: {refusal}")
+    return data, names
+
+
+def _sound(data: B, faults: Mapping[int, str]) -> tuple[np.ndarray, B]:
+    """Index of the rows without faults, and these rows."""
+    sound = np.asarray([row for row in range(len(data)) if row not in faults], dtype=int)
+    return sound, data.chosen(sound)
+
+
+def _outliers(problem: Problem, found: Fit, outliers: Iterable[int], sound: np.ndarray) -> dict[int, str]:
+    """Reasons why plausible rows do not fit, by row of the data, of which `sound` are in the problem."""
+    return {int(sound[row]): words.why_outlier(problem, found.unknowns, int(row)) for row in outliers}
+
+
+def _left_out(data: Bench, faults: Mapping[int, str]) -> tuple[LeftOut, ...]:
+    return tuple(LeftOut(row, data.lines[row], faults[row]) for row in sorted(faults))
+
+
+def _read(file: str | Path, study: Study, name: str, headings: Mapping[str, str] | None) -> GearedBench:
+    """Read data of the kind that their columns reveal."""
+    drive = conventional(study, name)
+    found = read_named(file, {**pendulum.COLUMNS, **dynamometer.COLUMNS}, (), headings)
+    if "torque" in found.columns or "motor_torque" in found.columns:
+        return dynamometer.dynamometer_of(str(file), found, drive.gearhead.ratio)
+    if {"time", "angle", "current"} <= set(found.columns):
+        if drive.motor.rotor_inertia is None:
+            raise InputError(f"{file}: data of a pendulum need rotor_inertia in [drives.{name}.motor]")
+        return pendulum.pendulum_of(str(file), found, study.rig, drive)
+    raise InputError(
+        f"{file}: drives.{name} has no wheel to measure; data of a geared drive have columns speed and torque of a dynamometer, "
+        "or time, angle and current of a pendulum"
+    )
 
 
 def _check_enough(data: RigData, parameters: tuple[str, ...]) -> None:
@@ -195,19 +279,6 @@ def _untried(fits: Mapping[str, Fit], name: str) -> str:
     return f". Not tried: creep law {', '.join(left)} ({how})"
 
 
-def _outliers(problem: Problem, choice: LawChoice, rows: np.ndarray, beyond: np.ndarray) -> dict[int, str]:
-    """Reasons why plausible runs do not fit, by row of the data."""
-    expecting = problem.under(choice.fit.law)
-    said = {}
-    for place in np.flatnonzero(beyond).tolist():
-        name, unit, read, told, far = expecting.first_off(choice.fit.unknowns, place, OUTLIER)
-        expected = f"the fit expects {plain(told)} {unit} ({plain(far, 3)} standard deviations off)"
-        said[int(rows[place])] = (
-            f"{name} is {plain(read)} {unit}, but {expected if math.isfinite(told) else 'by the fit the wheel would slip'}"
-        )
-    return said
-
-
 def _efficiencies(
     drive: CoboticDrive, study: Study, data: RigData, fit: Fit, misread_runs: np.ndarray, doubt: float = 0.0
 ) -> Efficiencies:
@@ -215,7 +286,7 @@ def _efficiencies(
 
     `doubt` is the relative standard deviation of the guideway friction if it was not fitted.
     """
-    values = {**model.known_values(drive), **fit.values}
+    values = {**transmission.known_values(drive), **fit.values}
     friction = values["guideway_friction"]
     deviation = fit.deviations.get("guideway_friction", doubt * friction)
     nominal = fit.deviations.get("nominal_torque", 0.0)

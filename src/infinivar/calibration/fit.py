@@ -1,26 +1,24 @@
-"""Fit the losses of a drive to rig data: estimates, intervals, and identifiability."""
+"""Fit the parameters of a drive to readings on a bench: estimates, intervals, and identifiability."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from infinivar._core.described import derived, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, result
-from infinivar.calibration.model import Parameter
+from infinivar.calibration.bench import FEW, Bench, Parameter
+from infinivar.calibration.problem import Problem
 from infinivar.errors import InputError
 from infinivar.study.spreads import NORMAL_95
 
 OUTLIER = 5.0
 """Deviation from the robust fit, in standard deviations, beyond which a run is excluded; one in a million good readings."""
-
-FEW = 1.0 / 3.0
-"""Largest share of runs that may be outliers; at one half, no fit could tell which half is right."""
 
 _UNKNOWN = 1.0
 """Relative standard deviation at which a direction counts as not identifiable."""
@@ -34,58 +32,16 @@ _MOST_ROUNDS = 5
 _MOST_STEPS = 200
 """Step limit of a fit: a successful one needs about ten; with outliers and a wrong creep law, about a hundred."""
 
+_ROUNDS = 4
+"""Refits with the noise that the residuals show."""
+
+_NORMAL = 0.6745
+"""Median of the absolute value of a standard normal variable."""
+_MORE = 5.0
+"""Of the factor ``1 + 5/(n - p)`` that corrects a median of few residuals."""
+
 DOUBT = 1e-3
 """Probability below which residuals exceed the sensor errors."""
-
-
-class LeastSquares(Protocol):
-    """What is fitted: named parameters, each relative to a scale, then other unknowns; residuals in standard deviations."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the parameters."""
-        ...
-
-    @property
-    def scales(self) -> np.ndarray:
-        """Scales of the parameters. [SI]"""
-        ...
-
-    @property
-    def start(self) -> np.ndarray:
-        """Unknowns at the study's values."""
-        ...
-
-    @property
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Bounds of the unknowns."""
-        ...
-
-    @property
-    def data(self) -> Any:
-        """The runs: something with a length and a name."""
-        ...
-
-    @property
-    def readings(self) -> int:
-        """Number of readings that the fit uses."""
-        ...
-
-    def residuals(self, unknowns: np.ndarray) -> np.ndarray:
-        """Residuals of all readings and of the other unknowns, for one or more sets of unknowns."""
-        ...
-
-    def jacobian(self, unknowns: np.ndarray) -> np.ndarray:
-        """Derivatives of the residuals."""
-        ...
-
-    def farthest(self, unknowns: np.ndarray) -> np.ndarray:
-        """Largest deviation of the readings of each run."""
-        ...
-
-    def without(self, rows: np.ndarray) -> LeastSquares:
-        """The problem without some of the runs."""
-        ...
 
 
 @result
@@ -107,7 +63,7 @@ class Fit(Frozen):
     values : estimates by name, in SI; parameters not identifiable separately keep the study's proportions.
     covariance : (p, p) covariance in the identifiable directions. [SI]
     untold : (p, k) orthonormal directions of the scaled parameters that are not identifiable.
-    problem : `LeastSquares` of the runs used.
+    problem : `Problem` of the runs used.
     unknowns : solution of that problem.
     outliers : indices of excluded runs.
     chi_square, freedom : sum of squared residuals and degrees of freedom.
@@ -118,7 +74,7 @@ class Fit(Frozen):
     values: Mapping[str, float]
     covariance: np.ndarray
     untold: np.ndarray
-    problem: Any
+    problem: Problem
     unknowns: np.ndarray
     outliers: tuple[int, ...]
     chi_square: float
@@ -163,16 +119,22 @@ class Fit(Frozen):
         rows = zip(self.names, self.correlations.tolist(), strict=True)
         return {name: dict(zip(self.names, row, strict=True)) for name, row in rows}
 
-    def estimates(self, parameters: Mapping[str, Parameter], known: Mapping[str, float]) -> dict[str, Any]:
-        """Estimate and interval of each parameter as plain values, beside the values `known` in the study."""
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """What can be fitted to such readings, by name."""
+        return self.problem.data.parameters
+
+    @derived()
+    def _parameters(self) -> dict[str, Any]:
+        """Estimate and interval of each parameter, beside the study's value."""
         return {
             name: {
-                "unit": parameters[name].unit,
+                "unit": self.parameters[name].unit,
                 "value": self.values[name],
                 "told": name in self.told,
                 "standard_deviation": self.deviations[name],
                 "interval_95": list(self.interval(name)),
-                "study": known[name],
+                "study": self.problem.known[name],
             }
             for name in self.names
         }
@@ -190,13 +152,13 @@ class Robust(Frozen):
     beyond : (n,) bool, runs that deviate by more than `OUTLIER` standard deviations.
     """
 
-    problem: Any
+    problem: Problem
     unknowns: np.ndarray
     cost: float
     beyond: np.ndarray
 
 
-def robust(problem: LeastSquares, start: np.ndarray | None = None) -> Robust:
+def robust(problem: Problem, start: np.ndarray | None = None) -> Robust:
     """Fit with a loss that grows linearly with the residual, which reveals outliers.
 
     Source: least_squares of SciPy, loss soft_l1.
@@ -225,26 +187,57 @@ def settled(found: Robust) -> Robust:
     return replace(found, unknowns=unknowns, beyond=beyond)
 
 
-def fit(problem: LeastSquares) -> Fit:
-    """Calibrate with one creep law: a robust fit finds the outliers, weighted least squares without them the estimates.
+def fit(problem: Problem) -> Fit:
+    """Calibrate with one model: a robust fit finds the outliers, weighted least squares without them the estimates.
 
-    Returns
-    -------
-    Fit
+    Where the rig states no noise, that of each signal is that of its residuals, so errors of the model count as noise. An error
+    of a sensor on which the expected readings of several signals depend makes their residuals alike; the last fits count it once.
 
     Raises
     ------
     InputError
-        If more than a third of the runs deviate like outliers.
+        If more than a third of the rows deviate like outliers.
 
-    Source: Gauss-Newton covariance of weighted least squares; least_squares of SciPy (trust region, bounds).
+    Source: Gauss-Newton covariance of weighted least squares; least_squares of SciPy (trust region, bounds); definition of
+    feasible generalised least squares.
     """
-    found = settled(robust(problem))
+    stated, found = problem.whitening is not None, robust(problem)
+    for _ in range(0 if stated else _ROUNDS):
+        off = np.abs(problem.of_rows(problem.residuals(found.unknowns)))
+        problem = problem.heard(problem.noise * _robust_size(off, len(problem.names)))
+        found = robust(problem, found.unknowns)
+    found = settled(found)
     refuse_many(problem.data, int(np.count_nonzero(found.beyond)))
-    return estimate(problem, found.unknowns, found.beyond)
+    done = estimate(problem, found.unknowns, found.beyond)
+    return done if stated else _with_noise_left(problem, done, found.beyond)
 
 
-def refuse_many(data: Any, count: int, besides: str = "") -> None:
+def _with_noise_left(problem: Problem, done: Fit, outliers: np.ndarray) -> Fit:
+    """The fit with the noise that its residuals show."""
+    from scipy.special import stdtrit
+
+    for _ in range(_ROUNDS):
+        kept = done.problem
+        off = kept.of_rows(kept.separate.residuals(done.unknowns))
+        freedom = 1.0 - min((len(problem.names) - done.untold.shape[1]) / kept.readings, 0.9)
+        problem = problem.heard(kept.noise * np.sqrt(np.mean(off**2, axis=0) / freedom)).decorrelated(off)
+        done = estimate(problem, done.unknowns, outliers)
+    # With few rows the noise itself is uncertain: intervals of Student's distribution.
+    wider = float(stdtrit(max(done.freedom, 1), 0.975)) / NORMAL_95
+    return replace(done, covariance=wider**2 * done.covariance)
+
+
+def _robust_size(off: np.ndarray, parameters: int) -> np.ndarray:
+    """Standard deviation of residuals (n, m) from their median, without the rows that a fit of few passes through.
+
+    Source: rousseeuw2006, with the factor for few rows.
+    """
+    exact = min(parameters // off.shape[1], len(off) - 1)
+    freedom = max(len(off) - exact, 1)
+    return np.median(np.sort(off, axis=0)[exact:], axis=0) / _NORMAL * (1.0 + _MORE / freedom)
+
+
+def refuse_many(data: Bench, count: int, besides: str = "") -> None:
     """Raise InputError if the deviating runs are too many to be outliers; `besides` is what else may be wrong."""
     if count > FEW * len(data):
         raise InputError(
@@ -254,7 +247,7 @@ def refuse_many(data: Any, count: int, besides: str = "") -> None:
         )
 
 
-def estimate(problem: LeastSquares, start: np.ndarray, outliers: np.ndarray) -> Fit:
+def estimate(problem: Problem, start: np.ndarray, outliers: np.ndarray) -> Fit:
     """Weighted least squares without the outliers, (n,) bool, starting from a robust fit."""
     kept = problem.without(outliers)
     untold = _untold(kept, start)
@@ -281,7 +274,7 @@ def estimate(problem: LeastSquares, start: np.ndarray, outliers: np.ndarray) -> 
 
 
 def _solved(
-    problem: LeastSquares, start: np.ndarray, *, untold: np.ndarray, loss: str = "linear", tolerance: float = 1e-12
+    problem: Problem, start: np.ndarray, *, untold: np.ndarray, loss: str = "linear", tolerance: float = 1e-12
 ) -> tuple[np.ndarray, float]:
     """Solve least squares: unknowns and half the sum of the losses. In `untold` directions the study's values hold as prior
     with 100 % deviation."""
@@ -316,13 +309,13 @@ def information(jacobian: np.ndarray, parameters: int) -> np.ndarray:
     return own if others.size == 0 else own - shared @ np.linalg.solve(others, shared.T)
 
 
-def _untold(problem: LeastSquares, unknowns: np.ndarray) -> np.ndarray:
+def _untold(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
     """Orthonormal directions of the scaled parameters that are not identifiable. (p, k)"""
     found, directions = np.linalg.eigh(information(problem.jacobian(unknowns), len(problem.names)))
     return directions[:, found < 1.0 / _UNKNOWN**2]
 
 
-def _covariance(problem: LeastSquares, unknowns: np.ndarray, untold: np.ndarray) -> np.ndarray:
+def _covariance(problem: Problem, unknowns: np.ndarray, untold: np.ndarray) -> np.ndarray:
     """Covariance of the scaled parameters, with 100 % deviation in the directions that are not identifiable."""
     told = information(problem.jacobian(unknowns), len(problem.names))
     return np.linalg.inv(told + untold @ untold.T / _UNKNOWN**2)
@@ -342,7 +335,7 @@ def _involved(untold: np.ndarray) -> np.ndarray:
 
 
 def _combinations(
-    problem: LeastSquares, untold: np.ndarray, values: Mapping[str, float], covariance: np.ndarray
+    problem: Problem, untold: np.ndarray, values: Mapping[str, float], covariance: np.ndarray
 ) -> tuple[Combination, ...]:
     """Independent identifiable sums of parameters that are not identifiable separately, in row echelon form."""
     involved = _involved(untold)

@@ -13,6 +13,7 @@ from infinivar._core.result import Frozen, result
 from infinivar.calibration.fit import Fit, Robust, estimate, robust, settled
 from infinivar.calibration.problem import Problem
 from infinivar.contact import creep
+from infinivar.drivetrain.cobotic import CoboticDrive
 
 DECIDED = 10.0
 """Chi-square difference at which the worse law is excluded: odds of 150 to 1.
@@ -153,7 +154,7 @@ def screen(problem: Problem, laws: Sequence[str] | None = None) -> tuple[Robust,
     fits : dict         Fits by law, best first.
     """
     laws = usual(problem) if laws is None else laws
-    found = {law: robust(problem.under(law)) for law in laws}
+    found = {law: robust(under(problem, law)) for law in laws}
     starts = {law: found[law].unknowns for law in sorted(found, key=lambda law: found[law].cost)}
     best, fits, tried = next(iter(found.values())), {}, set()
     # Outliers may favour the wrong law, so find them again with the law that fits best without them.
@@ -161,9 +162,9 @@ def screen(problem: Problem, laws: Sequence[str] | None = None) -> tuple[Robust,
         tried.add(law)
         best, beside = found[law], _beside(law, tuple(starts))
         if beside is not None:
-            best = robust(best.problem.bending(beside, _FREE), np.append(starts[law], 0.0))
+            best = robust(_bending(best.problem, beside, _FREE), np.append(starts[law], 0.0))
         best = settled(best)
-        fits = _ranked(estimate(problem.under(name), start, best.beyond) for name, start in starts.items())
+        fits = _ranked(estimate(under(problem, name), start, best.beyond) for name, start in starts.items())
         starts = {name: fit.unknowns for name, fit in fits.items()}
     return best, fits
 
@@ -201,7 +202,7 @@ def choose(problem: Problem, fits: Mapping[str, Fit], outliers: np.ndarray) -> L
     """
     rows = tuple(np.flatnonzero(outliers).tolist())
     fits = _ranked(
-        fit if fit.outliers == rows else estimate(problem.under(law), fit.unknowns, outliers)
+        fit if fit.outliers == rows else estimate(under(problem, law), fit.unknowns, outliers)
         for law, fit in fits.items()
     )
     ranked = tuple(fits)
@@ -252,5 +253,19 @@ def curvature_error(law: str) -> float:
 
 
 def _bent(fit: Fit, beside: str, deviation: float) -> Fit:
-    problem = fit.problem.bending(beside, deviation)
+    problem = _bending(fit.problem, beside, deviation)
     return estimate(problem, np.append(fit.unknowns, 0.0), np.zeros(len(problem.data), dtype=bool))
+
+
+def under(problem: Problem, law: str) -> Problem:
+    """The problem with another creep law and the same weights."""
+    return problem.under(_with_law(problem.drive, law))
+
+
+def _bending(problem: Problem, beside: str, deviation: float) -> Problem:
+    """The problem with an uncertain curvature of its law: creep varies by a share of its difference from another law."""
+    return problem.bending(_with_law(problem.drive, beside), deviation)
+
+
+def _with_law(drive: CoboticDrive, law: str) -> CoboticDrive:
+    return replace(drive, transmission=replace(drive.transmission, creep_law=law))

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.calibration.data import RigData, refuse
-from infinivar.calibration.fit import FEW
+from infinivar.calibration import bench
+from infinivar.calibration.transmission import RigData
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.study.rig import Rig
 from infinivar.units import plain
@@ -56,15 +56,10 @@ def refuse_unless_few(data: RigData, faults: Mapping[int, str]) -> None:
     InputError
         Lists the runs, one line each, and states why they are too many.
     """
-    if len(faults) > FEW * len(data):
-        refuse(
-            data,
-            faults,
-            f"{len(faults)} of {len(data)} runs are implausible, too many to exclude as single misreadings",
-        )
+    bench.refuse_unless_few(data, faults)
     kind = pattern(data, faults)
     if kind:
-        refuse(data, faults, f"{kind} are implausible: a systematic error, so no run is excluded")
+        bench.refuse(data, faults, f"{kind} are implausible: a systematic error, so no run is excluded")
 
 
 def pattern(data: RigData, rows: Any) -> str:

@@ -11,11 +11,11 @@ import numpy as np
 from infinivar._core.described import reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, result
-from infinivar.calibration.data import RigData
+from infinivar.calibration.dynamometer import Dynamometer
 from infinivar.calibration.fit import Fit, information
 from infinivar.calibration.laws import LawChoice
-from infinivar.calibration.model import predict
 from infinivar.calibration.problem import Problem
+from infinivar.calibration.transmission import OF_MASS, RigData, predict
 from infinivar.calibration.virtual_rig import LOADS, RATIOS, Setting, protocol, window
 
 PRELOADS = (0.4, 0.7, 1.0)
@@ -114,7 +114,7 @@ def telling(choice: LawChoice, *, preloads: Sequence[float] = PRELOADS) -> Itera
 def _expected(found: Fit, candidates: RigData) -> np.ndarray:
     """Residuals of each candidate run under a fit, in standard deviations. (n, m)"""
     other = found.problem.about(candidates)
-    return other.of_runs(other.residuals(_unknowns_of(found, other)))
+    return other.of_rows(other.residuals(_unknowns_of(found, other)))
 
 
 def _candidates(found: Fit, preloads: Sequence[float]) -> RigData:
@@ -133,7 +133,7 @@ def _candidates(found: Fit, preloads: Sequence[float]) -> RigData:
         # First guess: the link follows the steering angle; if locked, the load.
         link_travel=np.where(angle == 0, -1.0, -np.tan(angle) * speed),
         motor_current=0.0 * one,
-        motor_voltage=None if problem.data.motor_voltage is None else 0.0 * one,
+        motor_voltage=0.0 * one if "motor_voltage" in problem.data.signals else None,
         lines=tuple(range(len(settings))),
     )
     predicted = predict(drive, rig, data, problem.values(found.unknowns))
@@ -158,10 +158,10 @@ def _rows(found: Fit, candidates: RigData) -> list[np.ndarray]:
     """Derivatives of the readings of each candidate with respect to the unknowns, its mass taken as known."""
     problem = found.problem
     other = problem.about(candidates)
-    own = [place for place, name in enumerate(other.errors) if not name.startswith("mass")]
+    own = [place for place, name in enumerate(other.errors) if not name.startswith(OF_MASS)]
     unknowns = _unknowns_of(found, other)
     jacobian = other.jacobian(unknowns)
-    width = other.whitening.shape[-1]
+    width = len(other.noise)
     kept = np.zeros((len(candidates) * width, found.unknowns.size))
     columns = [*range(len(problem.names)), *(len(problem.names) + place for place in own)]
     into = [
@@ -177,9 +177,66 @@ def _unknowns_of(found: Fit, other: Problem) -> np.ndarray:
     problem = found.problem
     size = len(problem.names)
     fitted = dict(zip(problem.errors, found.unknowns[size:].tolist(), strict=True))
-    errors = [0.0 if name.startswith("mass") else fitted[name] for name in other.errors]
+    errors = [0.0 if name.startswith(OF_MASS) else fitted[name] for name in other.errors]
     return np.concatenate([found.unknowns[:size] * problem.scales / other.scales, errors])
 
 
 def _setting(candidates: RigData, place: int) -> Setting:
     return Setting(*(float(getattr(candidates, name)[place]) for name in Setting._fields))
+
+
+class Remedy(NamedTuple):
+    """Data that would make a parameter identifiable, and the number of directions that would still not be."""
+
+    words: str
+    left: int
+
+
+def remedies(fit: Fit) -> list[Remedy]:
+    """Further data that would make most parameters identifiable.
+
+    Each is tried: the information of the readings that the fitted drive would then give is computed.
+    """
+    data = fit.problem.data
+    if not fit.untold.size or not isinstance(data, Dynamometer):
+        return []
+    found = []
+    for words, requested in _further(data, fit):
+        informed = information(requested.jacobian(fit.unknowns), len(fit.names))
+        left = int(np.count_nonzero(np.linalg.eigvalsh(informed) < 1.0))
+        if left < fit.untold.shape[1]:
+            found.append(Remedy(words, left))
+    least = min((one.left for one in found), default=0)
+    return [one for one in found if one.left == least]
+
+
+def _further(data: Dynamometer, fit: Fit) -> Iterator[tuple[str, Problem]]:
+    """Yield further data in words, and the problem with them."""
+    problem = fit.problem
+
+    def again(**changed: np.ndarray) -> Problem:
+        more = replace(data, **changed)
+        joined = {
+            name: np.concatenate([getattr(data, name), getattr(more, name)]) for name in ("speed", "torque", "read")
+        }
+        return problem.about(replace(data, **joined, lines=data.lines + more.lines))
+
+    yield "the same points while the load drives", again(torque=-data.torque)
+    yield "the same points at half the load", again(torque=0.5 * data.torque)
+    yield "the same points at half the speed", again(speed=0.5 * data.speed)
+    for name in ("voltage", "current"):
+        if name not in data.signals:
+            wider = replace(data, signals=(*data.signals, name), read=_wider(data.read))
+            yield f"a column of {name}", _with_signal(problem, wider, fit)
+
+
+def _wider(read: np.ndarray) -> np.ndarray:
+    return np.concatenate([read, np.zeros((len(read), 1))], axis=1)
+
+
+def _with_signal(problem: Problem, data: Dynamometer, fit: Fit) -> Problem:
+    """The problem with one more signal, whose noise is the largest relative noise of the others."""
+    relative = float(np.max(problem.noise / np.sqrt(np.mean(np.square(problem.data.read), axis=0))))
+    wider = replace(problem, data=data, noise=np.append(problem.noise, 1.0))
+    size = float(np.sqrt(np.mean(wider.expected(fit.unknowns)[..., -1] ** 2)))
+    return replace(wider, noise=np.append(problem.noise, max(relative * size, 1e-12)))

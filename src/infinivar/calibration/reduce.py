@@ -8,8 +8,7 @@ import numpy as np
 
 from infinivar import power
 from infinivar._core.result import Frozen, result
-from infinivar.calibration.data import RigData
-from infinivar.calibration.model import load_on_wheel
+from infinivar.calibration.transmission import RigData, load_on_wheel
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.study.rig import Rig
 

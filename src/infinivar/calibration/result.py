@@ -1,4 +1,4 @@
-"""Result of a calibration: fit, identifiability, and proposed runs."""
+"""Results of calibrations: fit, identifiability, calibrated drive, and of a transmission the runs to measure next."""
 
 from __future__ import annotations
 
@@ -11,14 +11,17 @@ import numpy as np
 from infinivar._core.described import at, derived, reported
 from infinivar._core.fields import with_values
 from infinivar._core.result import Result, result
-from infinivar.calibration import fitted, model, words
-from infinivar.calibration.data import LeftOut, RigData
+from infinivar.calibration import fitted, geared, words
+from infinivar.calibration.bench import LeftOut
 from infinivar.calibration.fit import Fit
 from infinivar.calibration.fitted import Fitted
+from infinivar.calibration.geared import GearedBench
 from infinivar.calibration.laws import LawChoice
 from infinivar.calibration.plan import Plan
 from infinivar.calibration.reduce import Efficiencies
+from infinivar.calibration.transmission import RigData
 from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError
 from infinivar.study.study import Study
 
@@ -92,17 +95,13 @@ class Calibration(Result):
     @property
     def known(self) -> dict[str, float]:
         """Parameters of the study. [SI]"""
-        return model.known_values(self.drive)
-
-    @property
-    def _source(self) -> str:
-        """Description of the data."""
-        return f"{Path(self.data.name).name}, {len(self.data) - len(self.left_out)} runs"
+        return dict(self.fit.problem.known)
 
     @property
     def rows(self) -> tuple[Fitted, ...]:
         """Values in which the calibrated drive differs from the study's."""
-        return tuple(fitted.rows(self.drive, self.fit, self.known, self._source))
+        source = f"{Path(self.data.name).name}, {len(self.data) - len(self.left_out)} runs"
+        return tuple(fitted.of_transmission(self.drive, self.fit, source))
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -117,21 +116,11 @@ class Calibration(Result):
     @property
     def verdict(self) -> str:
         """One-line verdict: identifiable parameters and sums with their intervals."""
-        fit = self.fit
-        told = [
-            f"{name} = {words.with_interval(fit.values[name], fit.deviations[name], model.PARAMETERS[name])}"
-            for name in fit.told
-        ]
-        told += [words.combined(combination) for combination in fit.combinations]
-        return "; ".join(told)
+        return words.verdict(self.fit)
 
     @derived()
     def _runs(self) -> int:
         return len(self.data)
-
-    @derived()
-    def _parameters(self) -> dict[str, Any]:
-        return self.fit.estimates(model.PARAMETERS, self.known)
 
     @derived()
     def _efficiency(self) -> list[dict[str, Any]]:
@@ -145,6 +134,113 @@ class Calibration(Result):
         rows = zip(self.data.lines, *self.eq9, strict=True)
         names = ("line", "value", "standard_deviation")
         return [dict(zip(names, row, strict=True)) for row in rows if np.isfinite(row[1])]
+
+
+@result
+class GearedCalibration(Result):
+    """Motor and gearhead of a conventional drive, calibrated on a dynamometer or by a pendulum.
+
+    Attributes
+    ----------
+    study, name   The study and the drive in it.
+    data          Rows of the file.
+    fit           Estimates, covariance, and directions that the data do not determine.
+    left_out      Excluded rows (impossible readings or outliers) with reasons.
+    """
+
+    study: Study
+    name: str = reported(key="drive")
+    data: GearedBench
+    fit: Fit = reported(key="*")
+    left_out: tuple[LeftOut, ...] = reported(key="left_out_lines")
+
+    _also = (at("data.name", key="data"), at("data.kind"), at("fit.freedom", key="degrees_of_freedom"))
+
+    @property
+    def drive(self) -> ConventionalDrive:
+        """The drive of the study."""
+        return conventional(self.study, self.name)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every parameter, fitted or from the study. [SI]"""
+        return {**self.known, **self.fit.values}
+
+    @property
+    def known(self) -> dict[str, float]:
+        """Parameters of the study. [SI]"""
+        return dict(self.fit.problem.known)
+
+    @property
+    def calibrated(self) -> ConventionalDrive:
+        """The drive with the fitted values; the gearhead has measured friction if it was on the bench."""
+        motor = geared.motor_with(self.drive.motor, self.values)
+        if not any(name in geared.OF_GEAR for name in self.fit.names):
+            return replace(self.drive, motor=motor)
+        return replace(self.drive, motor=motor, gearhead=geared.gearhead_with(self.drive.gearhead, self.values))
+
+    @property
+    def summary(self) -> str:
+        """Kind and number of the data."""
+        return f"{self.data.kind}, {len(self.data) - len(self.left_out)} rows"
+
+    @property
+    def rows(self) -> tuple[Fitted, ...]:
+        """Values in which the calibrated drive differs from the study's."""
+        source = f"{Path(self.data.name).name}, {self.summary}"
+        return tuple(fitted.of_gear(self.drive, self.calibrated, self.fit, source))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """None: there is one law."""
+        return ()
+
+    @derived()
+    def remarks(self) -> tuple[str, ...]:
+        """Remarks, one sentence each."""
+        return tuple(words.remarks_on_gear(self.fit, self.left_out))
+
+    @property
+    def verdict(self) -> str:
+        """One-line verdict: identifiable parameters and combinations with their intervals."""
+        return words.verdict(self.fit)
+
+    @property
+    def residuals(self) -> np.ndarray:
+        """Read less expected, of the rows used. (n, m), in the units of the signals"""
+        problem = self.fit.problem
+        return problem.data.read - problem.expected(self.fit.unknowns)
+
+    @property
+    def rms(self) -> np.ndarray:
+        """Root mean square of the residuals of each signal. (m,)"""
+        return np.sqrt(np.mean(self.residuals**2, axis=0))
+
+    @derived(key="rows")
+    def _row_count(self) -> int:
+        return len(self.data)
+
+    @derived()
+    def _noise(self) -> dict[str, float]:
+        return dict(zip(self.data.signals, self.fit.problem.noise.tolist(), strict=True))
+
+    @derived()
+    def _residual_rms(self) -> dict[str, float]:
+        return dict(zip(self.data.signals, self.rms.tolist(), strict=True))
+
+
+def conventional(study: Study, name: str) -> ConventionalDrive:
+    """Return a conventional drive of a study.
+
+    Raises
+    ------
+    InputError
+        If the drive does not exist or is of another type.
+    """
+    drive = study.drive(name)
+    if not isinstance(drive, ConventionalDrive):
+        raise InputError(f"{study.path or study.name}: drives.{name} must be a conventional drive")
+    return drive
 
 
 def cobotic(study: Study, name: str) -> CoboticDrive:

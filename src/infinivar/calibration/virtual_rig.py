@@ -1,19 +1,22 @@
-"""Experiment on a virtual rig: a protocol of runs, the true motion in each, and the sensor readings."""
+"""Experiments on a virtual rig: the true motion of a drive in each run, and the readings with the errors of the sensors."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar._core.fields import given
 from infinivar._core.result import Frozen, result
 from infinivar.analysis.simulate import simulate
-from infinivar.calibration.data import RigData
-from infinivar.calibration.model import Errors
+from infinivar.calibration import geared as geared_model
+from infinivar.calibration.dynamometer import Dynamometer
+from infinivar.calibration.transmission import Errors, RigData
 from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import motor_side, needed
 from infinivar.errors import ParameterError
 from infinivar.limits import ROOT_MEAN_SQUARE
@@ -337,3 +340,114 @@ def _read(
             true[name] = count * (np.floor(begin + true[name] / count) - np.floor(begin))
     readings: dict[str, Any] = {**set_up, **true}
     return RigData(**readings, lines=tuple(range(2, len(settings) + 2)), name="virtual rig")
+
+
+def dynamometer(
+    drive: ConventionalDrive,
+    rig: Rig,
+    *,
+    speed: np.ndarray,
+    torque: np.ndarray,
+    noise: Mapping[str, float],
+    values: Mapping[str, float] | None = None,
+    geared: bool = True,
+    seed: int | None = 0,
+) -> Dynamometer:
+    """Measure a drive at steady points.
+
+    Parameters
+    ----------
+    drive : ConventionalDrive       Drive to measure.
+    rig : Rig                       Deviations of the gains.
+    speed, torque : (n,) float      At the gearhead's output, or at the motor if not `geared`. [rad s^-1], [N m]
+    noise : mapping                 Standard deviation of each signal that is recorded. [SI]
+    values : mapping                True values of parameters in place of the drive's.
+    seed : int                      Seed of the random errors; None for a bench without errors.
+
+    Returns
+    -------
+    Dynamometer
+    """
+    signals = tuple(noise)
+    exact = Dynamometer(
+        speed=speed,
+        torque=torque,
+        geared=geared,
+        read=np.zeros((len(speed), len(signals))),
+        signals=signals,
+        lines=tuple(range(2, len(speed) + 2)),
+        name="virtual bench",
+    )
+    true = {**geared_model.known_values(drive), **(values or {})}
+    if seed is None:
+        return replace(exact, read=exact.expected(drive, rig, true, {}))
+    random = np.random.default_rng(seed)
+    gains = {name: error.deviation * random.standard_normal() for name, error in exact.errors(rig).items()}
+    # The drive moves the true torque; what stands in the file is the torque read.
+    read = replace(exact, torque=torque * (1.0 + gains["torque"]))
+    told = read.expected(drive, rig, true, gains)
+    return replace(read, read=told + np.asarray(list(noise.values())) * random.standard_normal(told.shape))
+
+
+def swing(
+    drive: ConventionalDrive,
+    rig: Rig,
+    *,
+    duration: float,
+    rate: float,
+    amplitudes: Mapping[float, float],
+    noise: Mapping[str, float],
+    values: Mapping[str, float] | None = None,
+    seed: int = 0,
+) -> dict[str, np.ndarray]:
+    """Record a pendulum that a drive swings along a sum of sines.
+
+    Parameters
+    ----------
+    drive : ConventionalDrive   Drive to measure.
+    rig : Rig                   Pendulum, and deviations of current gain and mass.
+    duration, rate : float      [s], [Hz]
+    amplitudes : mapping        Amplitude by frequency. [rad], [Hz]
+    noise : mapping             Standard deviations of "angle" [rad], "current" [A] and, if recorded, "voltage" [V].
+    values : mapping            True values of parameters in place of the drive's.
+    seed : int                  Seed of the random errors.
+
+    Returns
+    -------
+    dict   Columns under headings with units.
+
+    Source: `infinivar.drivetrain.drive.motor_side`.
+    """
+    random = np.random.default_rng(seed)
+    mass, length = needed(rig.pendulum_mass, "pendulum_mass"), needed(rig.pendulum_length, "pendulum_length")
+    inertia = given(rig.pendulum_inertia, mass * length**2)
+    heavier = 1.0 + rig.mass_deviation / mass * random.standard_normal()
+    time = np.arange(round(duration * rate) + 1) / rate
+    angle, speed, acceleration = (np.zeros_like(time) for _ in range(3))
+    for frequency, amplitude in amplitudes.items():
+        turn = 2.0 * np.pi * frequency
+        angle = angle + amplitude * np.sin(turn * time)
+        speed = speed + amplitude * turn * np.cos(turn * time)
+        acceleration = acceleration - amplitude * turn**2 * np.sin(turn * time)
+    torque = heavier * (inertia * acceleration + mass * rig.gravity * length * np.sin(angle))
+    torque = torque + given(drive.output_inertia, 0.0) * acceleration
+    true = {**geared_model.known_values(drive), **(values or {})}
+    side = motor_side(
+        geared_model.motor_with(drive.motor, true),
+        geared_model.gearhead_with(drive.gearhead, true),
+        output_torque=torque,
+        output_speed=speed,
+        output_acceleration=acceleration,
+    )
+    gain = 1.0 + rig.current_gain_deviation * random.standard_normal()
+    found = {
+        "angle": ("rad", angle),
+        "current": ("A", gain * np.asarray(side.states["motor_current_A"])),
+        "voltage": ("V", np.asarray(side.states["motor_voltage_V"])),
+    }
+    read = {
+        f"{name} [{unit}]": course + noise[name] * random.standard_normal(len(time))
+        for name, (unit, course) in found.items()
+        if name in noise
+    }
+    return {"time [s]": time, **read}

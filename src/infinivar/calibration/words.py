@@ -1,19 +1,21 @@
-"""Text of a calibration: values with intervals, verdict on the creep law, warnings and remarks."""
+"""Text of a calibration: values with intervals, verdict, warnings and remarks."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from infinivar import units
-from infinivar._core.text import joined
-from infinivar.calibration import misread, model, plan
-from infinivar.calibration.data import LeftOut, RigData
-from infinivar.calibration.fit import Fit
+from infinivar._core.text import few, joined
+from infinivar.calibration import misread, plan
+from infinivar.calibration.bench import Bench, LeftOut, Parameter
+from infinivar.calibration.fit import OUTLIER, Combination, Fit
+from infinivar.calibration.geared import GearedBench
 from infinivar.calibration.laws import DECIDED, LawChoice, curvature_error
+from infinivar.calibration.problem import Problem
+from infinivar.calibration.transmission import RigData
 from infinivar.calibration.virtual_rig import Setting
 from infinivar.contact import creep
 from infinivar.contact.exact_law import STEEL_CIRCLE
@@ -31,22 +33,65 @@ _PLENTY = 100.0
 _SHAPED = 0.002
 """Difference of forces, over the slip force, above which the patch of the calibrated study is named; the law is good to this."""
 
+_CORRELATED = 0.9
+"""Correlation above which two estimates are named as hard to separate."""
+
+_MOST_LINES = 20
+"""Excluded lines that a remark lists where windows of a recording or points are many."""
+
+_OF_POWER = {"resistance", "torque_constant"}
+
 _WIDER = 1.1
 """Widening factor of an interval above which its cause is named."""
 
 
-def combined(combination: Any, parameters: Mapping[str, model.Parameter] = model.PARAMETERS) -> str:
+def estimate(fit: Fit, name: str) -> str:
+    """Format a fitted parameter with its 95 % interval."""
+    return with_interval(fit.values[name], fit.deviations[name], fit.parameters[name])
+
+
+def verdict(fit: Fit) -> str:
+    """One line: identifiable parameters and sums with their intervals."""
+    each = [f"{name} = {estimate(fit, name)}" for name in fit.told]
+    return "; ".join([*each, *(determined(one, fit) for one in fit.combinations)])
+
+
+def determined(combination: Combination, fit: Fit) -> str:
+    """Format what the data determine of parameters that are not identifiable separately.
+
+    Sums hold anywhere for a transmission, and for a geared drive near the estimates.
+    """
+    said = combined(combination, fit)
+    if isinstance(fit.problem.data, RigData):
+        return said
+    if set(combination.weights) == _OF_POWER:
+        return f"resistance / torque_constant^2 = {_of_power(fit)}"
+    return said if len(combination.weights) == 1 else f"{said}, near these values"
+
+
+def combined(combination: Combination, fit: Fit) -> str:
     """Format a sum of parameters: "rolling_torque + 1.2 bearing_torque = 2.84 ± 0.21 mN m" (95 %)."""
     terms = []
     for name, weight in combination.weights.items():
         size = "" if abs(abs(weight) - 1.0) < 5e-4 else f"{plain(abs(weight), 3)} "
         sign = "-" if weight < 0 else "+"
         terms.append(f"{sign} {size}{name}" if terms else f"{'-' if weight < 0 else ''}{size}{name}")
-    first = parameters[next(iter(combination.weights))]
+    first = fit.parameters[next(iter(combination.weights))]
     return f"{' '.join(terms)} = {with_interval(combination.value, combination.deviation, first)}"
 
 
-def with_interval(value: float | None, deviation: float, parameter: model.Parameter) -> str:
+def _of_power(fit: Fit) -> str:
+    """Resistance over the squared torque constant, which sets the winding loss of a torque, with its 95 % interval."""
+    resistance, constant = fit.values["resistance"], fit.values["torque_constant"]
+    slope = np.zeros(len(fit.names))
+    slope[fit.names.index("resistance")] = 1.0 / resistance
+    slope[fit.names.index("torque_constant")] = -2.0 / constant
+    relative = math.sqrt(max(float(slope @ fit.covariance @ slope), 0.0))
+    value = resistance / constant**2
+    return f"{plain(value, 4)} ± {plain(NORMAL_95 * relative * value, 2)} W/(N m)^2"
+
+
+def with_interval(value: float | None, deviation: float, parameter: Parameter) -> str:
     """Format a value, if any, and half its 95 % interval in the display unit."""
     scale = units.parse(f"1 {parameter.shown_in}", parameter.unit) if parameter.shown_in != "1" else 1.0
     half = NORMAL_95 * deviation / scale
@@ -217,8 +262,8 @@ def _on_parameters(fit: Fit, proposed: plan.Plan) -> Iterator[str]:
         names = " and ".join(combination.weights)
         if len(combination.weights) > 1:
             yield (
-                f"Not identifiable separately: {names}. The data determine only {combined(combination)}; the calibrated drive "
-                "keeps the proportions of the study."
+                f"Not identifiable separately: {names}. The data determine only {combined(combination, fit)}; the calibrated "
+                "drive keeps the proportions of the study."
             )
     for name in fit.names:
         if name not in fit.told and not any(name in combination.weights for combination in fit.combinations):
@@ -229,17 +274,28 @@ def _on_parameters(fit: Fit, proposed: plan.Plan) -> Iterator[str]:
             f"The proposed runs do not make {' and '.join(apart)} identifiable: with this rig's sensors, no preload from "
             f"{min(plan.PRELOADS):g} to {max(plan.PRELOADS):g} times the study's does."
         )
+    yield from _on_bounds(fit, 1e-3, "lower bound, zero,")
+
+
+def _on_bounds(fit: Fit, near: float, bound: str) -> Iterator[str]:
+    """Parameters that a fit would make smaller than the model permits."""
     low = fit.problem.bounds[0]
     for place, name in enumerate(fit.names):
-        if fit.unknowns[place] < low[place] + 1e-3:
-            yield f"The fit of {name} ended at its lower bound, zero, so its interval is not meaningful."
+        if fit.unknowns[place] < low[place] + near:
+            yield f"The fit of {name} ended at its {bound} so its interval is not meaningful."
+
+
+def _on_left_out(left_out: Sequence[LeftOut], most: int) -> Iterator[str]:
+    """The lines of excluded rows, at most so many."""
+    if left_out:
+        lines = few([str(one.line) for one in left_out], most)
+        yield f"Excluded: line{'s' if len(left_out) > 1 else ''} {lines}."
 
 
 def _on_runs(laws: LawChoice, data: RigData, left_out: Sequence[LeftOut]) -> Iterator[str]:
     fit = laws.fit
+    yield from _on_left_out(left_out, len(left_out))
     if left_out:
-        lines = ", ".join(str(one.line) for one in left_out)
-        yield f"Excluded: line{'s' if len(left_out) > 1 else ''} {lines}."
         kind = misread.pattern(data, [one.row for one in left_out])
         if kind:
             yield f"Excluded are {kind}: check that setting, and whether the model is valid there."
@@ -251,3 +307,67 @@ def _on_runs(laws: LawChoice, data: RigData, left_out: Sequence[LeftOut]) -> Ite
         )
     if not np.any(~data.pressed):
         yield "No run has the wheel lifted off, so the nominal torque follows from the other runs through the model only."
+
+
+def remarks_on_gear(fit: Fit, left_out: Sequence[LeftOut]) -> Iterator[str]:
+    """Remarks on the result, one sentence each."""
+    problem, data = fit.problem, fit.problem.data
+    yield from _on_inseparable(fit)
+    if isinstance(data, GearedBench) and data.geared:
+        yield (
+            "Friction of motor and gear add up in these data: the motor keeps that of the study, "
+            f"{plain(1e3 * problem.known['motor_friction'], 3)} mN m, and the gear has the rest."
+        )
+    yield from _on_correlations(fit)
+    yield from _on_bounds(fit, 1e-4, "lower bound,")
+    yield from _on_left_out(left_out, _MOST_LINES)
+    yield (
+        "The noise is taken from the residuals: "
+        + ", ".join(
+            f"{name} {_quantity(data, name, float(size), 3)}"
+            for name, size in zip(data.signals, problem.noise, strict=True)
+        )
+        + ". If the model is wrong, this hides it in part: see the residuals."
+    )
+
+
+def _on_inseparable(fit: Fit) -> Iterator[str]:
+    apart = [name for name in fit.names if name not in fit.told]
+    combinations = [one for one in fit.combinations if len(one.weights) > 1]
+    if apart:
+        each = len(apart) == 1
+        known = "; ".join(determined(one, fit) for one in combinations)
+        yield (
+            f"Not identifiable{'' if each else ' separately'}: {' and '.join(apart)}. "
+            + (f"The data determine only {known}; the" if known else "The")
+            + " calibrated drive stays as close to the study as the data allow."
+        )
+        helps = plan.remedies(fit)
+        if helps:
+            still = "" if helps[0].left == 0 else ", in part"
+            yield f"Would identify {'it' if each else 'them'}{still}: {', or '.join(one.words for one in helps)}."
+
+
+def _on_correlations(fit: Fit) -> Iterator[str]:
+    matrix = fit.correlations
+    for place, one in enumerate(fit.names):
+        for other in range(place + 1, len(fit.names)):
+            value = float(matrix[place, other])
+            if abs(value) > _CORRELATED:
+                yield (
+                    f"{one} and {fit.names[other]} are correlated by {value:+.2f}: their errors "
+                    f"{'compensate' if value < 0 else 'grow together'}, so use them together."
+                )
+
+
+def why_outlier(problem: Problem, unknowns: np.ndarray, row: int) -> str:
+    """How far a row, plausible by itself, is from a fit."""
+    signal, read, expected, far = problem.first_off(unknowns, row, OUTLIER)
+    off = f"the fit expects {_quantity(problem.data, signal, expected)} ({plain(far, 3)} standard deviations off)"
+    why = off if math.isfinite(expected) else "by the fit the wheel would slip"
+    return f"{signal} is {_quantity(problem.data, signal, read)}, but {why}"
+
+
+def _quantity(data: Bench, signal: str, value: float, digits: int = 4) -> str:
+    unit = data.units[signal]
+    return plain(value, digits) if unit == "1" else f"{plain(value, digits)} {unit}"

@@ -1,4 +1,4 @@
-"""Results of a calibration: measured and fitted efficiency over the ratio, residuals, correlations."""
+"""Results of a calibration: efficiency over the ratio or a reading, measured and fitted; residuals, correlations."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.calibration.result import Calibration
+from infinivar.calibration.fit import Fit
+from infinivar.calibration.geared import SIGNALS
+from infinivar.calibration.result import Calibration, GearedCalibration
 from infinivar.calibration.virtual_rig import with_preload
 from infinivar.figures import style
 from infinivar.study.spreads import NORMAL_95
@@ -17,8 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_READINGS = ("link travel", "motor current", "motor voltage")
-
 
 def data(calibration: Calibration, count: int = 401) -> dict[str, Any]:
     """Efficiencies measured and fitted by load and direction, residuals by run, correlations.
@@ -26,8 +26,7 @@ def data(calibration: Calibration, count: int = 401) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``curves``: one a load and direction, with the measured points that were fitted; ``residuals`` (n, m) in standard
-        deviations, of the runs used, in ``lines``; ``correlations`` (p, p) of ``names``.
+        ``curves``: one a load and direction, with the measured points that were fitted; and what `_of_fit` states.
     """
     found, rig = calibration.efficiencies, calibration.study.rig
     runs, drive = calibration.data, calibration.calibrated
@@ -59,14 +58,21 @@ def data(calibration: Calibration, count: int = 401) -> dict[str, Any]:
                 "deviation": found.deviation[members],
             }
         )
-    fit = calibration.fit
+    return {"curves": curves, **_of_fit(calibration.fit)}
+
+
+def _of_fit(fit: Fit) -> dict[str, Any]:
+    """``residuals`` (n, m) by ``signals`` in standard deviations, nan where a reading is not used; ``over`` (n,) with its label
+    ``axis``; ``correlations`` (p, p) of the identifiable ``names``."""
+    problem, told = fit.problem, [name in fit.told for name in fit.names]
+    over, axis = problem.data.abscissa
     return {
-        "curves": curves,
-        "residuals": fit.problem.of_runs(fit.problem.residuals(fit.unknowns)),
-        "pressed": fit.problem.data.pressed,
-        "lines": np.asarray(fit.problem.data.lines),
-        "names": [name for name in fit.names if name in fit.told],
-        "correlations": fit.correlations[np.ix_(*2 * ([name in fit.told for name in fit.names],))],
+        "signals": problem.data.signals,
+        "residuals": np.where(problem.used, problem.of_rows(problem.residuals(fit.unknowns)), np.nan),
+        "over": over,
+        "axis": axis,
+        "names": list(fit.told),
+        "correlations": fit.correlations[np.ix_(told, told)],
     }
 
 
@@ -100,16 +106,21 @@ def draw_efficiency(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 
 def draw_residuals(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Draw the residuals of the fitted runs, in standard deviations of the sensors."""
-    residuals = numbers["residuals"]
-    for column, marker, colour in zip(range(residuals.shape[1]), "osD", style.COLOURS, strict=False):
-        values = np.where(numbers["pressed"], residuals[:, column], np.nan) if column == 0 else residuals[:, column]
-        ax.plot(numbers["lines"], values, marker, color=colour, ms=3.5, label=_READINGS[column])
+    """Draw the residuals of the fitted rows, in standard deviations."""
+    for place, (name, marker) in enumerate(zip(numbers["signals"], "osD^", strict=False)):
+        ax.plot(
+            numbers["over"],
+            numbers["residuals"][:, place],
+            marker,
+            color=style.COLOURS[place],
+            ms=3.5,
+            label=name.replace("_", " "),
+        )
     ax.axhspan(-NORMAL_95, NORMAL_95, color="#e8edf2", zorder=0)
-    reach = max(3.2, 1.15 * float(np.max(np.abs(residuals), initial=0.0)))
-    ax.set(xlabel="line of the data file", ylabel="residual / standard deviation", ylim=(-reach, 1.45 * reach))
+    reach = max(3.2, 1.15 * float(np.nanmax(np.abs(numbers["residuals"]), initial=0.0)))
+    ax.set(xlabel=numbers["axis"], ylabel="residual / standard deviation", ylim=(-reach, 1.45 * reach))
     ax.set_title("Residuals (95 % expected in the grey band)")
-    ax.legend(loc="upper center", ncols=3, fontsize=8)
+    ax.legend(loc="upper center", ncols=4, fontsize=8)
 
 
 def draw_correlations(ax: Axes, numbers: Mapping[str, Any]) -> None:
@@ -127,14 +138,39 @@ def draw_correlations(ax: Axes, numbers: Mapping[str, Any]) -> None:
     ax.set_title("Correlations of the estimates")
 
 
+def geared_data(calibration: GearedCalibration) -> dict[str, Any]:
+    """Readings and fit of the rows used.
+
+    Returns
+    -------
+    dict
+        ``read`` and ``fitted`` (n, m) by ``signals``; and what `_of_fit` states.
+    """
+    fit, problem = calibration.fit, calibration.fit.problem
+    return {"read": problem.data.read, "fitted": problem.expected(fit.unknowns), **_of_fit(fit)}
+
+
+def draw_readings(ax: Axes, numbers: Mapping[str, Any]) -> None:
+    """Draw the first reading, measured and fitted."""
+    name = numbers["signals"][0]
+    ax.plot(numbers["over"], numbers["read"][:, 0], "o", color=style.COLOURS[0], ms=4, label="measured")
+    ax.plot(numbers["over"], numbers["fitted"][:, 0], "+", color=style.COLOURS[1], ms=6, label="fitted")
+    ax.set(xlabel=numbers["axis"], ylabel=f"motor {name} [{SIGNALS[name]}]")
+    ax.set_title(f"Measured and fitted {name}")
+    ax.legend(loc="best", fontsize=8)
+
+
 def draw_all(calibration: Calibration) -> Figure:
     """Draw all three panels."""
-    return three_panels(data(calibration), draw_efficiency, draw_residuals)
+    return _three_panels(data(calibration), draw_efficiency)
 
 
-def three_panels(
-    numbers: dict[str, Any], draw_readings: Callable[..., None], draw_residuals: Callable[..., None]
-) -> Figure:
+def draw_geared(calibration: GearedCalibration) -> Figure:
+    """Draw all three panels of a geared drive."""
+    return _three_panels(geared_data(calibration), draw_readings)
+
+
+def _three_panels(numbers: dict[str, Any], draw_readings: Callable[..., None]) -> Figure:
     """Draw readings above residuals and correlations."""
     with style.styled():
         made, axes = style.figure(10.5, 7.6, 2, 2, height_ratios=(1.25, 1.0), width_ratios=(1.6, 1.0))

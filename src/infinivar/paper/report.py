@@ -73,8 +73,8 @@ def save(reproduction: Reproduction, directory: Path, figure: int | None = None)
             figures.append(
                 {
                     "number": number,
-                    "title": drawn.TITLE,
-                    "caption": drawn.CAPTION,
+                    "title": drawn.title,
+                    "caption": drawn.caption,
                     "image": style.inline_svg(files) if files else "",
                     "missing": missing,
                 }

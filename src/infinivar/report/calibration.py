@@ -1,46 +1,33 @@
-"""The reports of calibrations, of all drives and of geared ones, the calibrated study, and the data of a virtual rig as files."""
+"""The report of a calibration, the calibrated study, and the data of a virtual rig as files."""
 
 from __future__ import annotations
 
 import json
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from infinivar import units
-from infinivar.calibration import model
-from infinivar.calibration.data import RigData
+from infinivar.calibration.dynamometer import Dynamometer
 from infinivar.calibration.fitted import Fitted
-from infinivar.calibration.geared import model as geared_model
-from infinivar.calibration.geared import words
-from infinivar.calibration.geared.data import Dynamometer
-from infinivar.calibration.geared.result import GearedCalibration
 from infinivar.calibration.laws import DECIDED
-from infinivar.calibration.result import Calibration
+from infinivar.calibration.result import Calibration, GearedCalibration
+from infinivar.calibration.transmission import RigData
 from infinivar.calibration.virtual_rig import Setting
-from infinivar.calibration.words import combined, described, with_interval
-from infinivar.figures import calibration as figure
-from infinivar.figures import geared_calibration as geared_figure
+from infinivar.calibration.words import described, determined, estimate, with_interval
 from infinivar.figures import style
 from infinivar.report.output import all_or_nothing, check_file
 from infinivar.report.page import render, to_json, write_csv
 from infinivar.study.spreads import NORMAL_95
 
 
-def save(calibration: Calibration, directory: Path) -> list[Path]:
+def save(calibration: Calibration | GearedCalibration, directory: Path) -> list[Path]:
     """Write report, figures, results and calibrated study; `calibration.html` comes first."""
-    return write(calibration, directory, figure.draw_all, html)
-
-
-def write(
-    calibration: Calibration | GearedCalibration, directory: Path, draw: Callable[..., Any], page: Callable[..., str]
-) -> list[Path]:
-    """Write what every calibration leaves; `page` makes the report of the calibration and the drawn figure."""
     with all_or_nothing(directory, "calibrate") as scratch:
-        figures = style.write(draw(calibration), scratch / "calibration-figure")
-        (scratch / "calibration.html").write_text(page(calibration, style.inline_svg(figures)), "utf-8")
+        figures = style.write(calibration.plot(), scratch / "calibration-figure")
+        (scratch / "calibration.html").write_text(html(calibration, style.inline_svg(figures)), "utf-8")
         (scratch / "calibration.json").write_text(to_json(calibration.to_dict()), "utf-8")
         (scratch / "calibrated.toml").write_text(toml(calibration, directory), "utf-8")
     names = ["calibration.html", "calibrated.toml", "calibration.json", *(file.name for file in figures)]
@@ -59,23 +46,26 @@ def save_data(data: RigData | Dynamometer, file: Path) -> None:
     write_csv(data.columns, file)
 
 
-def html(calibration: Calibration, image: str) -> str:
+def html(calibration: Calibration | GearedCalibration, image: str) -> str:
     """The report as one self-contained page."""
-    fit = calibration.fit
+    fit, known = calibration.fit, calibration.known
+    common = {
+        "calibration": calibration,
+        "parameters": fit.parameters,
+        "estimate": estimate,
+        "known": lambda name: units.show_in(known[name], *fit.parameters[name][:2], digits=5),
+        "sums": [determined(one, fit) for one in fit.combinations],
+        "image": image,
+    }
+    if isinstance(calibration, GearedCalibration):
+        return render("geared_calibration.html", **common)
     return render(
         "calibration.html",
-        calibration=calibration,
-        parameters=model.PARAMETERS,
-        estimate=lambda name: with_interval(fit.values[name], fit.deviations[name], model.PARAMETERS[name]),
-        alone=lambda one, name: with_interval(one.values[name], one.deviations[name], model.PARAMETERS[name]),
+        **common,
         decided=DECIDED,
         expected=lambda name: _expected(calibration, name),
-        known=lambda name: units.show_in(calibration.known[name], *model.PARAMETERS[name][:2], digits=5),
-        combined=combined,
-        image=image,
         runs=list(_runs(calibration)),
         next_runs=_counted([described(setting) for setting in calibration.plan.settings]),
-        infinite=math.inf,
     )
 
 
@@ -83,7 +73,7 @@ def _expected(calibration: Calibration, name: str) -> str:
     deviation = calibration.plan.deviations[name]
     if math.isinf(deviation):
         return "not identifiable"
-    return with_interval(None, deviation, model.PARAMETERS[name])
+    return with_interval(None, deviation, calibration.fit.parameters[name])
 
 
 def _runs(calibration: Calibration) -> Iterator[dict[str, Any]]:
@@ -99,7 +89,7 @@ def _runs(calibration: Calibration) -> Iterator[dict[str, Any]]:
             "half": NORMAL_95 * float(found.deviation[row]),
             "stiffness": ""
             if math.isnan(stiffness)
-            else with_interval(stiffness, spread, model.PARAMETERS["creep_stiffness"]),
+            else with_interval(stiffness, spread, data.parameters["creep_stiffness"]),
             "reason": reasons.get(row, ""),
         }
 
@@ -181,22 +171,3 @@ def _relative(path: Path, directory: Path) -> str:
 
 def _plain(text: str) -> str:
     return "".join(letter for letter in text if letter.isprintable())
-
-
-def save_geared(calibration: GearedCalibration, directory: Path) -> list[Path]:
-    """As `save`, of the calibration of a geared drive."""
-    return write(calibration, directory, geared_figure.draw_all, geared_html)
-
-
-def geared_html(calibration: GearedCalibration, image: str) -> str:
-    """The report as one self-contained page."""
-    fit, known = calibration.fit, calibration.known
-    return render(
-        "geared_calibration.html",
-        calibration=calibration,
-        parameters=geared_model.PARAMETERS,
-        estimate=lambda name: with_interval(fit.values[name], fit.deviations[name], geared_model.PARAMETERS[name]),
-        known=lambda name: units.show_in(known[name], *geared_model.PARAMETERS[name][:2], digits=5),
-        sums=[words.sum_in_words(one, fit) for one in fit.combinations],
-        image=image,
-    )

@@ -98,9 +98,9 @@ _TYPES: dict[str, dict[str, str]] = {
         "dataset": "report.datasets:trajectory",
         "table": "report.tables:trajectory",
     },
-    "calibration.geared.result.GearedCalibration": {
-        "plot": "figures.geared_calibration:draw_all",
-        "save": "report.calibration:save_geared",
+    "calibration.result.GearedCalibration": {
+        "plot": "figures.calibration:draw_geared",
+        "save": "report.calibration:save",
         "table": "report.tables:calibration",
     },
     "calibration.result.Calibration": {

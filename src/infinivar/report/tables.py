@@ -16,8 +16,7 @@ from infinivar.analysis.robustness.verdicts import Builds, DutyBuilds
 from infinivar.analysis.sessions.comparison import DisplayComparison
 from infinivar.analysis.simulate import Simulation
 from infinivar.bondgraph.audit import Trajectory
-from infinivar.calibration.geared.result import GearedCalibration
-from infinivar.calibration.result import Calibration
+from infinivar.calibration.result import Calibration, GearedCalibration
 from infinivar.contact.exact.transient import TransientRolling
 from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import limit_words

@@ -10,7 +10,7 @@ import numpy as np
 
 from infinivar._core.described import reported
 from infinivar._core.result import Frozen, Result, result
-from infinivar.calibration import model
+from infinivar.calibration import transmission
 from infinivar.calibration.calibrate import calibrate_cobotic
 from infinivar.calibration.fit import Fit
 from infinivar.calibration.result import cobotic
@@ -115,7 +115,7 @@ class SessionsSweep(Problem):
     study: Study
     drive: str
     settings: tuple[Setting, ...]
-    fitted: tuple[str, ...] = model.USUAL
+    fitted: tuple[str, ...] = transmission.USUAL
     creep_laws: tuple[str, ...] | None = None
     sessions: int = SESSIONS
     size: int = SIZE
@@ -148,7 +148,7 @@ class SessionsSweep(Problem):
     def run(self, number: int) -> Chunk:
         """See `Problem`."""
         seeds = range(number * self.size, min((number + 1) * self.size, self.sessions))
-        true, laws, found = model.known_values(self._true), [], []
+        true, laws, found = transmission.known_values(self._true), [], []
         for seed in seeds:
             data = experiment(self._true, self.study.rig, self.settings, seed=seed, simulated=False).data
             try:
@@ -215,7 +215,7 @@ def _determined(name: str, errors: np.ndarray, deviations: np.ndarray) -> Determ
         scatter=float(off.std()) if some else np.nan,
         stated=float(np.sqrt(np.mean(stated**2))) if some else np.nan,
         covered=float(np.mean(np.abs(off) <= NORMAL_95 * stated)) if some else np.nan,
-        unit=model.PARAMETERS[name.partition(_SUM)[0]].unit,
+        unit=transmission.PARAMETERS[name.partition(_SUM)[0]].unit,
     )
 
 
@@ -226,7 +226,7 @@ def sessions_sweep(
     ratios: Sequence[float] = RATIOS,
     loads: Sequence[float] = LOADS,
     preloads: Sequence[float] = (1.0,),
-    parameters: Sequence[str] = model.USUAL,
+    parameters: Sequence[str] = transmission.USUAL,
     creep_laws: Sequence[str] | None = None,
     sessions: int = SESSIONS,
     size: int = SIZE,

@@ -15,7 +15,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.steering import SteeringPlant
-from infinivar.paper.claims.claim import FACTOR, Found, Machine, Variant, row
+from infinivar.paper.claims.claim import Found, Machine, Variant, either_way
 from infinivar.paper.claims.planes import Cells, Scale, plane_map
 from infinivar.parts.linear import Guideway
 
@@ -253,5 +253,4 @@ TRACED = ("steering_inertia", "link_mass", "bell_friction", "drag")
 def demands(machine: Machine, found: Callable[[Machine], Found], *keys: str) -> Iterator[Variant]:
     """Findings with each value of the requirement varied by `FACTOR`, one at a time: the paper prints none of them."""
     for key in keys or ("force", "speed", "power"):
-        for factor, words in ((1 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}")):
-            yield row("value", f"required {key} {words}", found(machine.demanding(key, factor)))
+        yield from either_way(f"required {key}", lambda factor, key=key: found(machine.demanding(key, factor)))

@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import re
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
 from types import MappingProxyType
@@ -116,6 +116,12 @@ def row(kind: Kind, assuming: str, found: Found) -> Variant:
     """Make a variant from its finding."""
     computed = _spaced(found.computed) if isinstance(found.computed, str) else found.computed
     return Variant(kind, _spaced(assuming), computed, _spaced(found.threshold), found.verdict)
+
+
+def either_way(words: str, found: Callable[[float], Found]) -> Iterator[Variant]:
+    """Findings with an assumed value divided by `FACTOR` and multiplied by it; `found` takes what multiplies the value."""
+    for factor, sign in ((1 / FACTOR, "/"), (FACTOR, "x")):
+        yield row("value", f"{words} {sign} {FACTOR:g}", found(factor))
 
 
 _COUNTED: Mapping[Verdict, tuple[str, str]] = MappingProxyType(

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from infinivar.contact import creep
-from infinivar.paper.claims.claim import FACTOR, Finding, Found, Machine, row, settle, yes
-from infinivar.paper.claims.element import elements, gears, with_friction_model
+from infinivar.paper.claims.claim import Finding, Found, Machine, either_way, row, settle, yes
+from infinivar.paper.claims.element import elements, gears, with_bearing, with_geometry, with_oil
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 _HALF = 0.5
@@ -60,7 +59,7 @@ def e12(machine: Machine) -> Finding:
         row(
             "definition",
             "SKF's later friction model of the axle bearings",
-            found(with_friction_model(machine.element, "skf")),
+            found(with_bearing(machine.element, friction_model="skf")),
         ),
         row("definition", f"as a nonlinearity felt {felt}", at_link(0.95, "no jump, and a straight creep curve")),
         row(
@@ -82,41 +81,30 @@ def e13(machine: Machine) -> Finding:
     """Rise of the axle bearings' friction from no lateral force to the slip limit."""
 
     def rise(element: RotaryLinearIVT, first: float = 0.0) -> float:
-        geometry = element.geometry
-        assert geometry is not None
         before, after = (
-            float(replace(element, geometry=replace(geometry, lateral_share=share)).groups(speed).bearing_torque)
-            for share in (first, 1.0)
+            float(with_geometry(element, lateral_share=share).groups(speed).bearing_torque) for share in (first, 1.0)
         )
         return after / before - 1.0
 
     speed, friction = machine.cylinder_speed, float(machine.element.friction)
-    skf = with_friction_model(machine.element, "skf")
+    skf = with_bearing(machine.element, friction_model="skf")
 
     def found(element: RotaryLinearIVT = skf, most: float = friction, first: float = 0.0) -> Found:
         value = rise(element, first)
         return Found(value, f"at most {most:g}", yes(value <= most))
 
-    def thick(factor: float) -> RotaryLinearIVT:
-        geometry = skf.geometry
-        assert geometry is not None
-        bearing = replace(geometry.axle_bearing, viscosity=factor * geometry.axle_bearing.viscosity)
-        return replace(skf, geometry=replace(geometry, axle_bearing=bearing))
-
-    def tilted(span: float) -> RotaryLinearIVT:
-        """The element with bearings so far apart that the lateral force at the rim loads one and relieves the other."""
-        geometry = skf.geometry
-        assert geometry is not None
-        return replace(skf, geometry=replace(geometry, bearing_span=span))
-
-    other = with_friction_model(machine.cobotic("cobotic-b").transmission, "skf")
+    other = with_bearing(machine.cobotic("cobotic-b").transmission, friction_model="skf")
     variants = [
         row("choice", "half the threshold", found(most=0.5 * friction)),
         row("choice", "twice the threshold", found(most=2.0 * friction)),
         row("choice", "from a thousandth of the slip force, not from none", found(first=1e-3)),
-        *(row("value", f"viscosity of the base oil {words}", found(thick(factor))) for factor, words in _BOTH_WAYS),
+        *either_way("viscosity of the base oil", lambda factor: found(with_oil(skf, factor))),
         row("value", "reconstruction B", found(other)),
-        *(row("value", f"axle bearings {1e3 * span:g} mm apart", found(tilted(span))) for span in (0.01, 0.02, 0.04)),
+        # So far apart, the lateral force at the rim loads one of them and relieves the other.
+        *(
+            row("value", f"axle bearings {1e3 * span:g} mm apart", found(with_geometry(skf, bearing_span=span)))
+            for span in (0.01, 0.02, 0.04)
+        ),
         row("definition", "constant coefficient of friction in the bearings", found(machine.element)),
     ]
     at_once = (1.0 + rise(skf)) / (1.0 + rise(skf, 1e-3)) - 1.0
@@ -127,9 +115,6 @@ def e13(machine: Machine) -> Finding:
         "A constant coefficient of friction gives none: the preload alone decides the equivalent load."
     )
     return settle(found(), why, variants)
-
-
-_BOTH_WAYS = ((1.0 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}"))
 
 
 def e14(machine: Machine) -> Finding:

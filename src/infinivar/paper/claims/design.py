@@ -14,7 +14,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import motor_side, needed
 from infinivar.paper.claims.bench import Bench
 from infinivar.paper.claims.claim import Finding, Found, Machine, Variant, row, settle, yes
-from infinivar.paper.claims.element import with_friction_model
+from infinivar.paper.claims.element import with_bearing
 from infinivar.paper.claims.planes import PLANES
 from infinivar.parts.bearing import SIZE_POWERS
 
@@ -53,7 +53,7 @@ def _slopes(drive: CoboticDrive, parameter: str, place: _Place = _SHIPPED) -> di
 
 
 def _with_bearings(drive: CoboticDrive, model: str) -> CoboticDrive:
-    return replace(drive, transmission=with_friction_model(drive.transmission, model))
+    return replace(drive, transmission=with_bearing(drive.transmission, friction_model=model))
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from infinivar.contact import creep
+from infinivar.drivetrain.drive import needed
 from infinivar.paper.claims.claim import (
     FACTOR,
     Finding,
@@ -106,12 +107,21 @@ def excess_creep(force_ratio: Any, a_over_b: Any, poisson: Any) -> Any:
     return 3.0 * creep.lateral_creep("exact", force_ratio, a_over_b, poisson) / force_ratio
 
 
-def with_friction_model(element: RotaryLinearIVT, model: str) -> RotaryLinearIVT:
-    """The element with another friction model for its axle bearings."""
-    geometry = element.geometry
-    assert geometry is not None
-    bearing = replace(geometry.axle_bearing, friction_model=model)
-    return replace(element, geometry=replace(geometry, axle_bearing=bearing))
+def with_geometry(element: RotaryLinearIVT, **changed: Any) -> RotaryLinearIVT:
+    """The element with other values in its geometry."""
+    return replace(element, geometry=replace(needed(element.geometry, "geometry"), **changed))
+
+
+def with_bearing(element: RotaryLinearIVT, **changed: Any) -> RotaryLinearIVT:
+    """The element with other values of its axle bearings, such as their friction model."""
+    bearing = needed(element.geometry, "geometry").axle_bearing
+    return with_geometry(element, axle_bearing=replace(bearing, **changed))
+
+
+def with_oil(element: RotaryLinearIVT, factor: float) -> RotaryLinearIVT:
+    """The element with the viscosity of the base oil in its axle bearings multiplied by a factor."""
+    viscosity = needed(element.geometry, "geometry").axle_bearing.viscosity
+    return with_bearing(element, viscosity=factor * viscosity)
 
 
 def _other(machine: Machine) -> RotaryLinearIVT:
@@ -210,8 +220,7 @@ def e4(machine: Machine) -> Finding:
 
 def e5(machine: Machine) -> Finding:
     """Deviation of the exact creep curve from a straight line."""
-    contact = machine.element.contact
-    assert contact is not None
+    contact = needed(machine.element.contact, "contact")
     own = contact.axis_ratio, contact.poisson
     loads = np.linspace(0.01, 0.99, 981)
 
@@ -261,9 +270,7 @@ def e5(machine: Machine) -> Finding:
 def e6(machine: Machine) -> Finding:
     """Bearing loss over hysteresis loss."""
     element, speed = machine.element, machine.cylinder_speed
-    geometry = element.geometry
-    assert geometry is not None
-    factor = geometry.hysteresis_factor
+    factor = needed(element.geometry, "geometry").hysteresis_factor
 
     def ratio(element: RotaryLinearIVT, hysteresis: float = factor) -> float:
         groups = element.groups(speed)
@@ -272,7 +279,7 @@ def e6(machine: Machine) -> Finding:
     def found(value: float, within: float = _TENFOLD) -> Found:
         return Found(value, f"ten within a factor of {within:g}", yes(1 / within <= value / 10.0 <= within))
 
-    value, skf = ratio(element), ratio(with_friction_model(element, "skf"))
+    value, skf = ratio(element), ratio(with_bearing(element, friction_model="skf"))
     variants = [
         row("choice", f"within a factor of {1 + 0.5 * (_TENFOLD - 1):g}", found(value, 1 + 0.5 * (_TENFOLD - 1))),
         row("choice", f"within a factor of {1 + 2 * (_TENFOLD - 1):g}", found(value, 1 + 2 * (_TENFOLD - 1))),
@@ -294,14 +301,8 @@ def e6(machine: Machine) -> Finding:
 
 def e7(machine: Machine) -> Finding:
     """Speed dependence of the rolling losses, by SKF's model of the bearings."""
-    skf = with_friction_model(machine.element, "skf")
+    skf = with_bearing(machine.element, friction_model="skf")
     wide, narrow = (0.1, 0.3, 1.0, 2.0), (0.5, 0.7, 1.0, 1.4, 2.0)
-
-    def with_oil(factor: float) -> RotaryLinearIVT:
-        geometry = skf.geometry
-        assert geometry is not None
-        bearing = replace(geometry.axle_bearing, viscosity=factor * geometry.axle_bearing.viscosity)
-        return replace(skf, geometry=replace(geometry, axle_bearing=bearing))
 
     def found(element: RotaryLinearIVT = skf, shares: tuple[float, ...] = wide, most: float = _COULOMBIC) -> Found:
         groups = element.groups(machine.cylinder_speed * np.array(shares))
@@ -310,15 +311,13 @@ def e7(machine: Machine) -> Finding:
         words = f"torque changes by {spread:.0%} over a {shares[-1] / shares[0]:.0f}:1 range of speed"
         return Found(words, f"by less than {most:.0%}", yes(spread < most))
 
-    geometry = skf.geometry
-    assert geometry is not None
-    oil = geometry.axle_bearing.viscosity * 1e6
+    oil = needed(skf.geometry, "geometry").axle_bearing.viscosity * 1e6
     variants = [
         row("choice", "half the threshold", found(most=0.5 * _COULOMBIC)),
         row("choice", "twice the threshold", found(most=2 * _COULOMBIC)),
         row("choice", "from half to twice the cylinder speed", found(shares=narrow)),
-        row("value", f"base oil viscosity {oil / FACTOR:.0f} mm²/s", found(with_oil(1 / FACTOR))),
-        row("value", f"base oil viscosity {oil * FACTOR:.0f} mm²/s", found(with_oil(FACTOR))),
+        row("value", f"base oil viscosity {oil / FACTOR:.0f} mm²/s", found(with_oil(skf, 1 / FACTOR))),
+        row("value", f"base oil viscosity {oil * FACTOR:.0f} mm²/s", found(with_oil(skf, FACTOR))),
         row("definition", "constant coefficient of friction in the bearings", found(machine.element)),
     ]
     why = (

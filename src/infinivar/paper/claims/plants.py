@@ -14,7 +14,7 @@ from infinivar.analysis.design_trends import with_friction, with_material
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.graphs.compliances import DAMPING
-from infinivar.paper.claims.claim import FACTOR, Finding, Found, Machine, at_ratio, near, row, settle, yes
+from infinivar.paper.claims.claim import FACTOR, Finding, Found, Machine, at_ratio, either_way, near, row, settle, yes
 from infinivar.paper.claims.planes import PLANES, plane_map
 from infinivar.parts.motor import Motor
 from infinivar.study.catalogue import materials
@@ -186,13 +186,8 @@ def c8(machine: Machine) -> Finding:
     variants = [
         row("choice", "half a point of tolerance, for rounding alone", found(small, _WHOLE_PERCENT)),
         row("value", "Motor 2", found(large)),
-        *(
-            row(
-                "value",
-                f"no-load current {words}",
-                found(replace(small, no_load_current=factor * small.no_load_current)),
-            )
-            for factor, words in ((1.0 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}"))
+        *either_way(
+            "no-load current", lambda factor: found(replace(small, no_load_current=factor * small.no_load_current))
         ),
     ]
     why = (

@@ -14,7 +14,7 @@ from infinivar.analysis.cycles.performance import PAPER, Definition
 from infinivar.analysis.cycles.shaking import DynamicMap
 from infinivar.limits import words_of
 from infinivar.paper.claims.bench import MOVES, TRACED, Bench, Pair
-from infinivar.paper.claims.claim import FACTOR, Finding, Found, Kind, Machine, Range, Variant, row, settle, yes
+from infinivar.paper.claims.claim import Finding, Found, Kind, Machine, Range, Variant, either_way, row, settle, yes
 from infinivar.paper.claims.plane_measures import (
     EXCEPTIONS,
     READING,
@@ -95,8 +95,7 @@ def ranges(bench: Bench, check: Check) -> Iterator[Range]:
 def open_values(bench: Bench, found: Callable[[Bench], Found]) -> Iterator[Variant]:
     """Findings with each value that the paper does not print varied by `FACTOR`, one at a time."""
     for parameter, move in MOVES.items():
-        for factor, words in ((1 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}")):
-            yield row("value", f"{move.words} {words}", found(bench.moved(parameter, factor)))
+        yield from either_way(move.words, lambda factor, one=parameter: found(bench.moved(one, factor)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,8 +17,20 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, DrivePoint
 from infinivar.drivetrain.drive import needed as stated
 from infinivar.limits import Limit
-from infinivar.paper.claims.bench import MOVES, Bench, demands
-from infinivar.paper.claims.claim import FACTOR, Finding, Found, Machine, Range, Variant, near, row, settle, yes
+from infinivar.paper.claims.bench import MOVES, Bench, demands, with_drag
+from infinivar.paper.claims.claim import (
+    FACTOR,
+    Finding,
+    Found,
+    Machine,
+    Range,
+    Variant,
+    either_way,
+    near,
+    row,
+    settle,
+    yes,
+)
 from infinivar.paper.claims.element import best_point
 from infinivar.parts.linear import Guideway
 from infinivar.units import plain
@@ -100,8 +112,8 @@ def _cobotic_values(machine: Machine, found: Callable[[CoboticDrive], Found]) ->
     """Findings with the cobotic drive's values varied by `FACTOR`, one at a time."""
     bench = Bench.of(machine)
     for parameter in _COBOTIC_VALUES:
-        for factor, words in ((1 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}")):
-            yield row("value", f"{MOVES[parameter].words} {words}", found(bench.moved(parameter, factor).cobotic))
+        words = MOVES[parameter].words
+        yield from either_way(words, lambda factor, one=parameter: found(bench.moved(one, factor).cobotic))
 
 
 def c1(machine: Machine) -> Finding:
@@ -136,14 +148,7 @@ def c1(machine: Machine) -> Finding:
         row("value", f"any ratio from {ratios[0]:g}:1 to {ratios[-1]:g}:1", any_ratio),
         row("value", "no drag at the load", found(bare)),
         row("value", "any ratio, without drag at the load", best(0.0)),
-        *(
-            row(
-                "value",
-                f"{MOVES['drag'].words} {words}",
-                found([_with_drag(drive, factor * drive.guideway.friction) for drive in drives]),
-            )
-            for factor, words in ((1 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}"))
-        ),
+        *either_way(MOVES["drag"].words, lambda factor: found([with_drag(drive, factor) for drive in drives])),
         *demands(machine, lambda requested: found(drives, requested)),
     ]
     why = f"Limits exceeded: {met}. The ratios are assumed; over all ratios the coverage is {any_ratio.computed}."
@@ -213,10 +218,7 @@ def c4(machine: Machine) -> Finding:
     variants = [
         row("value", f"ratio {least.x:.2f}:1, the best", found(float(least.fun))),
         *(row("value", f"ratio {ratio:g}:1", found(smallest_scale(machine, ratio))) for ratio in (3.6, 3.8, 4.2)),
-        *(
-            row("value", f"drag at the load {words}", found(smallest_scale(machine, shipped, factor * drag)))
-            for factor, words in ((1 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}"))
-        ),
+        *either_way("drag at the load", lambda factor: found(smallest_scale(machine, shipped, factor * drag))),
         *demands(machine, lambda requested: found(smallest_scale(requested, shipped))),
     ]
     why = (
@@ -245,8 +247,7 @@ def c5(machine: Machine) -> Finding:
         row("choice", "half a point of tolerance, for rounding alone", found(result.peak_efficiency, 0.5 * _READING)),
         row("choice", "twice the tolerance", found(result.peak_efficiency, 2 * _READING)),
         row("value", "no drag at the load", found(bare)),
-        row("value", f"drag at the load / {FACTOR:g}", found(peak(_with_drag(large, drag / FACTOR)))),
-        row("value", f"drag at the load x {FACTOR:g}", found(peak(_with_drag(large, drag * FACTOR)))),
+        *either_way("drag at the load", lambda factor: found(peak(with_drag(large, factor)))),
     ]
     product = large.motor.peak_efficiency * given(large.gearhead.efficiency, 1.0)
     variants.append(row("definition", "motor and gear alone, each at its peak", found(product)))
@@ -269,8 +270,7 @@ def c6(machine: Machine) -> Finding:
 
     variants = [
         row("value", "no drag at the load", found(_with_drag(large, 0.0))),
-        row("value", f"drag at the load / {FACTOR:g}", found(_with_drag(large, drag / FACTOR))),
-        row("value", f"drag at the load x {FACTOR:g}", found(_with_drag(large, drag * FACTOR))),
+        *either_way("drag at the load", lambda factor: found(with_drag(large, factor))),
         *demands(machine, lambda requested: found(large, requested)),
     ]
     why = (
@@ -414,21 +414,13 @@ def b3(machine: Machine) -> Finding:
         return Found(f"{share:.0%} of the region", f"at least {least:.0%}", yes(share >= least))
 
     a, b = (machine.cobotic(name) for name in _COBOTIC.values())
-    drag = large.guideway.friction
     both = {letter: found(drive) for letter, drive in (("A", a), ("B", b))}
     variants = [
         row("choice", '"any" as in 90 % of the region', found(a, least=0.9)),
         row("value", "reconstruction B", both["B"]),
         row("value", "reconstruction B, in 90 % of the region", found(b, least=0.9)),
-        *(
-            row(
-                "value",
-                f"reconstruction {letter}, {MOVES['drag'].words} {words}",
-                found(drive, _with_drag(large, factor * drag)),
-            )
-            for letter, drive in (("A", a), ("B", b))
-            for factor, words in ((1 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}"))
-        ),
+        *either_way(f"reconstruction A, {MOVES['drag'].words}", lambda factor: found(a, with_drag(large, factor))),
+        *either_way(f"reconstruction B, {MOVES['drag'].words}", lambda factor: found(b, with_drag(large, factor))),
         *_cobotic_values(machine, found),
         *demands(machine, lambda requested: found(a, requested=requested)),
     ]

@@ -1,78 +1,95 @@
-"""The paper's seventeen figures by number, drawn from the models.
-
-Each figure has a title, a caption, ``data(machine)``, which returns its numbers, and ``draw_all(machine)``. The bond graphs
-share one module; every other figure has its own, with ``draw(ax, ...)``.
-"""
+"""The paper's seventeen figures by number, drawn from the models; `figures.toml` has their titles and captions."""
 
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from importlib import resources
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from infinivar.bondgraph.graph import BondGraph
+from infinivar.drivetrain.graphs.plants import plant_graph
+from infinivar.figures import bond_graph, style
+from infinivar.paper.claims.claim import Machine
 from infinivar.paper.figures import (
-    bond_graphs,
-    fig01_steered_wheel,
-    fig03_velocities,
-    fig04_forces,
-    fig05_creep,
-    fig07_element_efficiency,
-    fig08_gear_comparison,
-    fig09_architectures,
-    fig15_conventional_ranges,
-    fig16_cobotic_range,
-    fig17_dynamic_performance,
+    architectures,
+    curves,
+    maps,
+    polygons,
+    steered_wheel,
 )
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from infinivar.paper.claims.claim import Machine
+
+Numbers = Callable[[Machine], Mapping[str, Any]]
+Drawing = Callable[[Machine], "Figure"]
 
 
-class PaperFigure(Protocol):
-    """Interface of a figure of the paper."""
+class PaperFigure(NamedTuple):
+    """A figure of the paper."""
 
-    @property
-    def TITLE(self) -> str:  # noqa: N802 - a constant in modules
-        """Short title."""
-        ...
-
-    @property
-    def CAPTION(self) -> str:  # noqa: N802 - a constant in modules
-        """Caption, in full sentences."""
-        ...
-
-    def data(self, machine: Machine) -> Mapping[str, Any]:
-        """The numbers that the figure shows."""
-        ...
-
-    def draw_all(self, machine: Machine) -> Figure:
-        """Draw the figure."""
-        ...
+    title: str
+    caption: str
+    data: Numbers
+    """The numbers that the figure shows."""
+    draw_all: Drawing
+    plant: tuple[str, str] | None
+    """Drive of the machine, and the plant of it whose bond graph this is; None for other figures."""
 
 
-FIGURES: Mapping[int, PaperFigure] = dict(
-    sorted(
-        {
-            1: fig01_steered_wheel,
-            3: fig03_velocities,
-            4: fig04_forces,
-            5: fig05_creep,
-            7: fig07_element_efficiency,
-            8: fig08_gear_comparison,
-            9: fig09_architectures,
-            15: fig15_conventional_ranges,
-            16: fig16_cobotic_range,
-            17: fig17_dynamic_performance,
-            **bond_graphs.BOND_GRAPHS,
-        }.items()
-    )
-)
+def _in_one(data: Numbers, draw: Callable[..., None], width: float = 7.4) -> tuple[Numbers, Drawing]:
+    """Data, and what draws them into one pair of axes."""
+
+    def drawn(machine: Machine) -> Figure:
+        with style.styled():
+            made, ax = style.figure(width, 4.0)
+            draw(ax, data(machine))
+        return made
+
+    return data, drawn
+
+
+def _bond_graph(drive: str, plant: str) -> tuple[Numbers, Drawing]:
+    """Data and drawing of the graph of a drive, or of one of its plants; sources stand for the neighbours of a plant."""
+
+    def graph(machine: Machine) -> BondGraph:
+        load_mass = machine.load_mass if plant == "system" else None
+        return plant_graph(machine.study.drives[drive], plant, load_mass=load_mass)
+
+    return lambda machine: bond_graph.data(graph(machine)), lambda machine: bond_graph.draw_all(graph(machine))
+
+
+_DRAWN: Mapping[int, tuple[Numbers, Drawing]] = {
+    1: (steered_wheel.data, steered_wheel.draw_all),
+    3: (polygons.velocities, lambda machine: polygons.draw(polygons.VELOCITIES, polygons.velocities(machine))),
+    4: (polygons.forces, lambda machine: polygons.draw(polygons.FORCES, polygons.forces(machine))),
+    5: _in_one(curves.creep_curves, curves.draw_creep, 7.2),
+    7: _in_one(curves.efficiency, curves.draw_efficiency),
+    8: _in_one(curves.against_gears, curves.draw_against_gears),
+    9: (architectures.data, architectures.draw_all),
+    15: (maps.conventional, maps.draw_conventional),
+    16: (maps.cobotic, maps.draw_cobotic),
+    17: (maps.dynamic_maps, maps.draw_all_dynamic),
+}
+"""Data of each figure that is no bond graph, and what draws it."""
+
+
+def _read() -> Iterator[tuple[int, PaperFigure]]:
+    text = (resources.files("infinivar.paper") / "figures" / "figures.toml").read_text("utf-8")
+    for row in tomllib.loads(text)["figure"]:
+        plant = (row["drive"], row["plant"]) if "plant" in row else None
+        drawn = _DRAWN[row["number"]] if plant is None else _bond_graph(*plant)
+        yield row["number"], PaperFigure(row["title"], row["caption"], *drawn, plant)
+
+
+FIGURES: Mapping[int, PaperFigure] = dict(_read())
 
 
 def missing_for(number: int) -> str:
     """A sentence that says what to install before a figure can be drawn; empty if nothing is missing."""
-    if number in bond_graphs.BOND_GRAPHS and importlib.util.find_spec("igraph") is None:
+    if FIGURES[number].plant is not None and importlib.util.find_spec("igraph") is None:
         return f"Figure {number} is a bond graph, and its layout needs igraph: pip install 'infinivar[graph]'"
     return ""

@@ -10,21 +10,12 @@ import numpy as np
 from infinivar.drivetrain.drive import needed
 from infinivar.figures import style
 from infinivar.paper.claims.claim import Machine
-from infinivar.paper.figures.fig01_steered_wheel import arrow
+from infinivar.paper.figures.steered_wheel import arrow
 from infinivar.units import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-TITLE = "Cobotic and conventional architecture"
-
-CAPTION = (
-    "Power flow through both architectures of the paper, at the point of the required region with maximum force and maximum "
-    "power. The width of a band is proportional to power. Bands that leave downwards are losses; parts without one lose nothing "
-    "here. In steady motion the steering motor is at rest and draws no power; Figure 17 includes the steering power when the "
-    "load is shaken. Figures 15 and 16 show all other operating points."
-)
 
 DRIVES = {"A": "cobotic", "B": "motor2-gear4"}
 """Drive of the shipped set for each letter of the paper."""
@@ -65,6 +56,8 @@ def data(machine: Machine) -> dict[str, Any]:
     dict
         force [N], speed [m/s]; architectures, by the paper's letter: title, power_in, power_out [W], stages: list of
         (part, {loss: W}, power that leaves it in W), efficiency [-].
+
+    Source: faulring2006, Fig 9.
     """
     required = machine.requirement
     force, power = needed(required.force, "requirement.force"), machine.power

@@ -1,4 +1,4 @@
-r"""Data of a geared drive that swings a pendulum: windows of a recording in the weak form of the equation of motion.
+r"""The bench of a pendulum that a geared drive swings: windows of a recording in the weak form of the equation of motion.
 
 The pendulum hangs at angle 0 and needs the torque :math:`\tau_o = J \ddot\varphi + m g l \sin\varphi` at the gearhead's
 output. Multiplied by a smooth function :math:`\psi` that vanishes with its slope at both ends of a window, and integrated,
@@ -20,16 +20,17 @@ from typing import Any, Literal
 
 import numpy as np
 
+from infinivar._core.array_namespace import Array
 from infinivar._core.fields import given
-from infinivar._core.result import Frozen, result
-from infinivar.calibration.geared import model
-from infinivar.calibration.geared.model import Gains
+from infinivar._core.result import result
+from infinivar.calibration.bench import Error
+from infinivar.calibration.geared import GearedBench, gearhead_with, motor_with
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.errors import InputError
 from infinivar.motion.runs import RunSeries
 from infinivar.study.rig import Rig
-from infinivar.tables.named import read_named
+from infinivar.tables.named import Named, read_named
 from infinivar.units import plain
 
 Method = Literal["weak", "inverse"]
@@ -52,7 +53,7 @@ _STILL = 0.25
 
 
 @result
-class Pendulum(Frozen):
+class Pendulum(GearedBench):
     """Windows of a recorded pendulum; SI. Rows are windows, `sample_*` the recorded instants in them.
 
     Attributes
@@ -84,17 +85,13 @@ class Pendulum(Frozen):
     empty: Mapping[int, str] = dataclasses.field(default_factory=dict)
 
     kind = "pendulum"
-    """Word for this kind of data."""
-
     geared = True
-    """The gearhead is always on the bench."""
+    shared_errors = True  # noise of the angle is in the expected current, and thus in the expected voltage
 
-    shared_errors = True
-    """Noise of the angle is in the expected current, and thus in the expected voltage."""
-
-    def __len__(self) -> int:
-        """Number of windows."""
-        return len(self.lines)
+    @property
+    def abscissa(self) -> tuple[np.ndarray, str]:
+        """What a figure shows the rows over, (n,), and its label."""
+        return self.time, "time [s]"
 
     @property
     def usual(self) -> tuple[str, ...]:
@@ -108,9 +105,9 @@ class Pendulum(Frozen):
             return "fitting the resistance requires a column voltage"
         return None
 
-    def gain_deviations(self, rig: Rig) -> dict[str, float]:
-        """Standard deviations of the errors common to all rows; that of the torque is the balance's error of the mass."""
-        return {"current": rig.current_gain_deviation, "torque": rig.mass_deviation / self.mass}
+    def errors(self, rig: Rig) -> dict[str, Error]:
+        """Errors of the gains: reading over true value, less 1. That of the torque is the balance's error of the mass."""
+        return {"current": Error(rig.current_gain_deviation), "torque": Error(rig.mass_deviation / self.mass)}
 
     def chosen(self, rows: Any) -> Pendulum:
         """Select windows by index or mask."""
@@ -138,14 +135,16 @@ class Pendulum(Frozen):
         """Weighted means of sampled values (..., samples) in the windows. (..., n)"""
         return np.add.reduceat(values * self.weight, self.start, axis=-1)
 
-    def expected(self, drive: ConventionalDrive, values: Mapping[str, Any], gains: Gains) -> np.ndarray:
-        """Expected readings for values of all parameters. (..., n, m)
+    def expected(
+        self, drive: ConventionalDrive, rig: Rig, values: Mapping[str, Any], errors: Mapping[str, Array]
+    ) -> np.ndarray:
+        """Expected readings. (..., n, m)
 
         Source: `Gearhead.operate` and `Motor.operate`; weak form: integration by parts.
         """
-        scale = 1.0 / (1.0 + gains.torque)
-        motor = model.motor_with(drive.motor, values)
-        gear = model.gearhead_with(drive.gearhead, values)
+        scale = 1.0 / (1.0 + errors.get("torque", 0.0))
+        motor = motor_with(drive.motor, values)
+        gear = gearhead_with(drive.gearhead, values)
         ratio = gear.ratio
         inertia = needed(motor.rotor_inertia, "motor.rotor_inertia") + given(gear.inertia, 0.0)
         point = gear.operate(
@@ -159,7 +158,7 @@ class Pendulum(Frozen):
         current = self._mean(np.asarray(electric.current)) + more
         turning = ratio * (self._mean(self.speed) + self.more_speed)
         found = {
-            "current": (1.0 + gains.current) * current,
+            "current": (1.0 + errors.get("current", 0.0)) * current,
             "voltage": motor.resistance * current + motor.torque_constant * turning,
         }
         return np.stack(np.broadcast_arrays(*(found[name] for name in self.signals)), axis=-1)
@@ -201,14 +200,12 @@ def read_pendulum(
         If the file cannot be read or is too short, times do not increase, or the rig does not state the pendulum.
     """
     found = read_named(file, COLUMNS, ("time", "angle", "current"))
-    made = pendulum_of(str(file), found.columns, found.lines, rig, drive, method=method, cutoff=cutoff)
-    return dataclasses.replace(made, empty=found.empty)
+    return pendulum_of(str(file), found, rig, drive, method=method, cutoff=cutoff)
 
 
 def pendulum_of(
     name: str,
-    columns: Mapping[str, np.ndarray],
-    lines: np.ndarray,
+    found: Named,
     rig: Rig,
     drive: ConventionalDrive,
     *,
@@ -216,6 +213,7 @@ def pendulum_of(
     cutoff: float | None = None,
 ) -> Pendulum:
     """Windows of a pendulum from the columns of a file; see `read_pendulum`."""
+    columns, lines = found.columns, found.lines
     mass, length = rig.pendulum_mass, rig.pendulum_length
     if mass is None or length is None:
         raise InputError(f"{name}: data of a pendulum need pendulum_mass and pendulum_length in [rig]")
@@ -266,6 +264,7 @@ def pendulum_of(
         mass=mass,
         lines=tuple(lines[first].tolist()),
         name=name,
+        empty=found.empty,
     )
 
 

@@ -1,46 +1,69 @@
-"""Model fitted to a geared drive: the motor and the gearhead of the drive, with values in question in place of the study's."""
+"""What benches of a geared drive have in common: its motor and gearhead, with fitted values in place of the study's."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from infinivar._core.array_namespace import Array
 from infinivar._core.fields import given
-from infinivar.calibration.model import Parameter
+from infinivar.calibration.bench import Bench, Parameter
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.parts.gear_friction import GearFriction
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 
 PARAMETERS = {
-    "resistance": Parameter("ohm", "ohm", "terminal resistance of the motor"),
-    "torque_constant": Parameter("N m/A", "mN m/A", "torque constant of the motor"),
+    "resistance": Parameter("ohm", "ohm", "terminal resistance of the motor", divides=True),
+    "torque_constant": Parameter("N m/A", "mN m/A", "torque constant of the motor", divides=True),
     "motor_friction": Parameter("N m", "mN m", "friction torque of the motor that is independent of speed"),
     "motor_viscous": Parameter("N m s", "uN m s", "friction torque of the motor per speed"),
     "friction": Parameter("N m", "mN m", "friction torque of the gear at its output, F"),
     "viscous": Parameter("N m s", "mN m s", "friction torque of the gear per output speed, c"),
-    "load_share": Parameter("1", "%", "friction per torque, of the load and of the motor alike, K_i = K_o"),
+    "load_share": Parameter("1", "%", "friction per torque, of the load and of the motor alike, K_i = K_o", most=0.9),
     "friction_stribeck": Parameter("N m", "mN m", "additional friction torque of the gear at rest, F_s"),
-    "stribeck_speed": Parameter("rad/s", "rad/s", "output speed at which the additional friction falls to 1/e"),
+    "stribeck_speed": Parameter(
+        "rad/s", "rad/s", "output speed at which the additional friction falls to 1/e", divides=True
+    ),
 }
 """Parameters by name."""
+
+SIGNALS = {"current": "A", "voltage": "V", "power": "W", "efficiency": "1"}
+"""Electrical readings at the motor, with their SI units."""
 
 OF_GEAR = ("friction", "viscous", "load_share", "friction_stribeck", "stribeck_speed")
 """Parameters of the gearhead, fitted only where it is on the bench."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Gains:
-    """Errors common to all rows of a session; zero for an exact rig."""
+class GearedBench(Bench):
+    """Readings of the motor of a conventional drive, alone or with its gearhead."""
 
-    current: Array = 0.0
-    """Current read over true current, less 1. [-]"""
-    torque: Array = 0.0
-    """Torque read over true torque, less 1. [-]"""
+    __slots__ = ()
+
+    many = (
+        "{name}: {count} of {whole} rows are impossible: check units and signs; the torque is that on the load, positive "
+        "with the speed while the motor drives"
+    )
+    parameters = PARAMETERS
+    units = SIGNALS
+    geared: bool
+    """Whether the gearhead is on the bench."""
+
+    def known(self, drive: ConventionalDrive) -> dict[str, float]:
+        """The parameters as the study has them. [SI]"""
+        return known_values(drive)
+
+    def scales(self, drive: ConventionalDrive) -> dict[str, float]:
+        """Values of the study, or a size that matters where they are smaller. [SI]"""
+        natural = natural_scales(drive)
+        return {name: max(value, natural[name]) for name, value in known_values(drive).items()}
+
+    @abstractmethod
+    def faults(self) -> dict[int, str]:
+        """Reasons why rows cannot be used, by row."""
 
 
 def known_values(drive: ConventionalDrive) -> dict[str, float]:

@@ -16,16 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-TITLE = "The wheel on its cylinder at several steering angles"
-
-CAPTION = (
-    "The element of reconstruction A to scale, seen along the cylinder axis (left) and from above at five steering angles. At 0 "
-    "the wheel locks the link, at 90° it decouples it, and in between the link moves at -tan φ times the surface speed (Eq 1). "
-    "The length of an arrow is proportional to the speed. Bottom: the Hertzian contact patch, nearly a circle, which the "
-    "curvature of the cylinder turns slightly away from the rolling direction. The radii of cylinder, wheel and crown are "
-    "reconstructed; the wheel width and the shape of link and fork are not part of the model."
-)
-
 ANGLES = (0.0, -math.atan(1.0 / 8.0), -math.pi / 4.0, math.atan(1.0 / 8.0), -math.pi / 2.0)
 """Steering angles; with the cylinder turning forward, negative angles move the link forward. [rad]"""
 
@@ -51,6 +41,8 @@ def data(machine: Machine) -> dict[str, Any]:
         (link over surface, without creep; nan where the link is decoupled), a, b: semi-axes of the patch, closest to the
         rolling and to the lateral direction [m], turn: angle from the rolling direction to a, positive towards the lateral
         direction [rad].
+
+    Source: faulring2006, Fig 1.
     """
     element = machine.element
     geometry = needed(element.geometry, "transmission.geometry")

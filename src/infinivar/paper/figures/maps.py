@@ -1,4 +1,4 @@
-"""Figure 17: performance of the cobotic and the conventional drive when shaking a mass, over frequency and power."""
+"""Figures 15 to 17: operating ranges of the drives with their efficiencies, and their performance when shaking a mass."""
 
 from __future__ import annotations
 
@@ -8,24 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from infinivar.analysis.cycles.shaking import DynamicMap
-from infinivar.figures import style
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.figures import operating_map, style
 from infinivar.limits import words_of
 from infinivar.paper.claims.claim import Machine
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-TITLE = "Performance when shaking a mass"
-
-CAPTION = (
-    "Performance when shaking the load, by inverse dynamics: cobotic drive with Motor 1 (blue, solid) in two reconstructions, "
-    "and conventional drive with Motor 2 (red, dashed). Shaded: only one drive works, or neither. Labels above the plot name "
-    "the tightest limit of each drive at full power. Dotted: stroke from end to end. Performance is the energy exchanged with "
-    "the load over the energy drawn from the supply, per cycle. Negative electrical power is dissipated, separately for each "
-    "motor. Continuous torque limits the RMS torque, supply voltage the peak voltage. Power is RMS, as in the paper's "
-    "footnote 8."
-)
 
 _COBOTIC, _CONVENTIONAL = style.COLOURS[0], style.COLOURS[1]
 _LEVELS = {"cobotic": (0.1, 0.2, 0.4, 0.6, 0.7, 0.8, 0.85), "conventional": (0.05, 0.1, 0.15, 0.2, 0.25)}
@@ -44,8 +35,80 @@ _SHORTEST = 3
 _SHADES = ("#C9CDD3", "#F7E3D7", "#E6EEF6", "#FFFFFF")
 
 
-def data(machine: Machine) -> dict[str, Any]:
-    """Dynamic maps of the cobotic and the conventional drive, by reconstruction."""
+def conventional(machine: Machine) -> dict[str, Any]:
+    """Map of the drive with the largest motor, and the margins of the others on the same axes.
+
+    Source: faulring2006, Fig 15.
+    """
+    results = [result for result in machine.comparison.results.values() if isinstance(result.drive, ConventionalDrive)]
+    torque = {
+        result.name: result.drive.motor.continuous_torque
+        for result in results
+        if isinstance(result.drive, ConventionalDrive)
+    }
+    largest = max(results, key=lambda result: torque[result.name])
+    return {
+        "largest": operating_map.data(largest.map, machine.requirement),
+        "title": largest.title,
+        "others": {result.title: result.map.margin for result in results if result is not largest},
+    }
+
+
+def _draw_conventional(ax: Axes, numbers: Mapping[str, Any]) -> operating_map.Drawn:
+    """Draw the map and the outlines; return what the colour bar needs."""
+    largest = numbers["largest"]
+    filled = operating_map.draw(ax, largest)
+    colours = ("#CC79A7", "#E69F00", "#56B4E9")
+    for colour, (title, margin) in zip(colours, numbers["others"].items(), strict=False):
+        clipped = np.clip(margin, 0.0, 2.0)
+        ax.contour(largest["force"], largest["speed"], clipped, levels=[1.0], colors=colour, linewidths=2.0)
+        ax.plot([], [], color=colour, lw=2.0, label=title)
+    ax.plot([], [], color="black", lw=1.4, label=numbers["title"] + " (with efficiency)")
+    ax.plot([], [], **operating_map.REQUIRED, label="required region")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3)
+    return filled
+
+
+def draw_conventional(machine: Machine) -> Figure:
+    """Draw Figure 15."""
+    with style.styled():
+        made, ax = style.figure(7.2, 4.8)
+        filled = _draw_conventional(ax, conventional(machine))
+        operating_map.colour_bar(made, filled, ax)
+    return made
+
+
+def cobotic(machine: Machine) -> dict[str, Any]:
+    """Map of each cobotic drive, by title.
+
+    Source: faulring2006, Fig 16.
+    """
+    requirement = machine.requirement
+    return {
+        result.title: operating_map.data(result.map, requirement)
+        for result in machine.comparison.results.values()
+        if isinstance(result.drive, CoboticDrive)
+    }
+
+
+def draw_cobotic(machine: Machine) -> Figure:
+    """Draw Figure 16."""
+    numbers = cobotic(machine)
+    with style.styled():
+        made, axes = style.figure(4.4 * len(numbers) + 0.6, 3.8, 1, len(numbers), sharey=True, squeeze=False)
+        filled: Any = None
+        for ax, title in zip(axes.flat, numbers, strict=True):
+            filled = operating_map.draw(ax, numbers[title], title)
+            ax.label_outer()
+        operating_map.colour_bar(made, filled, axes)
+    return made
+
+
+def dynamic_maps(machine: Machine) -> dict[str, Any]:
+    """Dynamic maps of the cobotic and the conventional drive, by reconstruction.
+
+    Source: faulring2006, Fig 17.
+    """
     rival = machine.shaken["motor2-gear4"]
     return {
         f"Reconstruction {letter}": {"cobotic": machine.shaken[name], "conventional": rival}
@@ -53,7 +116,7 @@ def data(machine: Machine) -> dict[str, Any]:
     }
 
 
-def draw(ax: Axes, numbers: Mapping[str, DynamicMap], title: str, width: float = _WIDTH / 2) -> None:
+def draw_dynamic(ax: Axes, numbers: Mapping[str, DynamicMap], title: str, width: float = _WIDTH / 2) -> None:
     """Draw the contours of both drives and the regions in which they work; `width` is the width in the figure [inch]."""
     ours, theirs = numbers["cobotic"], numbers["conventional"]
     frequency, percent = ours.frequency, 100.0 * ours.fraction
@@ -189,13 +252,13 @@ def _name_limits(ax: Axes, steady: DynamicMap, colour: str, height: float, width
         )
 
 
-def draw_all(machine: Machine) -> Figure:
+def draw_all_dynamic(machine: Machine) -> Figure:
     """Draw the figure."""
-    numbers = data(machine)
+    numbers = dynamic_maps(machine)
     with style.styled():
         made, axes = style.figure(_WIDTH, 5.2, 1, len(numbers), sharey=True)
         for ax, (title, maps) in zip(axes, numbers.items(), strict=True):
-            draw(ax, maps, title, _WIDTH / len(numbers))
+            draw_dynamic(ax, maps, title, _WIDTH / len(numbers))
             ax.label_outer()
         from matplotlib.lines import Line2D
 

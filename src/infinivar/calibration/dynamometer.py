@@ -1,4 +1,4 @@
-"""Data of a geared drive: steady points of a dynamometer."""
+"""The bench of a dynamometer: steady points of a motor, with or without its gearhead."""
 
 from __future__ import annotations
 
@@ -9,33 +9,27 @@ from typing import Any
 
 import numpy as np
 
-from infinivar._core.result import Frozen, result
-from infinivar.calibration.data import refuse
-from infinivar.calibration.geared import model
-from infinivar.calibration.geared.model import Gains
+from infinivar._core.array_namespace import Array
+from infinivar._core.result import result
+from infinivar.calibration.bench import Error
+from infinivar.calibration.geared import OF_GEAR, SIGNALS, GearedBench, gearhead_with, motor_with
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError
 from infinivar.study.rig import Rig
-from infinivar.tables.named import read_named
+from infinivar.tables.named import Named, read_named
 from infinivar.units import plain
-
-SIGNALS = {"current": "A", "voltage": "V", "power": "W", "efficiency": "1"}
-"""Electrical readings at the motor, with their SI units; at least one is needed."""
 
 PLACED = {"speed": "rad/s", "torque": "N m", "motor_speed": "rad/s", "motor_torque": "N m"}
 """Speed and torque, at the gearhead's output or at the motor's shaft, with their SI units."""
 
 COLUMNS = {**PLACED, **SIGNALS}
 
-FEW = 1.0 / 3.0
-"""Largest share of rows that may be impossible."""
-
 _GAIN = 0.05
 """Share of the largest input power by which the output power may exceed the input, for sensor errors."""
 
 
 @result
-class Dynamometer(Frozen):
+class Dynamometer(GearedBench):
     """Steady points of a motor with or without its gearhead: arrays of equal length, SI.
 
     Attributes
@@ -45,9 +39,7 @@ class Dynamometer(Frozen):
     geared : whether the gearhead is on the bench.
     read : (n, m) readings, by column in the order of `signals`.
     signals : names from `SIGNALS`.
-    lines : line numbers of the points in the file.
-    name : name of the file.
-    empty : points left out, as a cell is empty: what is said of each, by its line.
+    lines, name, empty : see `Bench`.
     """
 
     speed: np.ndarray
@@ -60,14 +52,6 @@ class Dynamometer(Frozen):
     empty: Mapping[int, str] = dataclasses.field(default_factory=dict)
 
     kind = "dynamometer"
-    """Word for this kind of data."""
-
-    shared_errors = False
-    """Each reading has the error of its own sensor; errors of speed and torque count with them."""
-
-    def __len__(self) -> int:
-        """Number of points."""
-        return len(self.lines)
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
@@ -79,6 +63,11 @@ class Dynamometer(Frozen):
             unit, scale = ("%", 100.0) if percent else (SIGNALS[name], 1.0)
             found[f"{name} [{unit}]"] = scale * self.read[:, place]
         return found
+
+    @property
+    def abscissa(self) -> tuple[np.ndarray, str]:
+        """What a figure shows the rows over, (n,), and its label."""
+        return self.torque, "torque on the load [N m]"
 
     @property
     def usual(self) -> tuple[str, ...]:
@@ -94,44 +83,26 @@ class Dynamometer(Frozen):
         """Why a parameter cannot be fitted to these columns, or None."""
         if name == "resistance" and self.signals == ("current",):
             return "fitting the resistance requires a column voltage, power or efficiency"
-        if name in model.OF_GEAR and not self.geared:
+        if name in OF_GEAR and not self.geared:
             return f"{name} belongs to the gearhead, but the torque was measured at the motor"
         return None
 
-    def gain_deviations(self, rig: Rig) -> dict[str, float]:
-        """Standard deviations of the errors common to all rows."""
+    def errors(self, rig: Rig) -> dict[str, Error]:
+        """Errors of the gains: reading over true value, less 1. Other errors of speed and torque count with the readings."""
         current = rig.current_gain_deviation if "current" in self.signals else 0.0
-        return {"current": current, "torque": rig.torque_gain_deviation}
+        return {"current": Error(current), "torque": Error(rig.torque_gain_deviation)}
 
-    def chosen(self, rows: Any) -> Dynamometer:
-        """Select points by index or mask."""
-        return dataclasses.replace(
-            self,
-            speed=self.speed[rows],
-            torque=self.torque[rows],
-            read=self.read[rows],
-            lines=tuple(np.asarray(self.lines)[rows].tolist()),
-        )
-
-    def expected(self, drive: ConventionalDrive, values: Mapping[str, Any], gains: Gains) -> np.ndarray:
-        """Expected readings for values of all parameters.
-
-        Parameters
-        ----------
-        drive : ConventionalDrive
-        values : mapping     Values of all `model.PARAMETERS`, each of a shape that broadcasts with (..., n). [SI]
-        gains : Gains
-
-        Returns
-        -------
-        (..., n, m) float
+    def expected(
+        self, drive: ConventionalDrive, rig: Rig, values: Mapping[str, Any], errors: Mapping[str, Array]
+    ) -> np.ndarray:
+        """Expected readings. (..., n, m)
 
         Source: `Gearhead.operate` and `Motor.operate`.
         """
-        torque, speed = self.torque / (1.0 + gains.torque), self.speed
-        motor = model.motor_with(drive.motor, values)
+        torque, speed = self.torque / (1.0 + errors.get("torque", 0.0)), self.speed
+        motor = motor_with(drive.motor, values)
         if self.geared:
-            gear = model.gearhead_with(drive.gearhead, values)
+            gear = gearhead_with(drive.gearhead, values)
             point = gear.operate(
                 output_torque=torque, output_speed=speed, motor_rated_torque=drive.motor.continuous_torque
             )
@@ -141,7 +112,7 @@ class Dynamometer(Frozen):
         electric = motor.operate(torque=shaft, speed=turning)
         delivered = np.asarray(self.torque * self.speed)
         found = {
-            "current": (1.0 + gains.current) * electric.current,
+            "current": (1.0 + errors.get("current", 0.0)) * electric.current,
             "voltage": electric.voltage,
             "power": electric.power,
             "efficiency": delivered / np.where(electric.power == 0, np.nan, electric.power),
@@ -195,18 +166,18 @@ def read_dynamometer(file: str | Path, ratio: float) -> Dynamometer:
     InputError
         If the file cannot be read, a column or unit is missing or wrong, or a cell is not a number.
     """
-    found = read_named(file, COLUMNS, ())
-    return dataclasses.replace(dynamometer_of(str(file), found.columns, found.lines, ratio), empty=found.empty)
+    return dynamometer_of(str(file), read_named(file, COLUMNS, ()), ratio)
 
 
-def dynamometer_of(name: str, columns: Mapping[str, np.ndarray], lines: np.ndarray, ratio: float) -> Dynamometer:
+def dynamometer_of(name: str, found: Named, ratio: float) -> Dynamometer:
     """Points of a dynamometer from the columns of a file; see `read_dynamometer`."""
+    columns = found.columns
     torque = [name for name in ("torque", "motor_torque") if name in columns]
     speed = [name for name in ("speed", "motor_speed") if name in columns]
     signals = tuple(name for name in SIGNALS if name in columns)
-    for found, required in ((torque, "torque or motor_torque"), (speed, "speed or motor_speed")):
-        if len(found) != 1:
-            had = "both are there" if found else f"neither is among those read: {', '.join(columns) or 'none'}"
+    for there, required in ((torque, "torque or motor_torque"), (speed, "speed or motor_speed")):
+        if len(there) != 1:
+            had = "both are there" if there else f"neither is among those read: {', '.join(columns) or 'none'}"
             raise InputError(f"{name}: must have one of the columns {required}; {had}")
     if (torque[0], speed[0]) == ("motor_torque", "speed"):
         raise InputError(f"{name}: motor_torque needs the speed of the motor, motor_speed")
@@ -219,17 +190,7 @@ def dynamometer_of(name: str, columns: Mapping[str, np.ndarray], lines: np.ndarr
         geared=torque[0] == "torque",
         read=np.stack([columns[name] for name in signals], axis=-1),
         signals=signals,
-        lines=tuple(lines.tolist()),
+        lines=tuple(found.lines.tolist()),
         name=name,
+        empty=found.empty,
     )
-
-
-def refuse_unless_few(data: Any, faults: Mapping[int, str]) -> None:
-    """Raise InputError if more than a third of the rows are impossible."""
-    if len(faults) > FEW * len(data):
-        refuse(
-            data,
-            faults,
-            f"{data.name}: {len(faults)} of {len(data)} rows are impossible: check units and signs; the torque is that on the "
-            "load, positive with the speed while the motor drives",
-        )

@@ -1,4 +1,4 @@
-"""Figure 7: efficiency of the rolling-contact element against reduction ratio, by Eq 16, by Eq 17, and on a virtual rig."""
+"""Figures 5, 7 and 8: creep of the contact, and efficiency of the element, on a virtual rig and against gears."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from infinivar.calibration import reduce, virtual_rig
-from infinivar.figures import style
-from infinivar.paper.claims.claim import Machine, efficiency_by
+from infinivar.contact import creep, exact_tables
+from infinivar.figures import gear_points, style
+from infinivar.paper.claims.claim import Machine, at_ratio, efficiency_by
 from infinivar.study.spreads import NORMAL_95
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 LOADS = (0.15, 0.35, 0.5, 0.8, 0.95)
 """Link force over slip force. The paper names 0.15, 0.5 and 0.95 of its five loads."""
@@ -23,27 +23,46 @@ LOADS = (0.15, 0.35, 0.5, 0.8, 0.95)
 PRINTED = ((100.0, 0.50), (8.0, 0.94), (1.0, 0.50))
 """Ratio and efficiency of the points that the text states for half load."""
 
-TITLE = "Efficiency of the element"
-
-CAPTION = (
-    "Efficiency of the element against reduction ratio. Solid: linear creep (Eq 16). Dashed: with the paper's correction above "
-    "70 % of the slip force (Eq 17), which keeps the 0.95 curve below one third. Crosses: the three points that the text "
-    "states for half load; 50 % at 1:1 does not follow from the equations. Curves end at the slip force. Slightly above 70 % of "
-    "it, the link speed by Eq 17 implies a creepage beyond full slip, which the program reports as slip. "
-    "Circles: a simulated experiment, not the paper's data. It follows the paper's protocol on the virtual rig, with sensor "
-    "noise and errors, evaluated by Eq 18. The load is the weight plus the guideway friction, which is assumed known; bars are "
-    "95 % intervals of efficiency and ratio."
-)
+_THREE_LOADS = (0.15, 0.5, 0.95)
 
 
-def data(machine: Machine, count: int = 1201) -> dict[str, Any]:
-    """Curves and simulated measurements.
+def creep_curves(machine: Machine) -> dict[str, Any]:
+    """Scaled creepage ``C u/(mu P |v|)`` and force ratio ``fu/(mu P)`` by the linear law and by exact theory.
+
+    Source: faulring2006, Fig 5.
+    """
+    creepage = np.linspace(0.0, 3.0, 301)
+    curves = {
+        float(curve["a_over_b"]): (3.0 * curve["scaled_creepage"], curve["force_ratio"])
+        for curve in exact_tables.lateral_creep()
+    }
+    return {"linear": (creepage, creep.linear_force(creepage)), "exact": curves}
+
+
+def draw_creep(ax: Axes, numbers: Mapping[str, Any]) -> None:
+    """Draw the curves of the linear law and of exact theory."""
+    ax.axhspan(0.6, 0.7, color="#eeeeee")
+    for colour, (a_over_b, curve) in zip(style.COLOURS, numbers["exact"].items(), strict=False):
+        ax.plot(*curve, "o-", ms=3, color=colour, label=f"exact rolling theory, a/b = {a_over_b:g}")
+    ax.plot(*numbers["linear"], color="black", ls="--", label="linear law, then slip (Eq 7)")
+    ax.text(2.95, 0.65, "60-70 % of slip force", ha="right", va="center", fontsize=8)
+    ax.set_xlim(0.0, 3.0)
+    ax.set_ylim(0.0, 1.08)
+    ax.set_xlabel(r"scaled creepage  $C_{22}Gab\,u\,/\,(\mu P\,|r\dot\theta|)$  [-]")
+    ax.set_ylabel(r"lateral force over slip force  $f_u/(\mu P)$  [-]")
+    ax.legend(loc="lower right")
+
+
+def efficiency(machine: Machine, count: int = 1201) -> dict[str, Any]:
+    """Curves by Eq 16 and by Eq 17, and simulated measurements.
 
     Returns
     -------
     dict
         ratio; linear, faulring: efficiency (nan beyond the slip force) by load, for Eq 16 and Eq 17; measured: by load, see
         `measured`.
+
+    Source: faulring2006, Fig 7.
     """
     ratio = np.geomspace(0.3, 1000.0, count)
     curves = {
@@ -90,7 +109,7 @@ def measured(machine: Machine, seed: int = 0) -> dict[float, dict[str, np.ndarra
     return by_load
 
 
-def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
+def draw_efficiency(ax: Axes, numbers: Mapping[str, Any]) -> None:
     """Draw the curves, the printed points and the simulated measurements."""
     ratio = numbers["ratio"]
     colours = dict(zip(LOADS, style.COLOURS, strict=False))
@@ -129,9 +148,25 @@ def ratio_axis(ax: Axes) -> None:
     ax.set_ylabel("efficiency [-]")
 
 
-def draw_all(machine: Machine) -> Figure:
-    """Draw the figure."""
-    with style.styled():
-        made, ax = style.figure(7.4, 4.0)
-        draw(ax, data(machine))
-    return made
+def against_gears(machine: Machine) -> dict[str, Any]:
+    """Element curves by load, and gears by type as (ratio, efficiency, confidence).
+
+    Source: faulring2006, Fig 8.
+    """
+    ratio = np.geomspace(0.3, 1000.0, 801)
+    return {
+        "ratio": ratio,
+        "element": {load: at_ratio(machine.element, load, ratio).efficiency for load in _THREE_LOADS},
+        "gears": gear_points.gears(),
+    }
+
+
+def draw_against_gears(ax: Axes, numbers: Mapping[str, Any]) -> None:
+    """Draw the curves and the gears; the lower the confidence, the paler and smaller the marker."""
+    for load, width in zip(_THREE_LOADS, (1.0, 1.7, 2.4), strict=True):
+        label = f"element, $f_l/(\\mu P)$ = {load:g}"
+        ax.semilogx(numbers["ratio"], numbers["element"][load], color="black", lw=width, label=label)
+    gear_points.draw(ax, numbers["gears"])
+    ratio_axis(ax)
+    ax.set_xlim(0.3, 2000.0)
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

@@ -1,1 +1,0 @@
-"""Calibration of a geared drive: motor and gearhead on a dynamometer, or moving a pendulum."""
