@@ -24,6 +24,7 @@ from infinivar.machines.course import CREEPING, MachineCourse
 from infinivar.machines.machine import SLOW_FRICTION, TaskPoint, held, moving, worst
 from infinivar.machines.many_legs import LeggedDrive
 from infinivar.motion.course import Course
+from infinivar.parts.motor import Motor
 from infinivar.transmission.configuration import Configuration, over_links
 
 RIM = 0.1
@@ -114,7 +115,7 @@ def _with_legs(
     )
 
 
-_OF_CYLINDER = (Limit.THERMAL, Limit.VOLTAGE, Limit.SPEED, Limit.PEAK, Limit.REGENERATION, *GEAR_LIMITS)
+_OF_CYLINDER = (*Motor.ALLOWANCES, Limit.REGENERATION, *GEAR_LIMITS)
 """Limits of the motor of a common cylinder, its gearhead and amplifier."""
 
 

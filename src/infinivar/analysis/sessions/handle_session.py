@@ -279,10 +279,8 @@ def geared_part(
     powers = electric()
     push = (motors.moved_mass + handle_mass) * np.asarray(course.acceleration) - force[:, 0]
     voltage = drive.motor.resistance * current + drive.motor.torque_constant * motors.ratio * speed
-    demands = {
-        Limit.VOLTAGE: np.abs(voltage) / drive.motor.voltage,
-        Limit.PEAK: np.abs(current) / motors.current_limit,
-    }
+    allowed = drive.motor.utilisation(current=current, voltage=voltage, speed=motors.ratio * speed)
+    demands = {**allowed, Limit.PEAK: np.abs(current) / motors.current_limit}
     limit, tightest = _tightest(demands)
     return PartPower(
         supply=axes * _mean(powers["supply"]),

@@ -27,6 +27,8 @@ _CELLS = 48
 """Cells of a range of radii, in each of which the power is bounded."""
 _LOOKS = (0.05, 0.35, 0.65, 0.95)
 """Radii at which the bound of the power is exact, as shares of a range on a logarithmic scale."""
+_NOT_OF_PEAK_CURRENT = frozenset({Limit.THERMAL, Limit.VOLTAGE, Limit.SPEED})
+"""Limits of a motor that do not bound its largest current."""
 _BEYOND = 1e100
 """Stands for no bound; its square is still a number."""
 
@@ -121,8 +123,9 @@ def limits(found: Candidates, load: Load, rows: np.ndarray) -> Iterator[tuple[De
         yield (limit, "gearhead"), full.both(Radii(each.low[np.ravel(place)], each.high[np.ravel(place)]))
     yield (Limit.SPEED, "motor"), full.both(_slow(turning, found.allowance(Limit.SPEED, rows), high))
     yield (Limit.THERMAL, "motor"), full.both(_thermal(found, load, who, rows))
-    if found.stated((Limit.PEAK, "motor"), rows).any():
-        yield (Limit.PEAK, "motor"), full.both(_peak_current(load, who, _allowance(who.drive, Limit.PEAK)))
+    for limit in who.drive.motor.ALLOWANCES:
+        if limit not in _NOT_OF_PEAK_CURRENT and found.stated((limit, "motor"), rows).any():
+            yield (limit, "motor"), full.both(_peak_current(load, who, _allowance(who.drive, limit)))
     yield (Limit.VOLTAGE, "motor"), full.both(_voltage(load, who))
     warm = warmth(found, load.task, rows)
     if warm is not None:
