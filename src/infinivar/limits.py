@@ -68,6 +68,8 @@ class Limit(IntEnum):
     """The output torque of a strain-wave gear exceeds what it withstands a few times in its life."""
     RATCHETING = 25
     """The teeth of a strain-wave gear skip under its output torque."""
+    DEMAGNETISATION = 26
+    """The motor current would demagnetise the magnets for good."""
 
     @property
     def words(self) -> str:
@@ -143,6 +145,7 @@ _WORDS = {
     Limit.GEAR_SPEED: "gearhead input speed",
     Limit.GEAR_MOMENTARY: "gearhead momentary torque",
     Limit.RATCHETING: "gearhead ratcheting torque",
+    Limit.DEMAGNETISATION: "motor demagnetisation current",
 }
 
 

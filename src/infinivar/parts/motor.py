@@ -21,6 +21,7 @@ SCALED = {
     "viscous_friction": 1,
     "continuous_torque": 1,
     "peak_torque": 1,
+    "demagnetisation_current": 1,
     "inductance": -1,
     "rotor_inertia": 1,
     "mass": 1,
@@ -69,6 +70,7 @@ class Motor:
         Limit.THERMAL: "continuous_torque",
         Limit.VOLTAGE: "voltage",
         Limit.PEAK: "peak_torque",
+        Limit.DEMAGNETISATION: "demagnetisation_current",
         Limit.SPEED: "max_speed",
     }
     """Field that states what each limit of `utilisation` allows."""
@@ -87,6 +89,9 @@ class Motor:
         Gt(0),
         "Peak torque at the shaft; without it only the voltage limits the torque",
         default=None,
+    )
+    demagnetisation_current: float | None = quantity(
+        "A", Gt(0), "Current above which the magnets lose magnetisation for good", default=None
     )
     inductance: float | None = quantity("H", Gt(0), "Terminal inductance", default=None)
     rotor_inertia: float | None = quantity("kg m^2", Gt(0), "Rotor inertia", default=None)
@@ -236,7 +241,7 @@ class Motor:
         MotorPoint
             current [A], voltage [V], electrical power [W] (negative where the motor generates), losses "winding",
             "motor friction" and, with `viscous_friction`, "motor iron" [W], utilisation of the thermal and voltage limits,
-            and of peak torque and speed if known.
+            and of peak torque, demagnetisation and speed if known.
 
         Source: faulring2006, Fig 12 and Fig 14 (gyrator and resistance); friction and continuous torque: data sheets,
         maxon2020.
@@ -262,7 +267,7 @@ class Motor:
         )
 
     def utilisation(self, *, current: Array, voltage: Array, speed: Array) -> dict[Limit, Array]:
-        """Demand over allowance for continuous torque, supply voltage and, if known, peak torque and permissible speed.
+        """Demand over allowance for continuous torque, supply voltage and, if known, peak torque, demagnetisation and speed.
 
         Parameters
         ----------
@@ -281,6 +286,8 @@ class Motor:
         }
         if self.peak_torque is not None:
             demand[Limit.PEAK] = xp.abs(current) / (self.peak_torque / self.torque_constant + self.no_load_current)
+        if self.demagnetisation_current is not None:
+            demand[Limit.DEMAGNETISATION] = xp.abs(current) / self.demagnetisation_current
         if self.max_speed is not None:
             demand[Limit.SPEED] = xp.abs(speed) / self.max_speed
         return demand
@@ -297,5 +304,5 @@ class Motor:
         """
         found = self.utilisation(current=current, voltage=voltage, speed=speed)
         found |= {Limit.THERMAL: self.utilisation(current=lasting, voltage=0.0, speed=0.0)[Limit.THERMAL]}
-        order = (Limit.SPEED, Limit.THERMAL, Limit.PEAK, Limit.VOLTAGE)
+        order = (Limit.SPEED, Limit.THERMAL, Limit.PEAK, Limit.DEMAGNETISATION, Limit.VOLTAGE)
         return {limit: found[limit] for limit in order if limit in found}
