@@ -34,9 +34,9 @@ def ridden(contact, *, speed, heading, duration, rate, push=lambda time: (0.0, 0
         force = np.array(push(time))
         ahead, across = np.array([math.cos(h), math.sin(h)]), np.array([-math.sin(h), math.cos(h)])
         along = (ahead[:1], ahead[1:])
-        _, applied = machine.forces(state[2:4], along, stick_speed=STICK)
+        _, exerted = machine.forces(state[2:4], along, stick_speed=STICK)
         turning = rate(time, state[:2], state[2:4] @ ahead, force @ across)
-        return [vx, vy, *((force - applied) / MASS), turning]
+        return [vx, vy, *((force + exerted) / MASS), turning]
 
     start = [0.0, 0.0, speed * math.cos(heading), speed * math.sin(heading), heading]
     return solve_ivp(rates, (0.0, duration), start, method="Radau", rtol=1e-10, atol=1e-12, dense_output=True)

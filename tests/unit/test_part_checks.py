@@ -1,7 +1,7 @@
 """Contradictions within rows, and searches: every relation by itself, and two ways to every derived figure."""
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ MOTOR = iv.Motor(
 )
 GOOD = {
     "key": "m",
-    **{name: getattr(MOTOR, name) for name in MOTOR.__dataclass_fields__ if getattr(MOTOR, name) is not None},
+    **{field.name: value for field in fields(MOTOR) if (value := getattr(MOTOR, field.name)) is not None},
     "stated_no_load_speed": round(MOTOR.no_load_speed, 1),
     "stated_stall_torque": 1.44,
     "stated_stall_current": 48.0,

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -209,7 +209,7 @@ def test_temperatures_over_a_run_in_closed_form():
 
 
 def _fields(motor):
-    return {name: getattr(motor, name) for name in motor.__dataclass_fields__ if motor.__dataclass_fields__[name].init}
+    return {field.name: getattr(motor, field.name) for field in fields(motor)}
 
 
 def test_two_ways_to_the_temperature_of_a_run():
