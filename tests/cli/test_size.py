@@ -31,7 +31,7 @@ def test_winners_run_in_the_other_commands(infinivar, folder):
     table = next(place for place, line in enumerate(lines) if line.startswith("Least mass  "))
     assert lines[table + 1].startswith("design-01 ")
     assert any(line.startswith("What this verdict hangs on") for line in lines[table:])
-    assert max(len(line) for line in lines if not line.startswith("Note")) <= 108  # all but notes fit in a terminal
+    assert max(map(len, lines[1 : table + 3])) <= 100
     assert re.search(
         r"^Template geared: 7 pairs, pulley radius 1\.6 to 40 mm; \d left by closed forms, ", done.out, re.MULTILINE
     )
@@ -237,7 +237,7 @@ def test_both_architectures(infinivar, folder):
     (folder / "walking.toml").write_text(walking, "utf-8")
     done = infinivar("size", "walking.toml", "--set", "shelf.toml", *options, "--out", "out")
     assert done.code == 0, done.err
-    assert done.out.splitlines()[2].split() == ["geared", "cobotic"]
+    assert ["geared", "cobotic"] in [line.split() for line in done.out.splitlines()[:5]]
     assert re.search(r"^study file +best-geared\.toml +best-cobotic\.toml$", done.out, re.MULTILINE)
     assert "What would have to change for geared to win" in done.out
     assert "wheel radius 18 to 30 mm" in done.out
