@@ -151,3 +151,31 @@ def test_a_platform_moves_and_is_drawn(name, tmp_path):
 def test_a_machine_without_a_graph_says_so():
     with pytest.raises(iv.ParameterError, match="there is none of a platform on omniwheels"):
         iv.machine_graph(drives()["one-motor"].moving())
+
+
+def test_a_wheel_that_rounding_turns_stands():
+    """Driven along x, the wheel that heads along y does not roll: its motor spends nothing, as it does turned by 90 degrees."""
+    drive = drives()["three-motors"]
+    ahead = drive.perform(pose=[0.0, 0.0, 0.0], twist=[0.3, 0.0, 0.0], wrench=[15.0, 0.0, 0.0])
+    turned = dataclasses.replace(
+        drive,
+        headings=tuple(one - np.pi / 2 for one in drive.headings),
+        positions=tuple(iv.Point(x=one.y or 0.0, y=-one.x) for one in drive.positions),
+    )
+    across = turned.perform(pose=[0.0, 0.0, 0.0], twist=[0.0, -0.3, 0.0], wrench=[0.0, -15.0, 0.0])
+    assert float(ahead.power_in) == pytest.approx(float(across.power_in), rel=1e-9)
+    assert float(ahead.part_speeds[0]) == 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("twist", [(0.3, 0.0, 0.0), (0.0, 0.0, 0.8)], ids=["along", "turning"])
+def test_a_task_takes_what_a_simulation_draws(twist):
+    """Within 1 %: what remains is the ripple of the cylinder's speed after half a second."""
+    study = iv.load_study(STUDY)
+    drive = study.drives["one-motor"]
+    wrench = np.sign(twist) * (15.0, 15.0, 3.0)
+    rates, loads = (dict(zip(drive.coordinates, map(float, row), strict=True)) for row in (twist, wrench))
+    task = dataclasses.replace(study.tasks["push"], twist=iv.Twist(**rates), wrench=iv.Wrench(**loads), box=None)
+    power = sum(iv.simulate(drive, task).mean_powers.values())
+    steady = drive.perform(pose=task.pose.row(drive.coordinates, drive.home), twist=twist, wrench=wrench)
+    assert power == pytest.approx(float(steady.power_in), rel=0.01)

@@ -227,3 +227,22 @@ def test_a_study_states_it(tmp_path):
     files = iv.save(iv.compare(study), tmp_path / "out")
     page = next(path for path in files if path.name == "report.html").read_text("utf-8")
     assert "50:1, strain wave" in page
+
+
+def test_no_sample_is_a_gear_that_could_not_be(tmp_path):
+    """A spread that reaches beyond what the friction without load leaves of the efficiency is refused, or truncated there."""
+    study, gear = tmp_path / "s.toml", "[uncertainty.joint.gearhead.strain_wave]\n"
+    study.write_text(STUDY, "utf-8")
+    here = iv.load_study(study).drives["joint"].gearhead
+    value = here.strain_wave.efficiency
+    study.write_text(f"{STUDY}\n{gear}efficiency = {{ low = {value - 0.1}, high = 0.999 }}\n", "utf-8")
+    with pytest.raises(
+        iv.InputError, match=r"strain_wave\.efficiency.* reaches 0\.999, which the drive refuses: .* <= "
+    ):
+        iv.load_study(study)
+    study.write_text(f"{STUDY}\n{gear}efficiency = {{ deviation = 0.2 }}\n", "utf-8")
+    (spread,) = iv.load_study(study).uncertainty.spreads["joint"]
+    replace(here, strain_wave=replace(here.strain_wave, efficiency=spread.high))
+    with pytest.raises(iv.ParameterError):
+        replace(here, strain_wave=replace(here.strain_wave, efficiency=spread.high + 1e-6))
+    assert spread.low < value - 0.3

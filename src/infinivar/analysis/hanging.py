@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from infinivar._core.described import derived, finite, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, Result, result
-from infinivar._core.text import aligned
+from infinivar._core.text import aligned, counted
 from infinivar.errors import InputError
 from infinivar.study.choices import Variant
 from infinivar.units import plain
@@ -118,7 +118,7 @@ class Hanging(Result):
         if not self.tried:
             return "No choice is open"
         if self.decided:
-            return f"{self._won(self.used)} with each of {self.tried} answers to open choices"
+            return f"{self._won(self.used)} with each of {counted(self.tried, 'answers')} to open choices"
         by: dict[str, list[str]] = {}
         for row in self.flips:
             by.setdefault(self._won(row), []).append(f"{row.choice}: {row.instead}")
@@ -266,7 +266,9 @@ def printed_lines(hanging: Hanging | None) -> Iterator[str]:
     if hanging is None or not hanging.tried:
         return
     if not hanging.rows:
-        yield f"What this verdict hangs on: none of {hanging.tried} answers to open choices has an effect."
+        tried = "the one answer" if hanging.tried == 1 else f"none of {hanging.tried} answers"
+        effect = "has no effect" if hanging.tried == 1 else "has an effect"
+        yield f"What this verdict hangs on: {tried} to open choices {effect}."
         return
     yield f"What this verdict hangs on ({hanging.figure}; in brackets: infeasible):"
     yield from (f"  {line}" for line in hanging.lines)

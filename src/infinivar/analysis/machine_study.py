@@ -1,9 +1,9 @@
 """Simulate machines of a study on their paths and in their tasks: platforms and arms, with legs or separate motors, and spheres.
 
 A path is followed for two periods, of which the first settles; one that does not repeat, once. A task is held, or passed through
-at its twist with its pose in the middle, for `HELD`, of which the first half settles. Wheels start at the angles that hold the
-wrench against creep, with the pose error by which the controllers command them. What accelerates the load is inertia of the
-machine here, not a part of the wrench.
+at its twist with its pose in the middle, for the machine's `held_time`, of which the first half settles. Wheels start at the
+angles that hold the wrench against creep, with the pose error by which the controllers command them. What accelerates the load
+is inertia of the machine here, not a part of the wrench.
 Platforms and arms follow the pose in closed loops. The steering angles of a sphere are prescribed: those of steady operation.
 """
 
@@ -23,9 +23,6 @@ from infinivar.errors import ParameterError
 from infinivar.machines.course import passing
 from infinivar.machines.kind import MachineDrive
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
-
-HELD = 0.2
-"""Time for which a task is simulated. [s]"""
 
 _STEPS = 200
 """Of a steady motion in a task."""
@@ -110,6 +107,7 @@ def _along(drive: Any, path: MachinePath) -> tuple[np.ndarray, np.ndarray, np.nd
 def _through(drive: Any, task: MachineTask) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Instants of a steady motion with the pose of the task in its middle, as `_along`."""
     names = drive.coordinates
-    time = np.linspace(0.0, HELD, _STEPS + 1)
-    pose = passing(task.pose.row(names, drive.home), task.twist.row(names), names, time - 0.5 * HELD)
+    held: float = drive.held_time
+    time = np.linspace(0.0, held, _STEPS + 1)
+    pose = passing(task.pose.row(names, drive.home), task.twist.row(names), names, time - 0.5 * held)
     return time, pose, np.tile(task.wrench.row(names), (len(time), 1))

@@ -128,6 +128,8 @@ class MachineDrive:
     unmoved: ClassVar[str] = "simulate works with drives of one axis, platforms, arms and spheres"
     """Why it has no ``scenario``: how it does not move in `infinivar simulate`."""
 
+    held_time: ClassVar[float] = 0.2
+    """Time for which a task is simulated, of which the first half settles. [s]"""
     shown: ClassVar[str] = ""
     """What its picture shows, for a caption: starts with a comma or a colon."""
 

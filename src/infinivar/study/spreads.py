@@ -11,10 +11,10 @@ import numpy as np
 from infinivar import units
 from infinivar._core.bounds import fits, permitted, words
 from infinivar._core.described import derived, reported
-from infinivar._core.fields import quantities_of, value_at
+from infinivar._core.fields import quantities_of, value_at, with_values
 from infinivar._core.frozen import FrozenDict
 from infinivar.drivetrain.drive import Drive
-from infinivar.errors import InputError, nearest, printable
+from infinivar.errors import InputError, ParameterError, nearest, printable
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.schema import KINDS, ORIGIN, SPREAD
 from infinivar.units import plain
@@ -26,6 +26,8 @@ NORMAL_95 = 1.959963984540054
 """Half-width, in standard deviations, of the central 95 % interval of a normal distribution."""
 
 _LEAST, _MOST = 16, 2**20
+_FAR, _HALVINGS = 8.0, 50
+"""Deviations beyond which a normal spread has no samples, and steps that look for the end of what a drive accepts."""
 _FORMS = tuple(SPREAD)
 _WRITE = 'write "5 %", or a table with tolerance, deviation, or low and high'
 
@@ -190,9 +192,37 @@ def _spread(
         for end in (low, high):
             if not fits(bound, end):
                 raise InputError(f"reaches {units.show(end, unit)}, but the value must be {words(bound)}")
+            if (fault := _refusal(owner, path, end)) is not None:
+                raise InputError(f"reaches {units.show(end, unit)}, which the drive refuses: {fault}")
+    else:
+        low, high = (_accepted(owner, path, value, end, deviation) for end in (low, high))
     return Spread(
         owner=drive, path=path, unit=unit, value=value, low=low, high=high, deviation=deviation, kind=kind, where=where
     )
+
+
+def _refusal(owner: Drive, path: str, value: float) -> str | None:
+    """Why a drive refuses a value beside its other ones; None if it takes it."""
+    try:
+        with_values(owner, {path: value})
+    except ParameterError as problem:
+        return str(problem)
+    return None
+
+
+def _accepted(owner: Drive, path: str, value: float, end: float, deviation: float) -> float:
+    """The end of a normal spread, or where on the way there the drive begins to refuse values."""
+    reached = min(max(end, value - _FAR * deviation), value + _FAR * deviation)
+    if _refusal(owner, path, reached) is None:
+        return end
+    taken = value
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (taken + reached)
+        if _refusal(owner, path, middle) is None:
+            taken = middle
+        else:
+            reached = middle
+    return taken
 
 
 def _check_spread(drive: str, path: str, kind: Any, where: Any, fields: Mapping[str, Any]) -> None:

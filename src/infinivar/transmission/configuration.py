@@ -14,6 +14,9 @@ from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 
+_ROUNDING = 1e-14
+"""Speed of a link below which it is rounding, over its row of the jacobian times the twist."""
+
 
 @result
 class Configuration(Result):
@@ -87,8 +90,20 @@ class Configuration(Result):
         return given
 
     def link_speeds(self, twist: Array) -> np.ndarray:
-        """``J xi``. (..., n) [m s^-1]"""
-        return np.matmul(self.jacobian, self.vector(twist, "twist")[..., None])[..., 0]
+        """``J xi``; exactly 0 where it is that but for rounding, as a drive that stands spends less than one that creeps.
+
+        Parameters
+        ----------
+        twist : (..., d) float   xi.
+
+        Returns
+        -------
+        (..., n) float   [m s^-1]
+        """
+        moving = self.vector(twist, "twist")
+        speed = np.matmul(self.jacobian, moving[..., None])[..., 0]
+        scale = np.abs(self.jacobian).max(axis=-1) * np.abs(moving).max(axis=-1, keepdims=True)
+        return np.where(np.abs(speed) < _ROUNDING * scale, 0.0, speed)
 
     def link_forces(self, wrench: Array) -> np.ndarray:
         """Forces of the links on the machine with which it exerts a wrench on its load: ``J^T f = W``.

@@ -145,6 +145,8 @@ class OmniwheelDrive(Linked):
     """
 
     WORD: ClassVar[str] = "omniwheels"
+    # The speed of a cylinder that carries a whole body swings for nearly half a second, and the wheels steer against that.
+    held_time: ClassVar[float] = 1.0
     shown: ClassVar[str] = (
         ", from above: wheels along their rolling directions, the axles of the rollers that stand on the ground, and the forces "
         "on the machine."
