@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -47,8 +47,8 @@ class GearedBench(Bench):
         "{name}: {count} of {whole} rows are impossible: check units and signs; the torque is that on the load, positive "
         "with the speed while the motor drives"
     )
-    parameters = PARAMETERS
-    units = SIGNALS
+    parameters: ClassVar[Mapping[str, Parameter]] = PARAMETERS
+    units: ClassVar[Mapping[str, str]] = SIGNALS
     geared: bool
     """Whether the gearhead is on the bench."""
 

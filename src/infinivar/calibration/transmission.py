@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -118,9 +118,9 @@ class RigData(Bench):
     kind = "rig"
     row = "run"
     many = "{count} of {whole} runs are implausible, too many to exclude as single misreadings"
-    parameters = PARAMETERS
-    units = COLUMNS
-    uncertain = ("link_travel",)
+    parameters: ClassVar[Mapping[str, Parameter]] = PARAMETERS
+    units: ClassVar[Mapping[str, str]] = COLUMNS
+    uncertain: ClassVar[tuple[str, ...]] = ("link_travel",)
 
     @property
     def signals(self) -> tuple[str, ...]:  # type: ignore[override]
