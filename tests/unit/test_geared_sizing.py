@@ -563,6 +563,7 @@ def test_each_allowance_of_a_part_is_the_field_that_its_limit_names():
         no_load_current=0.0,
         continuous_torque=0.05,
         peak_torque=0.2,
+        demagnetisation_current=20.0,
         max_speed=900.0,
     )
     gear = iv.Gearhead(
