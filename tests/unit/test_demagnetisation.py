@@ -7,6 +7,7 @@ import pytest
 
 import infinivar as iv
 from infinivar import Limit
+from internals import time_history
 from made import loaded
 from small_catalogue import SHELF
 
@@ -75,3 +76,13 @@ def test_designs_of_a_search_keep_it_as_their_cycles_do(searched):
             worst = max(cycle.demands[KEY] for cycle in cycles)
             stated = max(demand for (_, *key), demand in one.demands.items() if tuple(key) == KEY)
             assert stated == pytest.approx(worst, rel=1e-9)
+
+
+def test_a_run_names_it_and_its_figure_shows_when():
+    """As the peak torque, which is a current too."""
+    motor = replace(DRIVE.motor, demagnetisation_current=0.5, peak_torque=0.005)
+    scenario = iv.Scenario(motion=iv.Sinusoid(distance=0.02, frequency=2.0), load_mass=1.0, duration=0.3)
+    run = iv.simulate(replace(DRIVE, motor=motor), scenario)
+    assert {Limit.DEMAGNETISATION, Limit.PEAK} <= {event.limit for event in run.events}
+    shown = [words for _, _, words in time_history.data(run)["limits"]["current\n[A]"]]
+    assert {"motor demagnetisation current (motor)", "motor peak torque (motor)"} <= {*shown}

@@ -16,6 +16,11 @@ def joined(words: Sequence[str], last: str = "and") -> str:
     return f"{', '.join(words[:-1])} {last} {words[-1]}" if len(words) > 1 else words[0]
 
 
+def capitalise(text: str) -> str:
+    """Text with its first letter in upper case and the others as they are, unlike `str.capitalize` and the filter of Jinja."""
+    return text[:1].upper() + text[1:]
+
+
 def few(words: Sequence[str], most: int, between: str = ", ") -> str:
     """The first words of many: "a, b and 3 more"; all of them, without "and", up to `most`."""
     more = len(words) - most

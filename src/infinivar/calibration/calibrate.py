@@ -198,7 +198,7 @@ def calibrate_geared(
     """
     check_study(study)
     drive = conventional(study, name)
-    measured = _read(data, study, name, columns) if isinstance(data, (str, Path)) else data
+    measured = _read(data, study, name, drive, columns) if isinstance(data, (str, Path)) else data
     rows, names = _requested(measured, leave_out, parameters)
     faults = rows.faults()
     refuse_unless_few(rows, faults)
@@ -245,9 +245,10 @@ def _left_out(data: Bench, faults: Mapping[int, str]) -> tuple[LeftOut, ...]:
     return tuple(LeftOut(row, data.lines[row], faults[row]) for row in sorted(faults))
 
 
-def _read(file: str | Path, study: Study, name: str, headings: Mapping[str, str] | None) -> GearedBench:
+def _read(
+    file: str | Path, study: Study, name: str, drive: ConventionalDrive, headings: Mapping[str, str] | None
+) -> GearedBench:
     """Read data of the kind that their columns reveal."""
-    drive = conventional(study, name)
     found = read_named(file, {**pendulum.COLUMNS, **dynamometer.COLUMNS}, (), headings)
     if "torque" in found.columns or "motor_torque" in found.columns:
         return dynamometer.dynamometer_of(str(file), found, drive.gearhead.ratio)

@@ -26,7 +26,7 @@ from infinivar._core.result import result
 from infinivar.calibration.bench import Error
 from infinivar.calibration.geared import GearedBench, gearhead_with, motor_with
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import needed
+from infinivar.drivetrain.drive import shaft_inertia
 from infinivar.errors import InputError
 from infinivar.motion.runs import RunSeries
 from infinivar.study.rig import Rig
@@ -146,7 +146,7 @@ class Pendulum(GearedBench):
         motor = motor_with(drive.motor, values)
         gear = gearhead_with(drive.gearhead, values)
         ratio = gear.ratio
-        inertia = needed(motor.rotor_inertia, "motor.rotor_inertia") + given(gear.inertia, 0.0)
+        inertia = shaft_inertia(motor, gear)
         point = gear.operate(
             output_torque=scale * self.torque,
             output_speed=self.speed,

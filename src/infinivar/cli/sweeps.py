@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from infinivar._core.text import capitalise
 from infinivar.cli.shared import chosen, chosen_cobotic, loaded_study, naming, of_one_axis, print_json
 from infinivar.cli.sizing import (
     Life,
@@ -110,7 +111,7 @@ def size(
     if as_json:
         print_json({**made.to_dict(), "sweep": found.to_dict(0), "files": [str(file) for file in files]})
     else:
-        say(f"{made.verdict[:1].upper()}{made.verdict[1:]}")
+        say(capitalise(made.verdict))
         say(found.verdict)
         for file in files[:1]:
             say(f"Report: {file}")
@@ -163,7 +164,7 @@ def cobotic(
     if as_json:
         print_json({"verdict": verdict, **found.to_dict(), "files": [str(file) for file in files]})
     else:
-        say(f"{verdict[:1].upper()}{verdict[1:]}")
+        say(capitalise(verdict))
         for line in found.lines():
             say(line)
         for file in files[:1]:

@@ -46,8 +46,11 @@ _INSTANTS = (..., "instant")
 
 T = TypeVar("T")
 
-GEAR_LIMITS = (Limit.GEAR, Limit.GEAR_PEAK, Limit.GEAR_SPEED, Limit.GEAR_MOMENTARY, Limit.RATCHETING)
-"""Limits of the gearhead among those of a motor with its gearhead."""
+MOTOR_LIMITS = (*Motor.ALLOWANCES, Limit.REGENERATION)
+"""Limits of the motor and its amplifier among those of a motor with its gearhead."""
+
+GEAR_LIMITS = (*Gearhead.ALLOWANCES, Limit.GEAR_MOMENTARY, Limit.RATCHETING)
+"""Limits of the gearhead among these."""
 
 
 @result

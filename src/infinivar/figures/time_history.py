@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from infinivar.analysis.simulate import Simulation
-from infinivar.drivetrain.drive import GEAR_LIMITS
+from infinivar.drivetrain.drive import GEAR_LIMITS, MOTOR_LIMITS
 from infinivar.figures import style
 from infinivar.limits import Limit
 
@@ -38,10 +38,7 @@ _PANELS: tuple[tuple[str, float, dict[str, str]], ...] = (
 # The panel that shows each limit, identified by one of its columns.
 _WHERE = {
     Limit.SLIP: "slip_ratio",
-    Limit.THERMAL: "motor_current_A",
-    Limit.VOLTAGE: "motor_current_A",
-    Limit.SPEED: "motor_current_A",
-    **dict.fromkeys(GEAR_LIMITS, "motor_current_A"),
+    **dict.fromkeys((*MOTOR_LIMITS, *GEAR_LIMITS), "motor_current_A"),
     Limit.STEERING: "steering_angle_rad",
     Limit.REGENERATION: "supply_power_W",
     Limit.LINKAGE: "angle_rad",

@@ -18,13 +18,11 @@ from infinivar.machines.rolling import contact_losses
 from infinivar.machines.system import Defaults, Forces, Place
 from infinivar.motion.histories import VectorHistory
 from infinivar.parts.shaft_bearings import ROLLERS, CylinderBearings, WheelLoad
+from infinivar.transmission.configuration import without_rounding
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 _NEARLY = 0.99
 """Reach of a rod over its length, beyond which a run that stops has reached the end of it."""
-
-_ROUNDING = 1e-12
-"""Speed over the largest of its kind that is rounding. [-]"""
 
 
 class Rubbing(NamedTuple):
@@ -44,8 +42,7 @@ class Rubbing(NamedTuple):
         """
         speed = np.matmul(self.jacobian, twist[..., None])[..., 0]
         if stick_speed is None:
-            moves = np.abs(speed) > _ROUNDING * np.max(np.abs(speed), axis=-1, keepdims=True)
-            speed = np.where(moves, speed, 0.0)
+            speed = without_rounding(speed)
         return np.asarray(coulomb(speed, self.force, stick_speed)), speed
 
 

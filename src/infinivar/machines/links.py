@@ -17,14 +17,13 @@ from infinivar.contact import creep
 from infinivar.contact.friction import STICK_SPEED, coulomb
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import GEAR_LIMITS, MovingPoint, axis_of, followed
+from infinivar.drivetrain.drive import GEAR_LIMITS, MOTOR_LIMITS, MovingPoint, axis_of, followed
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.machines.course import CREEPING, MachineCourse
 from infinivar.machines.machine import SLOW_FRICTION, TaskPoint, held, moving, worst
 from infinivar.machines.many_legs import LeggedDrive
 from infinivar.motion.course import Course
-from infinivar.parts.motor import Motor
 from infinivar.transmission.configuration import Configuration, over_links
 
 RIM = 0.1
@@ -115,16 +114,12 @@ def _with_legs(
     )
 
 
-_OF_CYLINDER = (*Motor.ALLOWANCES, Limit.REGENERATION, *GEAR_LIMITS)
-"""Limits of the motor of a common cylinder, its gearhead and amplifier."""
-
-
 def judged_legs(slip: np.ndarray, utilisation: Mapping[Limit, Array], parts: Sequence[str]) -> dict[Demand, np.ndarray]:
     """Demands of legs on a common cylinder: slip (..., n) of each, and others (...,) of wheels, motor and gearhead."""
     demands = worst({Limit.SLIP: slip}, parts)
     for limit, demand in utilisation.items():
         if limit is not Limit.SLIP:
-            what = "gearhead" if limit in GEAR_LIMITS else "motor" if limit in _OF_CYLINDER else "wheel"
+            what = "gearhead" if limit in GEAR_LIMITS else "motor" if limit in MOTOR_LIMITS else "wheel"
             demands[limit, what] = np.broadcast_to(demand, slip.shape[:-1])
     return demands
 

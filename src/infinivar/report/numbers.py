@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from infinivar import units
+from infinivar._core.text import capitalise
 
 _BOUND = "\N{NO-BREAK SPACE}"
 _UNIT = (
@@ -72,11 +73,6 @@ def celsius(temperature: float | None) -> str:
 def signed(value: float, digits: int = 3) -> Any:
     """A change with its sign."""
     return raised(units.signed(value, digits))
-
-
-def capitalise(text: str) -> str:
-    """Text with its first letter in upper case and the others as they are, unlike Jinja's own filter."""
-    return text[:1].upper() + text[1:]
 
 
 FILTERS: dict[str, Callable[..., Any]] = {

@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from infinivar._core.fields import value_at
-from infinivar._core.text import aligned, counted
+from infinivar._core.text import aligned, capitalise, counted
 from infinivar.analysis.hanging import printed_lines
 from infinivar.analysis.robustness.verdicts import percent
 from infinivar.figures import sizing as figure
 from infinivar.figures import style
 from infinivar.motion.scenario import Scenario
-from infinivar.report.numbers import capitalise
 from infinivar.report.output import all_or_nothing, check_inputs
 from infinivar.report.page import render, to_json
 from infinivar.sizing.builds.result import Doubt

@@ -10,8 +10,7 @@ from typing import Literal
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.parts.bearing import Bearing
-from infinivar.sizing.cobotic.search import RANGE, best_cobotic
-from infinivar.sizing.cobotic.wheels import FREE, values_of
+from infinivar.sizing.cobotic.search import best_cobotic, ranges_of
 from infinivar.sizing.design import (
     AXLE_BEARING,
     COBOTIC_PATHS,
@@ -104,8 +103,7 @@ def _merged(found: CoboticSizing, request: StudyRequest) -> list[CoboticDesign]:
 
 
 def _record(request: StudyRequest, found: CoboticSizing) -> WheelRecord:
-    own = dict(zip(FREE, values_of(request.template), strict=True))
-    ranges = {name: request.ranges.get(name, (own[name] / RANGE, own[name] * RANGE)) for name in FREE}
+    ranges = ranges_of(request.template, request.ranges)
     return WheelRecord(
         candidates=found.candidates,
         wheels=found.wheels,

@@ -14,8 +14,14 @@ from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 
-_ROUNDING = 1e-14
-"""Speed of a link below which it is rounding, over its row of the jacobian times the twist."""
+_ROUNDING = 1e-12
+"""Speed over the largest of its kind that is rounding. [-]"""
+
+
+def without_rounding(speeds: np.ndarray) -> np.ndarray:
+    """Speeds (..., n) of one kind, exactly 0 where they are rounding beside the largest: what stands has no friction to pay."""
+    size = np.abs(speeds)
+    return np.where(size <= _ROUNDING * size.max(axis=-1, keepdims=True), 0.0, speeds)
 
 
 @result
@@ -100,10 +106,7 @@ class Configuration(Result):
         -------
         (..., n) float   [m s^-1]
         """
-        moving = self.vector(twist, "twist")
-        speed = np.matmul(self.jacobian, moving[..., None])[..., 0]
-        scale = np.abs(self.jacobian).max(axis=-1) * np.abs(moving).max(axis=-1, keepdims=True)
-        return np.where(np.abs(speed) < _ROUNDING * scale, 0.0, speed)
+        return without_rounding(np.matmul(self.jacobian, self.vector(twist, "twist")[..., None])[..., 0])
 
     def link_forces(self, wrench: Array) -> np.ndarray:
         """Forces of the links on the machine with which it exerts a wrench on its load: ``J^T f = W``.

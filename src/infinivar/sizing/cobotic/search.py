@@ -286,11 +286,17 @@ def _box(template: CoboticDrive, ranges: Mapping[str, tuple[float, float]], bear
         raise ParameterError(f"ranges has an unknown entry {min(unknown)!r}; known entries: {', '.join(FREE)}")
     if not bearings:
         raise ParameterError("bearings is empty: state at least one bearing of the axle")
-    own = values_of(template)
-    ends = np.array([ranges.get(name, (value / RANGE, value * RANGE)) for name, value in zip(FREE, own, strict=True)])
-    for name, (low, high) in zip(FREE, ends, strict=True):
+    searched = ranges_of(template, ranges)
+    for name, (low, high) in searched.items():
         require(0.0 < low <= high < np.inf, f"ranges[{name!r}]", (low, high), "a range above 0, least first")
-    return Box(ends[:, 0], ends[:, 1], bearings, own)
+    low, high = np.array(list(searched.values())).T
+    return Box(low, high, bearings, values_of(template))
+
+
+def ranges_of(template: CoboticDrive, ranges: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    """Least and largest of each free value: those stated, others around the template's."""
+    own = zip(FREE, values_of(template).tolist(), strict=True)
+    return {name: ranges.get(name, (value / RANGE, value * RANGE)) for name, value in own}
 
 
 def _fast_enough(found: Pairs, box: Box) -> Pairs:

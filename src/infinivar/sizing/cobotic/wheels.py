@@ -20,12 +20,12 @@ from infinivar._core.threads import in_order
 from infinivar.contact.creep import EXACT
 from infinivar.contact.exact_law import NARROWEST, WIDEST
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.drive import GEAR_LIMITS, MotorSide
+from infinivar.drivetrain.drive import GEAR_LIMITS, MOTOR_LIMITS, MotorSide
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import InputError, ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.parts.bearing import Bearing
-from infinivar.sizing.geared.tasks import OF_MOTOR, MotionTask, RegionTask, Task
+from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
 from infinivar.sizing.margins import TaskDemand
 
 FREE = ("cylinder_radius", "cylinder_speed", "wheel_radius", "crown_radius", "preload")
@@ -373,7 +373,7 @@ def ask(drive: CoboticDrive, task: Task) -> Demanded:
     """What a task asks of wheel designs, one or many."""
     if isinstance(task, RegionTask):
         point = drive.operate(speed=task.speed, force=task.force)
-        own = {key: demand for key, demand in point.utilisation.items() if key not in (*OF_MOTOR, *GEAR_LIMITS)}
+        own = {key: demand for key, demand in point.utilisation.items() if key not in (*MOTOR_LIMITS, *GEAR_LIMITS)}
         return Demanded(point.states["cylinder_torque_Nm"], own)
     rolled = drive.roll(task.instants.course, load_mass=task.duty.moved_mass)
     assert drive.steering is not None

@@ -13,14 +13,14 @@ from infinivar.analysis.cycles.duty_cycle import heating, warmed
 from infinivar.analysis.cycles.performance import motors_of
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import placed
+from infinivar.drivetrain.drive import MOTOR_LIMITS, placed
 from infinivar.limits import Demand, Limit
 from infinivar.parts.heat import missing
 from infinivar.parts.heat_steps import MARGIN, Windings, step_count, windings
 from infinivar.parts.motor import Motor
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared.candidates import Candidates, Pairs
-from infinivar.sizing.geared.tasks import OF_MOTOR, MotionTask, RegionTask, Task, heat_counts
+from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, heat_counts
 from infinivar.sizing.margins import TaskDemand
 
 _POINTS = 40_000
@@ -163,7 +163,7 @@ class Laws:
         point = self.drive.operate(speed=task.speed, force=task.force)
         rest = self.drive.stage.title if isinstance(self.drive, ConventionalDrive) else "wheel"
         return {
-            (limit, "motor" if limit in OF_MOTOR else part): namespace(demand).max(demand, axis=-1)
+            (limit, "motor" if limit in MOTOR_LIMITS else part): namespace(demand).max(demand, axis=-1)
             if np.ndim(demand)
             else demand
             for (limit, part), demand in placed(point.utilisation, rest).items()

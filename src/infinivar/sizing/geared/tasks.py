@@ -16,7 +16,7 @@ import numpy as np
 from infinivar.analysis.cycles import performance
 from infinivar.drivetrain import chain
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import Drive, axis_fault, operated, orders_of, placed, smoothness_fault
+from infinivar.drivetrain.drive import MOTOR_LIMITS, Drive, axis_fault, operated, orders_of, placed, smoothness_fault
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.motion.duty_cycles import DutyCycle, Instants
@@ -41,8 +41,6 @@ _PROBE = Motor(
 )
 _DIRECT = Gearhead(ratio=1.0, efficiency=1.0)
 _OF_CANDIDATES = ("motor", "gearhead")
-OF_MOTOR = frozenset({*Motor.ALLOWANCES, Limit.REGENERATION})
-"""Limits of a motor with its amplifier at an operating point."""
 
 
 class StageSignals(NamedTuple):
@@ -134,7 +132,7 @@ class RegionTask:
             np.broadcast_to(point.states[name], self.speed.shape) for name in ("motor_torque_Nm", "motor_speed_rad_s")
         )
         demands = {key: float(np.max(demand)) for key, demand in placed(point.utilisation, stage.title).items()}
-        others = {key: demand for key, demand in demands.items() if key[0] not in OF_MOTOR}
+        others = {key: demand for key, demand in demands.items() if key[0] not in MOTOR_LIMITS}
         return _with_the_motion(torque, np.zeros_like(torque), speed, others)
 
     def critical(self, template: ConventionalDrive, stage: OutputStage) -> RegionTask:

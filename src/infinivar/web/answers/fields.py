@@ -18,6 +18,7 @@ from annotated_types import Gt
 from infinivar import units
 from infinivar._core.bounds import Bound, NonZero, permitted, words
 from infinivar._core.fields import hints, quantity
+from infinivar._core.text import capitalise
 from infinivar.errors import InputError
 from infinivar.parts.motor import Motor
 from infinivar.study.provenance import DEFAULT, GIVEN, Rows, by_field, recorded, same, text_of, unscaled
@@ -146,8 +147,7 @@ def _row(owner: str, at: list[str], path: str) -> dict[str, Any]:
 
 def _label(name: str) -> str:
     """A key in words: "cylinder radius" of cylinder_radius."""
-    text = name.replace("_", " ")
-    return text[:1].upper() + text[1:]
+    return capitalise(name.replace("_", " "))
 
 
 def _provenance(one: _Value, row: Any, study: str) -> dict[str, str]:
