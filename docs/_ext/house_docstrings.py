@@ -8,6 +8,9 @@ reStructuredText reads them as substitutions.
 import dataclasses
 import re
 
+from docutils import nodes
+from sphinx import addnodes
+
 from infinivar._core.bounds import words
 from infinivar._core.result import Frozen
 
@@ -84,7 +87,15 @@ def rewrite(app, what: str, name: str, obj: object, options: object, lines: list
         lines += [] if told else describe_fields(obj)
 
 
+def unlink_common_words(app, doctree: nodes.document) -> None:
+    """Types refer to classes: ``float or row`` is no reference to a method that happens to be called row."""
+    for reference in list(doctree.findall(addnodes.pending_xref)):
+        if reference["refdomain"] == "py" and reference["reftype"] == "class" and reference["reftarget"].islower():
+            reference.replace_self(reference.children)
+
+
 def setup(app):
     # Run before napoleon, which has the default priority of 500.
     app.connect("autodoc-process-docstring", rewrite, priority=400)
+    app.connect("doctree-read", unlink_common_words)
     return {"parallel_read_safe": True}

@@ -141,7 +141,7 @@ def followed(contact, *, side, gain, fed_forward, offset, length):
 
     def rates(way, state):
         d, h = state
-        point = machine.solve(heading=[h], rates={"x": 1.0}, applied={"y": side})
+        point = machine.solve(heading=[h], rates={"x": 1.0}, applied={"y": -side})
         off = h + (slip_angle if fed_forward else 0.0)
         turning = -gain * d - 2.0 * math.sqrt(gain) * off
         return [point.rates[1] / point.rates[0], turning]
