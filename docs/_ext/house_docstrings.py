@@ -10,6 +10,7 @@ import re
 
 from docutils import nodes
 from sphinx import addnodes
+from sphinx.ext.autosummary import autosummary_toc
 
 from infinivar._core.bounds import words
 from infinivar._core.result import Frozen
@@ -94,8 +95,18 @@ def unlink_common_words(app, doctree: nodes.document) -> None:
             reference.replace_self(reference.children)
 
 
+def leave_out_of_contents(app, doctree: nodes.document) -> None:
+    """Pages of objects are reached from the lists on the page on Python: hundreds of them in the contents beside every page,
+    which nobody reads, take most of the time of a build.
+    """
+    for contents in list(doctree.findall(autosummary_toc)):
+        contents.parent.remove(contents)
+
+
 def setup(app):
     # Run before napoleon, which has the default priority of 500.
     app.connect("autodoc-process-docstring", rewrite, priority=400)
     app.connect("doctree-read", unlink_common_words)
+    # Before Sphinx collects the contents, with the default priority of 500.
+    app.connect("doctree-read", leave_out_of_contents, priority=400)
     return {"parallel_read_safe": True}

@@ -21,6 +21,7 @@ MOTOR = iv.Motor(
     viscous_friction=1.5e-6,
     continuous_torque=0.09,
     peak_torque=0.3,
+    demagnetisation_current=20.0,
     rotor_inertia=1e-5,
     mass=0.3,
     diameter=0.032,
@@ -71,6 +72,7 @@ BROKEN = {
     "viscous friction": {"viscous_friction": 5e-6},
     "heat at continuous current": {"housing_to_ambient": 25.0},
     "continuous torque": {"peak_torque": 0.08},
+    "demagnetisation current": {"demagnetisation_current": 1.0},
     "rotor inertia": {"rotor_inertia": 1e-4},
 }
 

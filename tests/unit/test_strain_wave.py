@@ -102,8 +102,8 @@ def test_its_limits_are_named():
     assert set(joint(gear).operate(speed=1.0, force=0.1).utilisation) >= {*GEAR_LIMITS}
     alone = {limit: float(demand) for limit, demand in GEAR.utilisation(11.0 * RATED, 0.0).items()}
     assert alone == {Limit.GEAR_MOMENTARY: pytest.approx(2.75), Limit.RATCHETING: pytest.approx(1.1)}
-    only = replace(GEAR, strain_wave=replace(SAID, momentary_torque=None, ratcheting_torque=0.1 * RATED))
-    point = joint(only).operate(speed=1.0, force=0.2 * RATED)
+    only = replace(GEAR, strain_wave=replace(SAID, momentary_torque=None, ratcheting_torque=RATED))
+    point = joint(only).operate(speed=1.0, force=2.0 * RATED)
     assert Limit(int(point.limit)).words == "gearhead ratcheting torque"
 
 
@@ -185,11 +185,32 @@ def test_a_fit_starts_from_the_law_while_the_motor_drives():
         ({"stiffness_2": 1.0}, "torque_1 is missing: stiffness_2 needs it"),
         ({"torque_2": 1.0, "stiffness_3": 1.0}, "torque_1 is missing: torque_2 needs it"),
         ({"torque_1": 1.0, "stiffness_2": 1.0}, "stiffness is missing: corners of the torsional spring need it"),
+        (
+            {"torque_1": 1.0, "stiffness_2": 2.0, "torque_2": 2.0, "stiffness_3": 1.0},
+            "stiffness_3 must be >= stiffness_2, 2 N m/rad, got 1",
+        ),
+        ({"momentary_torque": 0.5 * RATED}, "momentary_torque must be >= rated_torque"),
+        ({"ratcheting_torque": 0.5 * RATED}, "ratcheting_torque must be >= rated_torque"),
+        (
+            {"momentary_torque": 4.0 * RATED, "ratcheting_torque": 3.0 * RATED},
+            "ratcheting_torque must be >= momentary_torque",
+        ),
     ],
 )
 def test_values_that_exclude_each_other_are_refused(changed, message):
     with pytest.raises(iv.InputError, match=message):
         replace(GEAR, strain_wave=replace(SAID, **changed))
+
+
+def test_a_spring_that_softens_is_refused():
+    with pytest.raises(iv.InputError, match=r"stiffness must be <= .* N m/rad, that beyond the first corner"):
+        replace(springy(), stiffness=1.01 * springy().strain_wave.stiffness_2)
+
+
+def test_a_table_without_its_loss_model_names_it():
+    """The default, coulomb, would ask for an efficiency that a strain-wave gear states in its table."""
+    with pytest.raises(iv.InputError, match=r"efficiency is missing: .*, or choose loss_model = 'strain wave'"):
+        iv.Gearhead(ratio=RATIO, strain_wave=SAID)
 
 
 def test_backlash_beside_corners_is_refused():

@@ -360,7 +360,13 @@ def check_choice(
     require(said in needs, choice, repr(said), f"one of {', '.join(needs)}")
     for name in needs[said]:
         if getattr(instance, name) is None:
-            raise ParameterError(f"{name} is missing: {choice} = {said!r} needs it")
+            fits = [
+                one
+                for one, names in needs.items()
+                if names and all(getattr(instance, each) is not None for each in names)
+            ]
+            hint = "".join(f", or choose {choice} = {one!r}, which needs {' and '.join(needs[one])}" for one in fits)
+            raise ParameterError(f"{name} is missing: {choice} = {said!r} needs it{hint}")
     special = {name for table in (needs, may) for names in table.values() for name in names}
     for name in sorted(special - {*needs[said], *may.get(said, ())}):
         if getattr(instance, name) is not None:

@@ -11,11 +11,12 @@ from annotated_types import Ge, Gt, Interval
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.chain_rule import is_zero
 from infinivar._core.fields import check, check_choice, component, quantity
-from infinivar.errors import ParameterError
+from infinivar.errors import ParameterError, require
 from infinivar.limits import ROOT_MEAN_SQUARE, Limit
 from infinivar.parts.gear_friction import GearFriction, MeasuredLoss
 from infinivar.parts.gear_law import ConstantLoss, GearLaw, ProportionalLoss, Torsion
 from infinivar.parts.strain_wave import StrainWave, StrainWaveLaw
+from infinivar.units import plain
 
 LossModel = Literal["coulomb", "proportional", "stribeck", "strain wave"]
 
@@ -139,6 +140,10 @@ class Gearhead:
             raise ParameterError(fault)
         if law.corners and self.stiffness is None:
             raise ParameterError("stiffness is missing: corners of the torsional spring need it")
+        for _, beyond in law.corners[:1]:
+            if isinstance(beyond, (int, float)) and isinstance(self.stiffness, (int, float)):
+                most = f"<= {plain(beyond, 4)} N m/rad, that beyond the first corner"
+                require(self.stiffness <= beyond, "stiffness", self.stiffness, most)
         if self.slack and law.corners:
             raise ParameterError("backlash does not apply to a gearhead that is stiffer under load; remove one of them")
 

@@ -104,6 +104,15 @@ class StrainWave:
             raise ParameterError("torque_1 is missing: torque_2 needs it")
         if isinstance(self.torque_1, (int, float)) and isinstance(self.torque_2, (int, float)):
             require(self.torque_2 > self.torque_1, "torque_2", self.torque_2, f"> torque_1, {self.torque_1:g} N m")
+        for less, more, unit in (
+            ("stiffness_2", "stiffness_3", "N m/rad"),
+            ("rated_torque", "momentary_torque", "N m"),
+            ("rated_torque", "ratcheting_torque", "N m"),
+            ("momentary_torque", "ratcheting_torque", "N m"),
+        ):
+            low, high = getattr(self, less), getattr(self, more)
+            if isinstance(low, (int, float)) and isinstance(high, (int, float)):
+                require(high >= low, more, high, f">= {less}, {plain(low, 4)} {unit}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

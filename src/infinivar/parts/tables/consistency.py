@@ -158,6 +158,14 @@ def peak_over_continuous(rows: Rows) -> Compared:
     return rows.continuous_torque, rows.peak_torque
 
 
+def magnets_over_continuous(rows: Rows) -> Compared:
+    """Continuous current, and the current that demagnetises the magnets, which it must not exceed. [A]
+
+    Source: maxon2020.
+    """
+    return np.fmax(rows.stated_continuous_current, rows.continuous_current), rows.demagnetisation_current
+
+
 def rotor_in_housing(rows: Rows) -> Compared:
     """Rotor inertia, and the inertia of all of the motor's mass at its outer radius, m (D/2)^2. [kg m^2]
 
@@ -299,6 +307,16 @@ RELATIONS = (
         tolerance=0.01,
         reason=_EXACT,
         follows="the peak torque",
+        at_most=True,
+    ),
+    Relation(
+        kind="motors",
+        name="demagnetisation current",
+        law=magnets_over_continuous,
+        unit="A",
+        tolerance=0.01,
+        reason=_EXACT,
+        follows="the current that demagnetises the magnets",
         at_most=True,
     ),
     Relation(
