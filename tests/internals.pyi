@@ -339,7 +339,6 @@ from infinivar.study.check import check_duty
 from infinivar.study.choices import variants, variants_of
 from infinivar.study.inputs import input_files
 from infinivar.study.json_schema import extended_schema, json_schema
-from infinivar.study.json_schema import table as schema_table
 from infinivar.study.layers import annotated
 from infinivar.study.load import shipped_study, study_from
 from infinivar.study.messages import StudyError

@@ -17,7 +17,7 @@ from infinivar.motion.virtual.tasks import HandleTask
 from infinivar.parts import catalogue
 from infinivar.parts.tables.columns import ONE
 from infinivar.parts.tables.consistency import RELATIONS
-from infinivar.study import json_schema, schema
+from infinivar.study import schema
 from infinivar.study.load import shipped_study
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
@@ -31,9 +31,9 @@ def grid(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
     return "\n".join("| " + " | ".join(str(cell).replace("|", "\\|") for cell in line) + " |" for line in lines) + "\n"
 
 
-def _options(property_schema: dict) -> list[object]:
+def _options(key: schema.Key) -> list[object]:
     """Options that a field accepts, from its JSON Schema; empty if any value is allowed."""
-    return next((branch["enum"] for branch in property_schema.get("anyOf", []) if "enum" in branch), [])
+    return next((branch["enum"] for branch in (key.schema or {}).get("anyOf", []) if "enum" in branch), [])
 
 
 def _default(field: dataclasses.Field) -> str:
@@ -63,14 +63,13 @@ def _written(meta: Mapping, hint: object) -> str:
 def fields_of(part: type) -> str:
     """Table of the keys of a part."""
     hints = typing.get_type_hints(part)
-    properties = json_schema.table(part).model_json_schema()["properties"]
     known = {field.name: field for field in dataclasses.fields(part)}
     rows = []
-    for key, property_schema in properties.items():
+    for key, entry in schema.table_keys(part).items():
         field = known.get(key)
-        meta = field.metadata if field is not None else {"meaning": property_schema["description"], "unit": "1"}
+        meta = field.metadata if field is not None else {"meaning": entry.meaning, "unit": "1"}
         inner = schema.part_of(hints.get(key))
-        options = _options(property_schema)
+        options = _options(entry)
         if inner is not None:
             write = f"table, see [{inner.__name__}](#{inner.__name__.lower()})"
         elif "several" in meta:

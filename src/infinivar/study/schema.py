@@ -132,8 +132,8 @@ def _read(read: Callable[[Any, str | None], Any], raw: Any, unit: str | None) ->
         raise ValueError(str(problem)) from problem
 
 
-def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Key:
-    """Return the key of one value; its JSON Schema allows a bare value or a table with provenance."""
+def value_schema(schema: dict[str, Any]) -> dict[str, Any]:
+    """Return the JSON Schema of a key whose value has a schema: a bare value, or a table with its provenance."""
     table = {
         "type": "object",
         "required": ["value"],
@@ -145,7 +145,12 @@ def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Key
             "where": {"type": "string"},
         },
     }
-    return Key(lambda raw: _entry(raw, read), {"anyOf": [schema, table]})
+    return {"anyOf": [schema, table]}
+
+
+def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Key:
+    """Return the key of one value."""
+    return Key(lambda raw: _entry(raw, read), value_schema(schema))
 
 
 @functools.cache
