@@ -16,9 +16,11 @@ from internals import (
     TEMPLATE,
     check_value,
     described,
+    in_kinds,
     json_schema,
     parameter_set,
     parameter_sets,
+    part_of,
     shipped_studies,
     shipped_study,
     turning,
@@ -220,8 +222,8 @@ def test_a_drive_that_there_is_not(study):
 
 def parts_of(part):
     """A part with all that its tables hold."""
-    inner = [schema.part_of(hint) for hint in typing.get_type_hints(part).values()]
-    inner += [kind for field in schema.in_kinds(part) for kind in field.metadata["kinds"].values()]
+    inner = [part_of(hint) for hint in typing.get_type_hints(part).values()]
+    inner += [kind for field in in_kinds(part) for kind in field.metadata["kinds"].values()]
     return {part}.union(*(parts_of(one) for one in inner if one is not None))
 
 

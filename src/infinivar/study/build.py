@@ -7,7 +7,7 @@ from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from infinivar._core.fields import hints
+from infinivar._core.fields import described, hints, in_kinds, part_of
 from infinivar.errors import InputError, ParameterError, nearest, printable
 from infinivar.parts.motor import Motor
 from infinivar.study import extensions
@@ -19,12 +19,9 @@ from infinivar.study.schema import (
     ORIGIN,
     Entry,
     Key,
-    described,
-    in_kinds,
     keys,
     kind_keys,
     kinds_for,
-    part_of,
     shape_key,
     suggestion,
     table_keys,

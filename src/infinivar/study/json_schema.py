@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from infinivar._core.fields import in_kinds
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.motion.scenario import Scenario
@@ -22,7 +23,6 @@ from infinivar.study.schema import (
     DRIVES,
     KINDS,
     SPREAD,
-    in_kinds,
     shape_key,
     table_keys,
     value_schema,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from infinivar._core.fields import hints
+from infinivar._core.fields import hints, part_of
 from infinivar.drivetrain.conventional import STAGES
 from infinivar.errors import InputError, nearest
 from infinivar.motion.duty_cycles import CYCLES
@@ -18,7 +18,7 @@ from infinivar.parts import catalogue
 from infinivar.parts.gearhead import foreign_fields
 from infinivar.study import extensions
 from infinivar.study.messages import StudyError, quoted
-from infinivar.study.schema import CATALOGUES, HEAD, KINDS, ORIGIN, SHAPE, kind_keys, part_of
+from infinivar.study.schema import CATALOGUES, HEAD, KINDS, ORIGIN, SHAPE, kind_keys
 from infinivar.study.shipped import shared_set
 from infinivar.transmission.rolling_contact import MEASURED
 

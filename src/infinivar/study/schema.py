@@ -10,7 +10,6 @@ import dataclasses
 import functools
 import math
 import re
-import types
 import typing
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
@@ -21,7 +20,7 @@ from annotated_types import Gt
 from infinivar import units
 from infinivar._core import plugins
 from infinivar._core.bounds import Bound, fits, permitted, words
-from infinivar._core.fields import check_field, check_value, hints
+from infinivar._core.fields import check_field, check_value, described, hints, in_kinds, part_of, quantity
 from infinivar.contact import creep
 from infinivar.contact.bodies import Material
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -69,6 +68,15 @@ SHAPE = "shape"
 ORIGIN = ("kind", "where")
 """Keys of any table that state the origin of its values."""
 
+
+SCALE: Any = quantity(
+    "1",
+    Gt(0),
+    "Number of identical motors on one shaft (may be fractional); scales torque, currents, inertia and mass",
+    default=None,
+)
+"""Key of a motor that is no field of its own."""
+SCALE.name = "scale"
 
 _FEW = 3
 """Most tables suggested for a key that stands in none of them."""
@@ -376,25 +384,6 @@ def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
     return _text()
 
 
-@functools.cache
-def part_of(hint: Any) -> type | None:
-    """Return the dataclass in a type hint that has a table of its own, if any."""
-    kinds = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
-    return next((kind for kind in kinds if dataclasses.is_dataclass(kind) and described(kind)), None)  # type: ignore[arg-type, return-value]
-
-
-@functools.cache
-def described(part: type) -> tuple[dataclasses.Field[Any], ...]:
-    """Return the fields of a part that a table states directly: neither derived from others nor coming in kinds."""
-    found = (field for field in dataclasses.fields(part) if field.init)
-    return tuple(field for field in found if "meaning" in field.metadata and "kinds" not in field.metadata)
-
-
-def in_kinds(part: type) -> list[dataclasses.Field[Any]]:
-    """Return the fields of a part whose value comes in several kinds, selected by `shape`."""
-    return [field for field in dataclasses.fields(part) if "kinds" in field.metadata]
-
-
 def kind_keys(kinds: Mapping[str, type], key: str = SHAPE) -> list[str]:
     """Return `shape`, or another key that selects the kind, and every key of some kinds of a value."""
     inside = (name for kind in kinds.values() for name in (*table_keys(kind), *(one.name for one in in_kinds(kind))))
@@ -456,12 +445,9 @@ def table_keys(part: type) -> dict[str, Key]:
     for one in described(part):
         required = one.default is dataclasses.MISSING and one.default_factory is dataclasses.MISSING
         key = _key(hints(part)[one.name], one)
-        found[one.name] = replace(key, required=required, meaning=one.metadata.get("meaning", ""))
+        found[one.name] = replace(key, required=required, meaning=one.metadata["meaning"])
     if issubclass(part, Motor):
-        meaning = (
-            "Number of identical motors on one shaft (may be fractional); scales torque, currents, inertia and mass"
-        )
-        found["scale"] = replace(_quantity("1", Gt(0)), meaning=meaning)
+        found[SCALE.name] = replace(_key(float, SCALE), meaning=SCALE.metadata["meaning"])
     return found
 
 
