@@ -22,15 +22,13 @@ from infinivar._core import plugins
 from infinivar._core.bounds import Bound, fits, permitted, words
 from infinivar._core.fields import check_field, check_value, described, hints, in_kinds, part_of, quantity
 from infinivar.contact import creep
-from infinivar.contact.bodies import Material
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError, ParameterError, nearest, printable
 from infinivar.machines.registry import DRIVES as MACHINES
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
-from infinivar.parts.bearing import Bearing
-from infinivar.parts.gearhead import Gearhead
+from infinivar.parts import catalogue
 from infinivar.parts.motor import Motor
 from infinivar.study import extensions
 from infinivar.study.requirement import JointRequirement, Requirement
@@ -48,7 +46,7 @@ DRIVES: dict[str, type] = {
 CHOICES: dict[str, Mapping[str, Any]] = {"creep_law": creep.LAWS}
 """Values that a field accepts, by their name in a study file."""
 
-CATALOGUES: dict[Any, Any] = {Motor: "motors", Gearhead: "gearheads", Bearing: "bearings", Material: "materials"}
+CATALOGUES: Mapping[type, str] = {part: name for name, part in catalogue.PARTS.items()}
 """Catalogue of each kind of part."""
 
 HEAD = ("base", "like", "title", "type")
