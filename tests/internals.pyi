@@ -16,7 +16,16 @@ from infinivar._core.described import arrays as labelled_arrays
 from infinivar._core.described import at, dictionary, finite, is_labelled, named, plain, reported, rows, suffix, unit_of
 from infinivar._core.described import derived as described_derived
 from infinivar._core.engine import local as local_engine
-from infinivar._core.fields import check_value, hints, quantities_of, value_at, with_values
+from infinivar._core.fields import (
+    check_value,
+    described,
+    hints,
+    in_kinds,
+    part_of,
+    quantities_of,
+    value_at,
+    with_values,
+)
 from infinivar._core.frozen import FrozenDict, frozen
 from infinivar._core.frozen import Room as FrozenRoom
 from infinivar._core.labels import Labels
@@ -339,7 +348,6 @@ from infinivar.study.check import check_duty
 from infinivar.study.choices import variants, variants_of
 from infinivar.study.inputs import input_files
 from infinivar.study.json_schema import extended_schema, json_schema
-from infinivar.study.json_schema import table as schema_table
 from infinivar.study.layers import annotated
 from infinivar.study.load import shipped_study, study_from
 from infinivar.study.messages import StudyError
@@ -347,7 +355,6 @@ from infinivar.study.provenance import text_of
 from infinivar.study.save import _raw as study_tables
 from infinivar.study.schema import DRIVES as SCHEMA_DRIVES
 from infinivar.study.schema import KINDS as SCHEMA_KINDS
-from infinivar.study.schema import described, in_kinds, part_of
 from infinivar.study.schema import keys as schema_keys
 from infinivar.study.shipped import parameter_set, parameter_sets, shipped_studies, study_file
 from infinivar.study.spreads import Spread

@@ -10,6 +10,7 @@ from sphinx.errors import ExtensionError
 import infinivar
 from infinivar import units
 from infinivar._core.bounds import words
+from infinivar._core.fields import described, in_kinds, part_of
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.motion.scenario import FORCES, MOTIONS, Scenario
@@ -17,7 +18,7 @@ from infinivar.motion.virtual.tasks import HandleTask
 from infinivar.parts import catalogue
 from infinivar.parts.tables.columns import ONE
 from infinivar.parts.tables.consistency import RELATIONS
-from infinivar.study import json_schema, schema
+from infinivar.study import schema
 from infinivar.study.load import shipped_study
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
@@ -31,9 +32,9 @@ def grid(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
     return "\n".join("| " + " | ".join(str(cell).replace("|", "\\|") for cell in line) + " |" for line in lines) + "\n"
 
 
-def _options(property_schema: dict) -> list[object]:
+def _options(key: schema.Key) -> list[object]:
     """Options that a field accepts, from its JSON Schema; empty if any value is allowed."""
-    return next((branch["enum"] for branch in property_schema.get("anyOf", []) if "enum" in branch), [])
+    return next((branch["enum"] for branch in (key.schema or {}).get("anyOf", []) if "enum" in branch), [])
 
 
 def _default(field: dataclasses.Field) -> str:
@@ -63,14 +64,13 @@ def _written(meta: Mapping, hint: object) -> str:
 def fields_of(part: type) -> str:
     """Table of the keys of a part."""
     hints = typing.get_type_hints(part)
-    properties = json_schema.table(part).model_json_schema()["properties"]
     known = {field.name: field for field in dataclasses.fields(part)}
     rows = []
-    for key, property_schema in properties.items():
+    for key, entry in schema.table_keys(part).items():
         field = known.get(key)
-        meta = field.metadata if field is not None else {"meaning": property_schema["description"], "unit": "1"}
-        inner = schema.part_of(hints.get(key))
-        options = _options(property_schema)
+        meta = field.metadata if field is not None else {"meaning": entry.meaning, "unit": "1"}
+        inner = part_of(hints.get(key))
+        options = _options(entry)
         if inner is not None:
             write = f"table, see [{inner.__name__}](#{inner.__name__.lower()})"
         elif "several" in meta:
@@ -91,7 +91,7 @@ def fields_of(part: type) -> str:
                 meta["meaning"],
             )
         )
-    for field in schema.in_kinds(part):
+    for field in in_kinds(part):
         kinds = list(field.metadata["kinds"].values())
         if kinds in ([*MOTIONS.values()], [*FORCES.values()]):
             owner = "force" if kinds == [*FORCES.values()] else "motion"
@@ -112,7 +112,7 @@ def kinds_of(field: dataclasses.Field) -> str:
     for shape, kind in field.metadata["kinds"].items():
         summary = kind.__doc__.strip().splitlines()[0].replace("``", "`")
         text.append(f'With `{field.metadata["key"]} = "{shape}"`: {summary[0].lower()}{summary[1:]}\n')
-        if schema.described(kind) or schema.in_kinds(kind):
+        if described(kind) or in_kinds(kind):
             text.append(fields_of(kind))
     return "\n".join(text)
 
@@ -125,12 +125,12 @@ def section(field: dataclasses.Field) -> str:
 
 def _parts(part: type, found: list[type]) -> None:
     hints = typing.get_type_hints(part)
-    for field in schema.described(part):
-        inner = field.metadata.get("several") or schema.part_of(hints[field.name])
+    for field in described(part):
+        inner = field.metadata.get("several") or part_of(hints[field.name])
         if inner is not None and inner not in found:
             found.append(inner)
             _parts(inner, found)
-    for field in schema.in_kinds(part):
+    for field in in_kinds(part):
         if part is SessionTask or issubclass(part, HandleTask):
             for kind in field.metadata["kinds"].values():
                 _parts(kind, found)
@@ -154,7 +154,7 @@ def study_fields() -> str:
     text = []
     for heading, part in sections:
         text.append(f"### {heading}\n\n{part.__doc__.strip().splitlines()[0]}\n\n{fields_of(part)}")
-        for field in schema.in_kinds(part):
+        for field in in_kinds(part):
             if part is MachinePath:
                 continue  # the kinds of every coordinate are those of a duty cycle
             if field.metadata["flat"]:
@@ -162,7 +162,7 @@ def study_fields() -> str:
             else:
                 text.append(section(field))
             # What a task at a handle consists of comes in kinds as well.
-            inner = [one for kind in field.metadata["kinds"].values() for one in schema.in_kinds(kind)]
+            inner = [one for kind in field.metadata["kinds"].values() for one in in_kinds(kind)]
             text += [section(one) for one in inner if part is SessionTask and field.metadata["flat"]]
     for part in parts:
         summary = part.__doc__.strip().splitlines()[0].replace("``", "`")

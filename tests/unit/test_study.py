@@ -16,14 +16,15 @@ from internals import (
     TEMPLATE,
     check_value,
     described,
+    in_kinds,
     json_schema,
     parameter_set,
     parameter_sets,
+    part_of,
     shipped_studies,
     shipped_study,
     turning,
 )
-from internals import schema_table as table
 from internals import study_schema as schema
 
 MINIMAL = """
@@ -204,7 +205,7 @@ def test_schema_knows_every_field():
             assert field.name in properties, field.name
             assert properties[field.name].get("description") or "$ref" in str(properties[field.name])
         assert "required" not in definitions[part.__name__]
-    assert set(table(iv.Motor).model_fields) == {*(field.name for field in dataclasses.fields(iv.Motor)), "scale"}
+    assert set(schema.table_keys(iv.Motor)) == {*(field.name for field in dataclasses.fields(iv.Motor)), "scale"}
 
 
 def test_shipped_studies_are_valid(study):
@@ -221,8 +222,8 @@ def test_a_drive_that_there_is_not(study):
 
 def parts_of(part):
     """A part with all that its tables hold."""
-    inner = [schema.part_of(hint) for hint in typing.get_type_hints(part).values()]
-    inner += [kind for field in schema.in_kinds(part) for kind in field.metadata["kinds"].values()]
+    inner = [part_of(hint) for hint in typing.get_type_hints(part).values()]
+    inner += [kind for field in in_kinds(part) for kind in field.metadata["kinds"].values()]
     return {part}.union(*(parts_of(one) for one in inner if one is not None))
 
 

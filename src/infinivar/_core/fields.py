@@ -11,8 +11,8 @@ import math
 import numbers
 import types
 import typing
-from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Literal, NamedTuple
 
 from infinivar._core.arrays import shown
 from infinivar._core.bounds import FINITE, Bound, NonZero, fits, within, words
@@ -165,26 +165,47 @@ def _checked(part: type) -> tuple[dataclasses.Field, ...]:
 
 
 @functools.cache
+def described(part: type) -> tuple[dataclasses.Field, ...]:
+    """Fields of a part that a table states directly: neither derived from others nor coming in kinds."""
+    found = (field for field in dataclasses.fields(part) if field.init)
+    return tuple(field for field in found if "meaning" in field.metadata and "kinds" not in field.metadata)
+
+
+@functools.cache
+def in_kinds(part: type) -> tuple[dataclasses.Field, ...]:
+    """Fields of a part whose value comes in several kinds, selected by a key such as `shape`."""
+    return tuple(field for field in dataclasses.fields(part) if "kinds" in field.metadata)
+
+
+@functools.cache
+def is_part(kind: Any) -> bool:
+    """Whether it is a class of parts: a dataclass with fields made here."""
+    return dataclasses.is_dataclass(kind) and any("meaning" in field.metadata for field in dataclasses.fields(kind))
+
+
+@functools.cache
+def part_of(hint: Any) -> type | None:
+    """The class of parts in a type hint, whose values have a table of their own, if any."""
+    return next((kind for kind in _options(hint) if is_part(kind)), None)
+
+
+def _options(hint: Any) -> tuple[Any, ...]:
+    return typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+
+
+@functools.cache
 def _parts(part: type) -> Mapping[str, tuple[tuple[type, ...], bool]]:
     """Fields of a part that hold parts: the classes they may have, and whether they may be None."""
     found: dict[str, tuple[tuple[type, ...], bool]] = {}
-    for field in dataclasses.fields(part):
-        if not field.init or "meaning" not in field.metadata:
-            continue
-        hint = hints(part)[field.name]
-        options = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
-        kinds = tuple(one for one in options if _has_meaning(one))
+    for field in (*described(part), *in_kinds(part)):
+        options = _options(hints(part)[field.name])
+        kinds = tuple(one for one in options if is_part(one))
         if kinds and len(kinds) + (_NONE in options) == len(options):
             found[field.name] = kinds, _NONE in options
     return found
 
 
 _NONE = type(None)
-
-
-def _has_meaning(kind: Any) -> bool:
-    """Whether it is a class of parts: a dataclass with fields made here."""
-    return dataclasses.is_dataclass(kind) and any("meaning" in field.metadata for field in dataclasses.fields(kind))
 
 
 def _check_part(name: str, value: Any, kinds: tuple[type, ...]) -> None:
@@ -401,18 +422,44 @@ def brief(self: Any) -> str:
     return f"{type(self).__name__}({', '.join(said)})"
 
 
-def quantities_of(instance: Any, prefix: str = "") -> dict[str, dataclasses.Field]:
-    """Physical fields with a value, of a dataclass and its parts, by dotted path in order of definition."""
-    found: dict[str, dataclasses.Field] = {}
-    for field in dataclasses.fields(instance):
+class Place(NamedTuple):
+    """A field with its value, somewhere in a drive, a motion or the like."""
+
+    path: str
+    """From the whole, with dots."""
+    owner: Any
+    """The part that has the field."""
+    field: dataclasses.Field
+    value: Any
+    inside: str
+    """What the paths of the fields within the value begin with."""
+
+
+def walk(
+    instance: Any, prefix: str = "", within: Callable[[Any, str], Iterator[Place]] | None = None
+) -> Iterator[Place]:
+    """Yield every field with a value of a dataclass and of the parts within it, in order of definition, kinds last.
+
+    Parameters
+    ----------
+    instance            Anything but a dataclass has no fields.
+    prefix : str        What the paths begin with.
+    within : callable   Walks a part, whose paths begin with the second argument; by default as this function does.
+    """
+    if not dataclasses.is_dataclass(instance):
+        return
+    for field in (*described(type(instance)), *in_kinds(type(instance))):
         value = getattr(instance, field.name)
-        if not field.init or value is None:
-            continue
-        if "unit" in field.metadata:
-            found[prefix + field.name] = field
-        elif dataclasses.is_dataclass(value):
-            found |= quantities_of(value, f"{prefix}{field.name}.")
-    return found
+        if value is not None:
+            inside = prefix if field.metadata.get("flat") else f"{prefix}{field.name}."
+            yield Place(prefix + field.name, instance, field, value, inside)
+            if is_part(type(value)):
+                yield from (within or walk)(value, inside)
+
+
+def quantities_of(instance: Any) -> dict[str, dataclasses.Field]:
+    """Physical fields with a value, of a dataclass and its parts, by dotted path in order of definition."""
+    return {place.path: place.field for place in walk(instance) if "unit" in place.field.metadata}
 
 
 def value_at(instance: Any, path: str) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, Protocol, TypeVar, runtime_checkable
@@ -232,21 +231,15 @@ def followed(drive: Any, course: Course, *, load_mass: Array = 0.0, **options: A
     return point
 
 
-def check_graph(drive: Any, prefix: str = "") -> None:
+def check_graph(drive: Any) -> None:
     """Raise ParameterError if a drive or a part is of another package: the equations of a simulation lack its law."""
     if is_own(drive):
         raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
-    for one in dataclasses.fields(drive):
-        part = getattr(drive, one.name)
-        if "meaning" not in one.metadata or isinstance(part, (float, int, str, tuple)) or part is None:
-            continue
-        if is_own(part) and type(part).__module__ != "numpy":
-            raise ParameterError(
-                f"{prefix}{one.name} is of type {type(part).__name__}, whose law is in no bond graph, as simulation needs; "
-                "steady maps and duty cycles work without"
-            )
-        if dataclasses.is_dataclass(part):
-            check_graph(part, f"{prefix}{one.name}.")
+    for place in extension_checks.own_parts(drive):
+        raise ParameterError(
+            f"{place.path} is of type {type(place.value).__name__}, whose law is in no bond graph, as simulation needs; "
+            "steady maps and duty cycles work without"
+        )
 
 
 def axis_fault(drive: Drive, axis: Axis, name: str, task: str) -> str | None:

@@ -7,7 +7,6 @@ and a balance of powers that closes at every point.
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import inspect
 from collections.abc import Iterator, Mapping
 from types import TracebackType
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.array_namespace import Array
+from infinivar._core.fields import Place, walk
 from infinivar._core.plugins import is_own
 from infinivar.errors import AuditError, InfinivarError, ParameterError
 from infinivar.limits import Limit
@@ -42,7 +42,7 @@ def naming_failures(drive: Any, method: str, expected: str) -> Iterator[None]:
     except Exception as problem:  # the code of others may fail in any way
         failed = f"{type(drive).__name__}.{method}", expected
         if not is_own(drive):
-            failed = _part(_own_parts(drive), problem.__traceback__)
+            failed = _part([place.value for place in own_parts(drive)], problem.__traceback__)
         if failed is None:
             raise
         raise ParameterError(
@@ -50,16 +50,12 @@ def naming_failures(drive: Any, method: str, expected: str) -> Iterator[None]:
         ) from problem
 
 
-def _own_parts(thing: Any) -> list[Any]:
-    """Parts of a drive that are of other packages."""
-    found = []
-    for one in dataclasses.fields(thing) if dataclasses.is_dataclass(thing) else ():
-        part = getattr(thing, one.name)
-        if "meaning" not in one.metadata or part is None or isinstance(part, (float, int, str, tuple)):
-            continue
-        found += [part] if is_own(part) and type(part).__module__ != "numpy" else []
-        found += _own_parts(part)
-    return found
+def own_parts(drive: Any) -> Iterator[Place]:
+    """Yield the parts of a drive that are of other packages."""
+    for place in walk(drive):
+        number_or_text = isinstance(place.value, float | int | str | tuple) or type(place.value).__module__ == "numpy"
+        if not number_or_text and is_own(place.value):
+            yield place
 
 
 def _part(parts: list[Any], trace: TracebackType | None) -> tuple[str, str] | None:

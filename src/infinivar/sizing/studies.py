@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.array_namespace import bisect
-from infinivar._core.fields import value_at
+from infinivar._core.fields import described, value_at
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.text import joined
 from infinivar.drivetrain.drive import Drive
@@ -22,7 +22,6 @@ from infinivar.motion.waypoints import RecordedForce, Waypoints
 from infinivar.parts.motor import SCALED
 from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR, SizedDrive, path_words, role_words
 from infinivar.study.provenance import DEFAULT, Provenance, recorded, same, text_of
-from infinivar.study.schema import described
 from infinivar.study.spreads import Uncertainty
 from infinivar.study.study import Study
 

@@ -5,26 +5,22 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from infinivar._core.fields import hints
+from infinivar._core.fields import described, hints, in_kinds, part_of
 from infinivar.errors import InputError, ParameterError, nearest, printable
-from infinivar.parts.motor import Motor
-from infinivar.study import extensions
-from infinivar.study.layers import Raw, over_parts, variant
+from infinivar.study.layers import Raw, over_part
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.provenance import DEFAULT, Provenance, recorded
 from infinivar.study.schema import (
     CATALOGUES,
     ORIGIN,
+    SCALE,
     Entry,
     Key,
-    described,
-    in_kinds,
     keys,
     kind_keys,
     kinds_for,
-    part_of,
     shape_key,
     suggestion,
     table_keys,
@@ -51,7 +47,7 @@ def built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance], 
     `beside` are the folders and files, other than the user's, in which sets of parts are looked up.
     """
     faults: list[str] = []
-    tree = over_parts(part, tree, path, beside)
+    tree = dict(tree)
     made: dict[str, Any] = {}
     for field in in_kinds(part):
         # If its own kind cannot be used, nothing can be said of a table's other keys.
@@ -66,10 +62,10 @@ def built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance], 
                 made[field.name] = _kind(field, _kinds(field, table, here), table, here, owner, f"{field.name}.", rows)
         except StudyError as found:
             faults += found.lines
-    checked = _read(part, tree, path, faults)
+    checked = _read(part, tree, path, faults, beside)
     if faults:
         raise StudyError(*faults)
-    return _instance(part, checked, path, owner, "", rows, made)
+    return _instance(checked, path, owner, "", rows, made)
 
 
 def _kinds(field: dataclasses.Field, tree: Any, path: str) -> Mapping[str, type]:
@@ -175,14 +171,20 @@ def _refuse_unknown(
             faults.append(f"{path}.{printable(name)}{_shown(raw)} {end}")
 
 
-def _read(part: type, tree: Raw, path: str, faults: list[str]) -> dict[str, Any]:
-    """Read a table: one entry per key, nested for the tables of parts; append one line per fault to `faults`."""
-    entries: dict[str, Any] = {}
-    if extensions.VARIANT in tree:
-        part = entries[extensions.VARIANT] = variant(part, tree, path)
-        tree = {name: value for name, value in tree.items() if name != extensions.VARIANT}
+class _Checked(NamedTuple):
+    """A valid table: the part that it describes, an entry for each value, and the tables of the parts within."""
+
+    part: type
+    entries: Mapping[str, Entry]
+    within: Mapping[str, _Checked]
+
+
+def _read(part: type, tree: Raw, path: str, faults: list[str], beside: Sequence[Path]) -> _Checked:
+    """Read a table over the catalogue parts that it names; append one line per fault to `faults`."""
+    part, tree = over_part(part, tree, path, beside)
     known = table_keys(part)
-    entries |= _values(known, tree, path, faults)
+    entries = _values(known, tree, path, faults)
+    within: dict[str, _Checked] = {}
     for name, key in known.items():
         here = f"{path}.{name}"
         if name not in tree:
@@ -190,10 +192,10 @@ def _read(part: type, tree: Raw, path: str, faults: list[str]) -> dict[str, Any]
                 hint = f"; write a table [{here}]" if key.part is not None else ""
                 faults.append(f"{here} is missing ({key.meaning}){hint}")
         elif key.part is not None:
-            entries[name] = _read(key.part, tree[name], here, faults)
+            within[name] = _read(key.part, tree[name], here, faults, beside)
     _refuse_unknown(tree, known, keys(part), lambda name: suggestion(name, [part]), path, faults)
     _check_alternatives(part, tree, path, faults)
-    return entries
+    return _Checked(part, entries, within)
 
 
 def _check_alternatives(part: type, tree: Raw, path: str, faults: list[str]) -> None:
@@ -222,8 +224,7 @@ def _constructed(make: Callable[..., Any], values: Mapping[str, Any], path: str)
 
 
 def _instance(
-    part: type,
-    checked: Mapping[str, Any],
+    checked: _Checked,
     path: str,
     owner: str,
     prefix: str,
@@ -231,22 +232,20 @@ def _instance(
     made: Mapping[str, Any] | None = None,
 ) -> Any:
     """Build a dataclass instance from a validated table, its parts first; `made` holds values already built."""
+    part, entries, within = checked
     values: dict[str, Any] = dict(made or {})
     unset: list[tuple[int, dataclasses.Field[Any]]] = []
     for field in described(part):
-        given = checked.get(field.name)
+        name, here = field.name, f"{prefix}{field.name}"
         unit = field.metadata.get("unit", "")
-        here = f"{prefix}{field.name}"
-        inner = part_of(hints(part)[field.name])
-        if isinstance(given, Entry):
-            values[field.name] = given.value
-            rows.append(_row(owner, here, given, unit))
-        elif inner is not None and given is not None:
-            chosen = given.get(extensions.VARIANT, inner)
-            values[field.name] = _instance(chosen, given, f"{path}.{field.name}", owner, f"{here}.", rows)
-        elif inner is not None and field.default_factory is not dataclasses.MISSING:
-            values[field.name] = _instance(inner, {}, f"{path}.{field.name}", owner, f"{here}.", rows)
-        elif inner is None and field.default not in (None, dataclasses.MISSING) and field.name != "name":
+        inner = part_of(hints(part)[name])
+        if name in entries:
+            values[name] = entries[name].value
+            rows.append(_row(owner, here, entries[name], unit))
+        elif inner is not None and (name in within or field.default_factory is not dataclasses.MISSING):
+            chosen = within.get(name, _Checked(inner, {}, {}))
+            values[name] = _instance(chosen, f"{path}.{name}", owner, f"{here}.", rows)
+        elif inner is None and field.default not in (None, dataclasses.MISSING) and name != "name":
             default = Entry(field.default, field.default, "assumed", DEFAULT)
             rows.append(_row(owner, here, default, unit))
         elif inner is None and field.default is None:
@@ -257,9 +256,9 @@ def _instance(
         if value is not None:
             default = Entry(value, recorded(value), "assumed", DEFAULT)
             rows.insert(place, _row(owner, f"{prefix}{field.name}", default, field.metadata.get("unit", "")))
-    scale = checked.get("scale")
-    if issubclass(part, Motor) and scale is not None:
-        rows.append(_row(owner, f"{prefix}scale", scale, "1"))
+    scale = entries.get(SCALE.name)
+    if scale is not None:
+        rows.append(_row(owner, f"{prefix}{SCALE.name}", scale, SCALE.metadata["unit"]))
         instance = instance.scaled(scale.value)
     return instance
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
-from infinivar._core.fields import with_values
+from infinivar._core.fields import walk, with_values
 from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.errors import ParameterError
@@ -147,7 +147,8 @@ def _open(choice: _Choice, owner: str, drive: Any, rows: Rows) -> _Options | Non
     used: list[str] = []
     parts: list[Any] = []
     instead: dict[str, dict[str, Any]] = {}
-    for path, part in _parts(drive):
+    places = ((place.path, place.value) for place in walk(drive))
+    for path, part in [("", drive), *places] if dataclasses.is_dataclass(drive) else ():
         found = choice.options(part, path, drive)
         if found is None:
             continue
@@ -160,17 +161,6 @@ def _open(choice: _Choice, owner: str, drive: Any, rows: Rows) -> _Options | Non
         for words, values in found.instead.items():
             instead.setdefault(words, {}).update({f"{prefix}{inner}": value for inner, value in values.items()})
     return _Options(" or ".join(dict.fromkeys(used)), instead, tuple(parts)) if instead else None
-
-
-def _parts(instance: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield a dataclass and the parts within it, with the dotted path to each."""
-    if not dataclasses.is_dataclass(instance):
-        return
-    yield path, instance
-    for field in dataclasses.fields(instance):
-        value = getattr(instance, field.name)
-        if field.init and dataclasses.is_dataclass(value) and not isinstance(value, creep.CreepLaw):
-            yield from _parts(value, f"{path}.{field.name}" if path else field.name)
 
 
 def _steering_model(part: Any, path: str, drive: Any) -> _Options | None:

@@ -1,252 +1,146 @@
-"""JSON Schema of study files, for editors; derived from the same dataclasses as the parsers of `infinivar.study.schema`,
-with the words of installed packages.
+"""JSON Schema of study files, for editors; from the same keys as the parsers of `infinivar.study.schema`.
 
-Pydantic assembles it. Loading a study does not import this module, because the import takes as long as the rest of loading.
+Nothing is required of a table, as a base may supply it. Editors check words and ranges while the file is written.
 """
 
 from __future__ import annotations
 
-import copy
-import functools
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
+from infinivar._core.fields import in_kinds
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.motion.scenario import Scenario
 from infinivar.study import extensions
 from infinivar.study.requirement import JointRequirement, Requirement
 from infinivar.study.rig import Rig
-from infinivar.study.schema import CATALOGUES, CHOICES, DRIVES, KINDS, SHAPE, SPREAD, in_kinds, shape_key, table_keys
+from infinivar.study.schema import (
+    CATALOGUES,
+    CHOICES,
+    DRIVES,
+    KINDS,
+    SPREAD,
+    shape_key,
+    table_keys,
+    value_schema,
+)
 from infinivar.study.sessions import SessionTask
 
-if TYPE_CHECKING:
-    import pydantic
+Schema = dict[str, Any]
+
+_EXAMPLES = {Requirement: "faulring2006", Scenario: "faulring2006.shake", DutyCycle: "faulring2006.shake"}
+"""Tables that may start from a shipped one, with an example of its name; those of drives may as well."""
 
 
-@functools.cache
-def table(part: type) -> type[pydantic.BaseModel]:
-    """Build a Pydantic model of the same table, for its JSON Schema."""
-    import pydantic
-
-    fields: dict[str, Any] = {
-        name: (
-            Annotated[Any, pydantic.WithJsonSchema(key.schema)] if key.part is None else table(key.part),
-            pydantic.Field(... if key.required else None, description=key.meaning),
-        )
-        for name, key in table_keys(part).items()
-    }
-    summary = (part.__doc__ or "").strip().split("\n")[0]
-    config = pydantic.ConfigDict(extra="forbid")
-    return pydantic.create_model(part.__name__, __config__=config, __doc__=summary, **fields)
+def _text(description: str) -> Schema:
+    return {"type": "string", "description": description}
 
 
-def table_schema(part: type) -> dict[str, Any]:
-    """Return the JSON Schema of a table, with the definitions of its parts."""
-    return copy.deepcopy(_table_schema(part))
+_TEXT: Schema = {"type": "string"}
+_BASE = _text("Shipped parameter set to start from, such as faulring2006.cobotic")
+_LIKE = _text("Drive of this study to start from; values here override its")
+_PART = _text("Catalogue part to start from, KEY or SET:KEY; `infinivar catalogue` lists them")
+_ORIGIN: Schema = {
+    "kind": {"enum": list(KINDS), "description": "Default kind of the values in this table"},
+    "where": _text("Default source of the values in this table"),
+}
 
 
-@functools.cache
-def _table_schema(part: type) -> dict[str, Any]:
-    return table(part).model_json_schema(ref_template="#/$defs/{model}")
+def _object(description: str, properties: Schema, others: Any = False) -> Schema:
+    """Schema of a table; `others` is that of keys with other names, False for none."""
+    return {"type": "object", "description": description, "properties": properties, "additionalProperties": others}
 
 
-def kinds_schema(kinds: Mapping[str, type], selects: str = SHAPE) -> dict[str, Any]:
-    """Return the JSON Schemas of every key of the kinds of a field, including `shape`, or the key that selects the kind."""
-    shape = shape_key(tuple(kinds))
-    properties: dict[str, Any] = {selects: {**(shape.schema or {}), "description": shape.meaning}}
-    for word, kind in kinds.items():
-        for name, key in table_keys(kind).items():
-            meaning = f"{word}: {key.meaning}"
-            before = properties.get(name)
-            properties[name] = {
-                **(key.schema or {}),
-                "description": f"{before['description']}; {meaning}" if before else meaning,
-            }
-        for field in in_kinds(kind):
-            properties[field.name] = {
-                "type": "object",
-                "description": f"{word}: {field.metadata['meaning']}",
-                "properties": {**kinds_schema(field.metadata["kinds"], field.metadata["key"]), **origins()},
-                "additionalProperties": False,
-            }
-    return properties
+def _named(description: str, schema: Schema) -> Schema:
+    """Schema of tables of one schema, by name."""
+    names = {"pattern": "^[A-Za-z0-9_-]+$"}
+    return {"type": "object", "description": description, "propertyNames": names, "additionalProperties": schema}
 
 
-def origins() -> dict[str, Any]:
-    """Return the JSON Schemas of the keys that state the origin of a table's values."""
-    return {
-        "kind": {"enum": list(KINDS), "description": "Default kind of the values in this table"},
-        "where": {"type": "string", "description": "Default source of the values in this table"},
-    }
+def _reference(name: str) -> Schema:
+    return {"$ref": f"#/$defs/{name}"}
 
 
-def json_schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of a study file, for editors.
+@dataclass(frozen=True, slots=True)
+class _Tables:
+    """Schemas of the tables of parts, each defined where it is first referred to."""
 
-    Editors use it to check words and ranges while the file is written; fields that a base may supply are not required.
-    """
-    definitions: dict[str, Any] = {}
-    for part in (Requirement, Scenario, DutyCycle, MachineTask, MachinePath, SessionTask, Rig, *DRIVES.values()):
-        schema = table_schema(part)
-        for name, inner in schema.pop("$defs", {}).items():
-            definitions.setdefault(name, inner)
-        # The schema of a class that stands within itself or another refers to its definition.
-        definitions[part.__name__] = schema
-        for field in in_kinds(part):
-            if field.metadata["flat"]:
-                schema["properties"].update(kinds_schema(field.metadata["kinds"], field.metadata["key"]))
+    drives: Mapping[str, type]
+    """Types of drives, by word."""
+    kinds: Callable[[dataclasses.Field[Any]], Mapping[str, type]]
+    """Kinds of a field, by word."""
+    laws: Sequence[str]
+    """Words for creep laws."""
+    definitions: Schema
+
+    def of(self, part: type) -> Schema:
+        """Reference to the schema of the table of a part."""
+        name = part.__name__
+        if name not in self.definitions:
+            properties: Schema = {}
+            summary = (part.__doc__ or "").strip().split("\n")[0]
+            self.definitions[name] = {"title": name, **_object(summary, properties)}
+            properties |= self.properties(part)
+        return _reference(name)
+
+    def properties(self, part: type) -> Schema:
+        """Schemas of the keys of a part, by key."""
+        made: Schema = {}
+        for name, key in table_keys(part).items():
+            if key.part is not None:
+                made[name] = self.of(key.part) | {"description": key.meaning}
                 continue
-            name = field.name.capitalize()
-            schema["properties"][field.name] = {"$ref": f"#/$defs/{name}"}
-            definitions[name] = {
-                "type": "object",
-                "title": name,
-                "description": field.metadata["meaning"],
-                "properties": kinds_schema(field.metadata["kinds"], field.metadata["key"]),
-                "additionalProperties": False,
-            }
-    # One table, along a line or about a joint; loading refuses a mixture.
-    definitions["Requirement"]["properties"] |= table_schema(JointRequirement)["properties"]
-    origin = origins()
-    for schema in definitions.values():
-        schema.pop("required", None)
-        for field in schema["properties"].values():
-            field.pop("default", None)
-        schema["properties"].update(origin)
-    # A spread has the same path as the value in the drive: text, a table of one spread, or a table of further spreads.
-    size = {"anyOf": [{"type": "string"}, {"type": "number"}]}
-    definitions["Spreads"] = {
-        "type": "object",
-        "properties": {
-            **{key: {**size, "description": meaning} for key, meaning in SPREAD.items()},
-            **origin,
-        },
-        "additionalProperties": {"anyOf": [size, {"$ref": "#/$defs/Spreads"}]},
-    }
-    base = {"type": "string", "description": "Shipped parameter set to start from, such as faulring2006.cobotic"}
-    part = {
-        "type": "string",
-        "description": "Catalogue part to start from, KEY or SET:KEY; `infinivar catalogue` lists them",
-    }
-    definitions["Requirement"]["properties"]["base"] = {**base, "examples": ["faulring2006"]}
-    definitions["Scenario"]["properties"]["base"] = {**base, "examples": ["faulring2006.shake"]}
-    definitions["DutyCycle"]["properties"]["base"] = {**base, "examples": ["faulring2006.shake"]}
-    for kind in CATALOGUES:
-        definitions[kind.__name__]["properties"]["part"] = part
-    for name, kind in DRIVES.items():
-        definitions[kind.__name__]["properties"].update(
-            {
-                "base": base,
-                "like": {
-                    "type": "string",
-                    "description": "Drive of this study to start from; values here override its",
-                },
-                "type": {"const": name},
-                "title": {"type": "string", "description": "Name for reports"},
-            }
-        )
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "infinivar study",
-        "type": "object",
-        "anyOf": [
-            {"required": ["requirement", "drives"]},
-            {"required": ["duty", "drives"]},
-            {"required": ["tasks", "drives"]},
-            {"required": ["paths", "drives"]},
-            {"required": ["extends"]},
-        ],
-        "additionalProperties": False,
-        "properties": {
-            "extends": {
-                "type": "string",
-                "description": "Study file to start from; values in this file override it",
-            },
-            "parts": {
-                "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],
-                "description": "Files or folders with sets of parts; by default the folder parts beside the study",
-            },
-            "title": {"type": "string", "description": "Headline of the report"},
-            "name": {"type": "string", "description": "Name of the study; defaults to that of the file"},
-            "reconstruction": {
-                "type": "array",
-                "items": {"type": "string"},
-                "description": "What is reconstructed, for reports",
-            },
-            "description": {"type": "string", "description": "What is compared and why"},
-            "requirement": {"$ref": "#/$defs/Requirement"},
-            "drives": {
-                "type": "object",
-                "description": "Drive-trains to compare, by name",
-                "minProperties": 1,
-                "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
-                "additionalProperties": {"anyOf": [{"$ref": f"#/$defs/{kind.__name__}"} for kind in DRIVES.values()]},
-            },
-            "scenarios": {
-                "type": "object",
-                "description": "Runs to simulate, by name",
-                "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
-                "additionalProperties": {"$ref": "#/$defs/Scenario"},
-            },
-            "duty": {
-                "type": "object",
-                "description": "Repeated motions, by name, over which energy, limits and heat are compared",
-                "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
-                "additionalProperties": {"$ref": "#/$defs/DutyCycle"},
-            },
-            "tasks": {
-                "type": "object",
-                "description": "Wrenches at twists that machines must exert, or with `type` sessions of a user, by name",
-                "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
-                "additionalProperties": {
-                    "if": {"required": ["type"]},
-                    "then": {"$ref": "#/$defs/SessionTask"},
-                    "else": {"$ref": "#/$defs/MachineTask"},
-                },
-            },
-            "paths": {
-                "type": "object",
-                "description": "Motions of the end point of machines, by name",
-                "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
-                "additionalProperties": {"$ref": "#/$defs/MachinePath"},
-            },
-            "rig": {"$ref": "#/$defs/Rig"},
-            "uncertainty": {
-                "type": "object",
-                "description": "Spreads of the drives' values: one table per drive, with the keys of that drive",
-                "properties": {
-                    "draws": {"type": "integer", "description": "Number of samples per drive, a power of two"}
-                },
-                "additionalProperties": {"$ref": "#/$defs/Spreads"},
-            },
-            "correlations": {
-                "type": "array",
-                "description": "Correlations between two spreads of a drive",
-                "items": {
-                    "type": "object",
-                    "required": ["drive", "between", "value"],
-                    "additionalProperties": False,
-                    "properties": {
-                        "drive": {"type": "string"},
-                        "between": {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2},
-                        "value": {"type": "number", "exclusiveMinimum": -1, "exclusiveMaximum": 1},
-                    },
-                },
-            },
-        },
-        "$defs": definitions,
-    }
+            value = value_schema({"enum": list(self.laws)}) if name in CHOICES else key.schema
+            made[name] = {**(value or {}), "description": key.meaning, "title": name.replace("_", " ").title()}
+        for field in in_kinds(part):
+            inner = self._of_kinds(field)
+            if field.metadata["flat"]:
+                made |= inner
+                continue
+            title = field.name.capitalize()
+            self.definitions[title] = {"title": title, **_object(field.metadata["meaning"], inner | _ORIGIN)}
+            made[field.name] = _reference(title)
+        if part is Requirement:  # one table, along a line or about a joint; loading refuses a mixture
+            made |= self.properties(JointRequirement)
+        if part in _EXAMPLES:
+            made["base"] = {**_BASE, "examples": [_EXAMPLES[part]]}
+        if part in CATALOGUES:
+            made["part"] = _PART
+        for word in (word for word, kind in self.drives.items() if kind is part):
+            made |= {"base": _BASE, "like": _LIKE} if word in DRIVES else {}
+            made |= {"type": {"const": word}, "title": _text("Name for reports")}
+        return made | _ORIGIN
+
+    def _of_kinds(self, field: dataclasses.Field[Any]) -> Schema:
+        """Schemas of the key that selects the kind of a field, such as `shape`, and of every key of its kinds."""
+        kinds = self.kinds(field)
+        shape = shape_key(tuple(kinds))
+        made: Schema = {field.metadata["key"]: {**(shape.schema or {}), "description": shape.meaning}}
+        for word, kind in kinds.items():
+            for name, key in table_keys(kind).items():
+                before = f"{made[name]['description']}; " if name in made else ""
+                made[name] = {**(key.schema or {}), "description": f"{before}{word}: {key.meaning}"}
+            for inner in in_kinds(kind):
+                description = f"{word}: {inner.metadata['meaning']}"
+                made[inner.name] = _object(description, self._of_kinds(inner) | _ORIGIN)
+        return made
 
 
-def extended_schema(skip: extensions.Skip | None = None) -> dict[str, Any]:
+def json_schema() -> Schema:
+    """Return the JSON Schema (draft 2020-12) of a study file, for editors."""
+    return _schema(_Tables(DRIVES, lambda field: field.metadata["kinds"], list(CHOICES["creep_law"]), {}))
+
+
+def extended_schema(skip: extensions.Skip | None = None) -> Schema:
     """Return the JSON Schema of study files on this machine: that of `json_schema`, and what installed packages add.
 
     Parameters
     ----------
     skip : callable   Called, once each, with what is wrong with extensions that are left out as they cannot be used.
     """
-    schema = json_schema()
     reported: set[str] = set()
 
     def tell(fault: str) -> None:
@@ -254,63 +148,95 @@ def extended_schema(skip: extensions.Skip | None = None) -> dict[str, Any]:
             skip(fault)
         reported.add(fault)
 
-    definitions = schema["$defs"]
-    _add_drives(schema, definitions, tell)
-    _add_kinds(definitions, tell)
-    _add_laws(definitions, tell)
-    _add_parts(definitions, tell)
-    return schema
-
-
-def _add_drives(schema: dict[str, Any], definitions: dict[str, Any], skip: extensions.Skip) -> None:
-    general = definitions["ConventionalDrive"]["properties"]
-    for word, kind in extensions.drive_types(DRIVES, skip).items():
-        if word in DRIVES:
-            continue
-        made = _definition(kind, definitions)
-        made["properties"] |= {key: general[key] for key in ("title", "kind", "where")} | {"type": {"const": word}}
-        definitions[kind.__name__] = made
-        drives = schema["properties"]["drives"]["additionalProperties"]["anyOf"]
-        drives.append({"$ref": f"#/$defs/{kind.__name__}"})
-
-
-def _definition(part: type, definitions: dict[str, Any]) -> dict[str, Any]:
-    """Schema of the table of a part or drive; the definitions of its parts join the others."""
-    made = table_schema(part)
-    inner = made.pop("$defs", {})
-    for one in (made, *inner.values()):
-        one.pop("required", None)
-        for key in one["properties"].values():
-            key.pop("default", None)
-    for name, one in inner.items():
-        definitions.setdefault(name, one)
+    tables = _Tables(
+        extensions.drive_types(DRIVES, tell),
+        lambda field: extensions.kinds(field, tell),
+        list(extensions.creep_laws(CHOICES["creep_law"], tell)),
+        {},
+    )
+    made = _schema(tables)
+    for word, part in extensions.parts(tell).items():
+        own = tables.properties(part)
+        for base in part.__mro__[1:]:
+            if base.__name__ in tables.definitions:
+                known = tables.definitions[base.__name__]["properties"]
+                variants = known.get(extensions.VARIANT, {"enum": [], "description": "Part of an installed package"})
+                tables.definitions[base.__name__]["properties"] = {
+                    **own,
+                    **known,
+                    extensions.VARIANT: {**variants, "enum": [*variants["enum"], word]},
+                }
     return made
 
 
-def _add_kinds(definitions: dict[str, Any], skip: extensions.Skip) -> None:
-    for part in (DutyCycle, Scenario):
-        for field in in_kinds(part):
-            where = definitions[part.__name__ if field.metadata["flat"] else field.name.capitalize()]
-            where["properties"] |= kinds_schema(extensions.kinds(field, skip))
-
-
-def _add_laws(definitions: dict[str, Any], skip: extensions.Skip) -> None:
-    known = CHOICES["creep_law"]
-    words = list(extensions.creep_laws(known, skip))
-    for definition in definitions.values():
-        for choice in definition["properties"].get("creep_law", {}).get("anyOf", ()):
-            for place in (choice, choice.get("properties", {}).get("value", {})):
-                if "enum" in place:
-                    place["enum"] = words
-
-
-def _add_parts(definitions: dict[str, Any], skip: extensions.Skip) -> None:
-    for word, kind in extensions.parts(skip).items():
-        made = _definition(kind, definitions)
-        for base in kind.__mro__[1:]:
-            properties = definitions.get(base.__name__, {}).get("properties")
-            if properties is not None:
-                for key, one in made["properties"].items():
-                    properties.setdefault(key, one)
-                properties.setdefault(extensions.VARIANT, {"enum": [], "description": "Part of an installed package"})
-                properties[extensions.VARIANT]["enum"].append(word)
+def _schema(tables: _Tables) -> Schema:
+    """The schema of a whole study file."""
+    # A spread has the same path as the value in the drive: text, a table of one spread, or a table of further spreads.
+    size = {"anyOf": [_TEXT, {"type": "number"}]}
+    spreads = {key: {**size, "description": meaning} for key, meaning in SPREAD.items()}
+    tables.definitions["Spreads"] = {
+        "type": "object",
+        "properties": spreads | _ORIGIN,
+        "additionalProperties": {"anyOf": [size, _reference("Spreads")]},
+    }
+    correlation = {
+        "drive": _TEXT,
+        "between": {"type": "array", "items": _TEXT, "minItems": 2, "maxItems": 2},
+        "value": {"type": "number", "exclusiveMinimum": -1, "exclusiveMaximum": 1},
+    }
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "infinivar study",
+        "type": "object",
+        "anyOf": [
+            *({"required": [one, "drives"]} for one in ("requirement", "duty", "tasks", "paths")),
+            {"required": ["extends"]},
+        ],
+        "additionalProperties": False,
+        "properties": {
+            "extends": _text("Study file to start from; values in this file override it"),
+            "parts": {
+                "anyOf": [_TEXT, {"type": "array", "items": _TEXT}],
+                "description": "Files or folders with sets of parts; by default the folder parts beside the study",
+            },
+            "title": _text("Headline of the report"),
+            "name": _text("Name of the study; defaults to that of the file"),
+            "reconstruction": {
+                "type": "array",
+                "items": _TEXT,
+                "description": "What is reconstructed, for reports",
+            },
+            "description": _text("What is compared and why"),
+            "requirement": tables.of(Requirement),
+            "drives": {
+                **_named("Drive-trains to compare, by name", {"anyOf": [*map(tables.of, tables.drives.values())]}),
+                "minProperties": 1,
+            },
+            "scenarios": _named("Runs to simulate, by name", tables.of(Scenario)),
+            "duty": _named(
+                "Repeated motions, by name, over which energy, limits and heat are compared", tables.of(DutyCycle)
+            ),
+            "tasks": _named(
+                "Wrenches at twists that machines must exert, or with `type` sessions of a user, by name",
+                {"if": {"required": ["type"]}, "then": tables.of(SessionTask), "else": tables.of(MachineTask)},
+            ),
+            "paths": _named("Motions of the end point of machines, by name", tables.of(MachinePath)),
+            "rig": tables.of(Rig),
+            "uncertainty": _object(
+                "Spreads of the drives' values: one table per drive, with the keys of that drive",
+                {"draws": {"type": "integer", "description": "Number of samples per drive, a power of two"}},
+                _reference("Spreads"),
+            ),
+            "correlations": {
+                "type": "array",
+                "description": "Correlations between two spreads of a drive",
+                "items": {
+                    "type": "object",
+                    "required": list(correlation),
+                    "additionalProperties": False,
+                    "properties": correlation,
+                },
+            },
+        },
+        "$defs": tables.definitions,
+    }

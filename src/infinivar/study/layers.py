@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from infinivar._core.fields import hints
+from infinivar._core.fields import hints, part_of
 from infinivar.drivetrain.conventional import STAGES
 from infinivar.errors import InputError, nearest
 from infinivar.motion.duty_cycles import CYCLES
@@ -18,7 +18,7 @@ from infinivar.parts import catalogue
 from infinivar.parts.gearhead import foreign_fields
 from infinivar.study import extensions
 from infinivar.study.messages import StudyError, quoted
-from infinivar.study.schema import CATALOGUES, HEAD, KINDS, ORIGIN, SHAPE, kind_keys, part_of
+from infinivar.study.schema import CATALOGUES, HEAD, KINDS, ORIGIN, SHAPE, kind_keys
 from infinivar.study.shipped import shared_set
 from infinivar.transmission.rolling_contact import MEASURED
 
@@ -209,14 +209,6 @@ def contact_over(under: Raw, over: Any) -> Raw:
     return {key: value for key, value in under.items() if key not in dropped}
 
 
-def variant(part: type, tree: Any, path: str) -> type:
-    """The part that a table asks for; see `extensions.variant_of`."""
-    try:
-        return extensions.variant_of(part, tree, path)
-    except InputError as problem:
-        raise StudyError(str(problem)) from None
-
-
 def _entry(kind: str, name: str, beside: Sequence[Path]) -> Mapping[str, Any]:
     """Values of a catalogue part; `SET:KEY` is one of another set than the shipped one."""
     if ":" not in name:
@@ -234,15 +226,27 @@ def _applicable(entry: Mapping[str, Any], over: Raw) -> Mapping[str, Any]:
     return {key: value for key, value in entry.items() if key not in dropped}
 
 
-def over_parts(part: type, tree: Raw, path: str, beside: Sequence[Path] = ()) -> Raw:
-    """Replace every `part` key of a table by the values of that part.
+def over_part(part: type, tree: Raw, path: str, beside: Sequence[Path] = ()) -> tuple[type, Raw]:
+    """Lay a table over the values of the catalogue part that its key `part` names, if any.
 
     `beside` are the folders and files, other than the user's, in which sets of parts are looked up.
+
+    Returns
+    -------
+    part, tree   The part of another package if the table has a variant, and the table without these two keys.
+
+    Raises
+    ------
+    StudyError
+        If there is no such part, or a part within is no table.
     """
     result = dict(tree)
     name = result.pop("part", None)
     stock = next((one for one in part.__mro__ if one in CATALOGUES), part)
-    part = variant(part, tree, path)
+    try:
+        part = extensions.variant_of(part, result, path)
+    except InputError as problem:
+        raise StudyError(str(problem)) from None
     if name is not None:
         if stock not in CATALOGUES:
             known = ", ".join(CATALOGUES.values())
@@ -253,11 +257,10 @@ def over_parts(part: type, tree: Raw, path: str, beside: Sequence[Path] = ()) ->
             raise StudyError(f"{path}.part = {problem}") from None
         entry = _applicable(entry, result)
         result = merged(annotated(entry, path, "catalogue", directives=_INSIDE), result)
+    result.pop(extensions.VARIANT, None)
     for key, value in result.items():
         inner = part_of(hints(part).get(key))
         if inner is not None and "value" in value:
             hint = ' with part = "..."' if inner in CATALOGUES else ""
             raise StudyError(f"{path}.{key} = {quoted(value['value'])} must be a table [{path}.{key}]{hint}")
-        if inner is not None:
-            result[key] = over_parts(inner, value, f"{path}.{key}", beside)
-    return result
+    return part, result

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from infinivar import units
-from infinivar._core.fields import hints
+from infinivar._core.fields import Place, described, hints, part_of, walk
 from infinivar.contact.creep import CreepLaw
 from infinivar.errors import ParameterError
 from infinivar.parts.motor import Motor
-from infinivar.study.schema import SHAPE, described, in_kinds, part_of
+from infinivar.study.schema import SCALE, SHAPE
 
 DEFAULT = "program default"
 """Source of values that the study does not state."""
@@ -95,47 +95,47 @@ def unscaled(motor: Motor, rows: Rows, owner: str, prefix: str) -> Motor | None:
     return one if one.scaled(scale.value) == motor else None
 
 
+def values(instance: Any, owner: str, known: Rows, prefix: str = "") -> Iterator[Place]:
+    """Yield all that a study states of an owner, its parts and kinds: of several motors on one shaft one, and their number.
+
+    The value of a field that comes in kinds is the word that selects the kind, and the path that of its key.
+    """
+    single = unscaled(instance, known, owner, prefix) if isinstance(instance, Motor) else None
+    part = instance if single is None else single
+    for place in walk(part, prefix, lambda inner, inside: values(inner, owner, known, inside)):
+        key = place.field.metadata.get("key")
+        if key is not None and place.owner is part:
+            kind = type(place.value)
+            word = getattr(kind, SHAPE if key == SHAPE else "word", kind.__name__)
+            place = place._replace(path=f"{place.inside}{key}", value=word)
+        yield place
+    if single is not None:
+        scale = f"{prefix}{SCALE.name}"
+        yield Place(scale, single, SCALE, known[owner, scale].value, "")
+
+
+def is_table(place: Place) -> bool:
+    """Whether a study states a value as a table of its own, not as a number or word."""
+    return part_of(hints(type(place.owner)).get(place.field.name)) is not None and "kinds" not in place.field.metadata
+
+
 def completed(owners: Mapping[str, Any], rows: Iterable[Provenance]) -> tuple[Provenance, ...]:
     """One row per value of the owners, in the order of their fields: the known row if it is still true, else a new one."""
     known = by_field(rows)
-    return tuple(row for owner, instance in owners.items() for row in _rows(instance, owner, "", known))
+    return tuple(row for owner, instance in owners.items() for row in _rows(instance, owner, known))
 
 
-def _rows(instance: Any, owner: str, prefix: str, known: Rows) -> Iterator[Provenance]:
-    part = type(instance)
-    if not dataclasses.is_dataclass(part):
+def _rows(instance: Any, owner: str, known: Rows) -> Iterator[Provenance]:
+    if not dataclasses.is_dataclass(instance):
         yield from (row for (name, _), row in known.items() if name == owner)
-        return
-    single = unscaled(instance, known, owner, prefix) if isinstance(instance, Motor) else None
-    instance = instance if single is None else single
-    for field in described(part):
-        value = getattr(instance, field.name)
-        if value is None:
-            continue
-        if part_of(hints(part)[field.name]) is not None:
-            yield from _rows(value, owner, f"{prefix}{field.name}.", known)
-        elif (row := _row(field, value, known.get((owner, prefix + field.name)), owner, prefix)) is not None:
+    for place in values(instance, owner, known):
+        if not is_table(place) and (row := _row(place, known.get((owner, place.path)), owner)) is not None:
             yield row
-    for field in in_kinds(part):
-        if (value := getattr(instance, field.name)) is not None:
-            inner = prefix if field.metadata["flat"] else f"{prefix}{field.name}."
-            key = field.metadata["key"]
-            word = getattr(type(value), SHAPE if key == SHAPE else "word", type(value).__name__)
-            row = known.get((owner, f"{inner}{key}"))
-            yield row if row is not None and row.value == word else _given(owner, f"{inner}{key}", word)
-            yield from _rows(value, owner, inner, known)
-    if single is not None:
-        yield known[owner, f"{prefix}scale"]
 
 
-def _given(owner: str, field: str, word: str) -> Provenance:
-    return Provenance(owner=owner, field=field, written=word, value=word, unit="", kind="assumed", where=GIVEN)
-
-
-def _row(
-    field: dataclasses.Field[Any], value: Any, row: Provenance | None, owner: str, prefix: str
-) -> Provenance | None:
+def _row(place: Place, row: Provenance | None, owner: str) -> Provenance | None:
     """The known row of a value if it is still true, else a new one; none for a default name."""
+    field, value = place.field, place.value
     if row is not None and same(row.value, recorded(value)):
         return row
     default = same(value, field.default)
@@ -143,7 +143,7 @@ def _row(
         return None
     return Provenance(
         owner=owner,
-        field=prefix + field.name,
+        field=place.path,
         written=str(field.default) if default else text_of(field, value),
         value=recorded(value),
         unit=field.metadata.get("unit", ""),

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from infinivar import units
-from infinivar._core.fields import hints
+from infinivar._core.fields import described, hints, in_kinds, part_of
 from infinivar._core.result import equal
 from infinivar.axis import LINEAR
 from infinivar.errors import InputError, printable
@@ -33,11 +33,8 @@ from infinivar.study.schema import (
     DRIVES,
     ORIGIN,
     Key,
-    described,
     drive_type,
-    in_kinds,
     kinds_for,
-    part_of,
     table_keys,
 )
 from infinivar.study.sessions import SessionTask

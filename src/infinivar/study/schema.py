@@ -10,7 +10,6 @@ import dataclasses
 import functools
 import math
 import re
-import types
 import typing
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
@@ -21,17 +20,15 @@ from annotated_types import Gt
 from infinivar import units
 from infinivar._core import plugins
 from infinivar._core.bounds import Bound, fits, permitted, words
-from infinivar._core.fields import check_field, check_value, hints
+from infinivar._core.fields import check_field, check_value, described, hints, in_kinds, part_of, quantity
 from infinivar.contact import creep
-from infinivar.contact.bodies import Material
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError, ParameterError, nearest, printable
 from infinivar.machines.registry import DRIVES as MACHINES
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
-from infinivar.parts.bearing import Bearing
-from infinivar.parts.gearhead import Gearhead
+from infinivar.parts import catalogue
 from infinivar.parts.motor import Motor
 from infinivar.study import extensions
 from infinivar.study.requirement import JointRequirement, Requirement
@@ -49,7 +46,7 @@ DRIVES: dict[str, type] = {
 CHOICES: dict[str, Mapping[str, Any]] = {"creep_law": creep.LAWS}
 """Values that a field accepts, by their name in a study file."""
 
-CATALOGUES: dict[Any, Any] = {Motor: "motors", Gearhead: "gearheads", Bearing: "bearings", Material: "materials"}
+CATALOGUES: Mapping[type, str] = {part: name for name, part in catalogue.PARTS.items()}
 """Catalogue of each kind of part."""
 
 HEAD = ("base", "like", "title", "type")
@@ -69,6 +66,15 @@ SHAPE = "shape"
 ORIGIN = ("kind", "where")
 """Keys of any table that state the origin of its values."""
 
+
+SCALE: Any = quantity(
+    "1",
+    Gt(0),
+    "Number of identical motors on one shaft (may be fractional); scales torque, currents, inertia and mass",
+    default=None,
+)
+"""Key of a motor that is no field of its own."""
+SCALE.name = "scale"
 
 _FEW = 3
 """Most tables suggested for a key that stands in none of them."""
@@ -132,8 +138,8 @@ def _read(read: Callable[[Any, str | None], Any], raw: Any, unit: str | None) ->
         raise ValueError(str(problem)) from problem
 
 
-def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Key:
-    """Return the key of one value; its JSON Schema allows a bare value or a table with provenance."""
+def value_schema(schema: dict[str, Any]) -> dict[str, Any]:
+    """Return the JSON Schema of a key whose value has a schema: a bare value, or a table with its provenance."""
     table = {
         "type": "object",
         "required": ["value"],
@@ -145,7 +151,12 @@ def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Key
             "where": {"type": "string"},
         },
     }
-    return Key(lambda raw: _entry(raw, read), {"anyOf": [schema, table]})
+    return {"anyOf": [schema, table]}
+
+
+def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Key:
+    """Return the key of one value."""
+    return Key(lambda raw: _entry(raw, read), value_schema(schema))
 
 
 @functools.cache
@@ -371,25 +382,6 @@ def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
     return _text()
 
 
-@functools.cache
-def part_of(hint: Any) -> type | None:
-    """Return the dataclass in a type hint that has a table of its own, if any."""
-    kinds = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
-    return next((kind for kind in kinds if dataclasses.is_dataclass(kind) and described(kind)), None)  # type: ignore[arg-type, return-value]
-
-
-@functools.cache
-def described(part: type) -> tuple[dataclasses.Field[Any], ...]:
-    """Return the fields of a part that a table states directly: neither derived from others nor coming in kinds."""
-    found = (field for field in dataclasses.fields(part) if field.init)
-    return tuple(field for field in found if "meaning" in field.metadata and "kinds" not in field.metadata)
-
-
-def in_kinds(part: type) -> list[dataclasses.Field[Any]]:
-    """Return the fields of a part whose value comes in several kinds, selected by `shape`."""
-    return [field for field in dataclasses.fields(part) if "kinds" in field.metadata]
-
-
 def kind_keys(kinds: Mapping[str, type], key: str = SHAPE) -> list[str]:
     """Return `shape`, or another key that selects the kind, and every key of some kinds of a value."""
     inside = (name for kind in kinds.values() for name in (*table_keys(kind), *(one.name for one in in_kinds(kind))))
@@ -451,12 +443,9 @@ def table_keys(part: type) -> dict[str, Key]:
     for one in described(part):
         required = one.default is dataclasses.MISSING and one.default_factory is dataclasses.MISSING
         key = _key(hints(part)[one.name], one)
-        found[one.name] = replace(key, required=required, meaning=one.metadata.get("meaning", ""))
+        found[one.name] = replace(key, required=required, meaning=one.metadata["meaning"])
     if issubclass(part, Motor):
-        meaning = (
-            "Number of identical motors on one shaft (may be fractional); scales torque, currents, inertia and mass"
-        )
-        found["scale"] = replace(_quantity("1", Gt(0)), meaning=meaning)
+        found[SCALE.name] = replace(_key(float, SCALE), meaning=SCALE.metadata["meaning"])
     return found
 
 

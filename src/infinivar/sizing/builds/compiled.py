@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import importlib.util
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 
 from infinivar._core import engine, extras
 from infinivar._core.array_namespace import Array, namespace
-from infinivar._core.fields import quantities_of, value_at, with_values
+from infinivar._core.fields import is_part, quantities_of, value_at, walk, with_values
 from infinivar.limits import Demand
 from infinivar.parts.motor import Motor
 from infinivar.sizing.builds.evaluation import built, points
@@ -30,16 +29,12 @@ def available() -> bool:
 def structure(drive: Any) -> tuple[Any, ...]:
     """What two drives must have in common to be computed by one compiled function: all but numbers and names."""
     found: list[Any] = [type(drive).__qualname__]
-    for field in dataclasses.fields(drive):
-        value = getattr(drive, field.name)
-        if not field.init or field.name == "name":
-            continue
-        if "unit" in field.metadata:
-            found.append((field.name, value is None))
-        elif dataclasses.is_dataclass(value):
-            found.append((field.name, structure(value)))
-        else:
-            found.append((field.name, repr(value)))
+    for place in walk(drive):
+        if "unit" in place.field.metadata:
+            found.append(place.path)
+        elif place.field.name != "name":
+            kind = type(place.value)
+            found.append((place.path, kind.__qualname__ if is_part(kind) else repr(place.value)))
     return tuple(found)
 
 

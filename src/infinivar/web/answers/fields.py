@@ -5,24 +5,19 @@ All follows from the fields' own metadata (`infinivar._core.fields`), as the par
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
-
-from annotated_types import Gt
 
 from infinivar import units
 from infinivar._core.bounds import Bound, NonZero, permitted, words
-from infinivar._core.fields import hints, quantity
+from infinivar._core.fields import Place
 from infinivar._core.text import capitalise
 from infinivar.errors import InputError
-from infinivar.parts.motor import Motor
-from infinivar.study.provenance import DEFAULT, GIVEN, Rows, by_field, recorded, same, text_of, unscaled
-from infinivar.study.schema import CATALOGUES, SHAPE, described, in_kinds, part_of, table_keys
+from infinivar.study.provenance import DEFAULT, GIVEN, by_field, is_table, recorded, same, text_of, values
+from infinivar.study.schema import CATALOGUES, table_keys
 from infinivar.study.study import Study
 
 _SPAN = 5.0
@@ -32,20 +27,6 @@ _KELVINS = 60.0
 """Sliders of temperatures reach so far up and down. [K]"""
 
 _SPLIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
-
-_SCALE: Any = quantity("1", Gt(0), "Number of identical motors on one shaft (may be fractional)")
-
-
-@dataclass(frozen=True, slots=True)
-class _Value:
-    """One value of an owner: the path of its field, the class that has the field, and the value."""
-
-    path: str
-    part: type
-    field: dataclasses.Field[Any]
-    value: Any
-    key: str = ""
-    """Key that selects a kind, if the value is a kind; its word is `value`."""
 
 
 def fields_of(study: Study) -> list[dict[str, Any]]:
@@ -64,11 +45,12 @@ def fields_of(study: Study) -> list[dict[str, Any]]:
     known = by_field(study.provenance)
     found = []
     for owner, at, instance in _owners(study):
-        for one in _values(instance, owner, "", known):
+        for one in values(instance, owner, known):
             row = known.get((owner, one.path))
-            if one.field.metadata.get("part of catalogue"):
-                found.append(_part(owner, at, one, row))
-            else:
+            if is_table(one):
+                stock = next((kind for kind in type(one.value).__mro__ if kind in CATALOGUES), None)
+                found += [] if stock is None else [_part(owner, at, one, CATALOGUES[stock], row)]
+            elif one.field.name != "name" or type(one.owner) not in CATALOGUES:
                 found.append(_field(owner, at, one, row, study.name))
     return found
 
@@ -86,40 +68,6 @@ def _owners(study: Study) -> Iterator[tuple[str, list[str], Any]]:
         yield f"tasks.{name}", ["tasks", name], one
     if any(row.owner == "rig" for row in study.provenance):
         yield "rig", ["rig"], study.rig
-
-
-def _values(instance: Any, owner: str, prefix: str, known: Rows) -> Iterator[_Value]:
-    """Yield the values of an instance and of its parts, in the order of the fields; of several motors those of one."""
-    part = type(instance)
-    if not dataclasses.is_dataclass(part):
-        return
-    single = unscaled(instance, known, owner, prefix) if isinstance(instance, Motor) else None
-    if single is not None:
-        yield _Value(f"{prefix}scale", part, _SCALE, known[owner, f"{prefix}scale"].value)
-        instance = single
-    for field in described(part):
-        value = getattr(instance, field.name)
-        if value is None:
-            continue
-        inner = part_of(hints(part)[field.name])
-        if inner is None:
-            if field.name != "name" or part not in CATALOGUES:
-                yield _Value(prefix + field.name, part, field, value)
-            continue
-        stock = next((one for one in type(value).__mro__ if one in CATALOGUES), None)
-        if stock is not None:
-            marked = dataclasses.field(metadata={**field.metadata, "part of catalogue": CATALOGUES[stock]})
-            yield _Value(prefix + field.name, part, marked, getattr(value, "name", ""))
-        yield from _values(value, owner, f"{prefix}{field.name}.", known)
-    for field in in_kinds(part):
-        value = getattr(instance, field.name)
-        if value is None:
-            continue
-        inside = prefix if field.metadata["flat"] else f"{prefix}{field.name}."
-        key = field.metadata["key"]
-        word = getattr(type(value), SHAPE if key == SHAPE else "word", type(value).__name__)
-        yield _Value(f"{inside}{key}", part, field, word, key)
-        yield from _values(value, owner, inside, known)
 
 
 def _row(owner: str, at: list[str], path: str) -> dict[str, Any]:
@@ -150,38 +98,37 @@ def _label(name: str) -> str:
     return capitalise(name.replace("_", " "))
 
 
-def _provenance(one: _Value, row: Any, study: str) -> dict[str, str]:
+def _provenance(one: Place, row: Any, study: str) -> dict[str, str]:
     """Where a value comes from: as recorded, else - as of motions, which are requests - as the study states it."""
     if row is not None and same(row.value, recorded(one.value)):
         where = "" if row.where == GIVEN else row.where
         return {"written": row.written, "kind": row.kind, "where": where}
-    default = not one.key and same(one.value, one.field.default)
-    written = str(one.value) if one.key else text_of(one.field, one.value)
-    return {"written": written, "kind": "assumed", "where": DEFAULT if default else study}
+    default = same(one.value, one.field.default)
+    return {"written": text_of(one.field, one.value), "kind": "assumed", "where": DEFAULT if default else study}
 
 
-def _part(owner: str, at: list[str], one: _Value, row: Any) -> dict[str, Any]:
+def _part(owner: str, at: list[str], one: Place, kind: str, row: Any) -> dict[str, Any]:
     """A part that may come from the catalogue: its key `part` is what is set."""
-    made = _row(owner, at, one.path)
+    made, name = _row(owner, at, one.path), getattr(one.value, "name", "")
     return {
         **made,
         "at": [*made["at"], "part"],
         "meaning": one.field.metadata.get("meaning", ""),
-        "written": one.value,
-        "value": one.value,
+        "written": name,
+        "value": name,
         "type": "part",
         "kind": "catalogue" if row is None else row.kind,
         "where": "" if row is None else row.where,
-        "part_kind": one.field.metadata["part of catalogue"],
+        "part_kind": kind,
     }
 
 
-def _field(owner: str, at: list[str], one: _Value, row: Any, study: str) -> dict[str, Any]:
+def _field(owner: str, at: list[str], one: Place, row: Any, study: str) -> dict[str, Any]:
     made = {**_row(owner, at, one.path), "meaning": one.field.metadata.get("meaning", "")}
     made |= _provenance(one, row, study)
-    if one.key:
-        return made | {"type": "choice", "value": one.value, "choices": list(one.field.metadata["kinds"])}
     metadata = one.field.metadata
+    if "kinds" in metadata:
+        return made | {"type": "choice", "value": one.value, "choices": list(metadata["kinds"])}
     if "unit" in metadata and isinstance(one.value, int | float):
         return made | _quantity(float(one.value), metadata["unit"], metadata["bound"], made["written"])
     return made | {"value": _shown_value(one.value), "type": _type_of(one), "choices": _choices(one)}
@@ -192,7 +139,7 @@ def _shown_value(value: Any) -> Any:
     return value if isinstance(value, bool | int | float | str) else None
 
 
-def _type_of(one: _Value) -> str:
+def _type_of(one: Place) -> str:
     if _choices(one) is not None:
         return "choice"
     metadata = one.field.metadata
@@ -203,8 +150,8 @@ def _type_of(one: _Value) -> str:
     return "flag" if isinstance(one.value, bool) else "whole" if isinstance(one.value, int) else "text"
 
 
-def _choices(one: _Value) -> list[Any] | None:
-    key = table_keys(one.part).get(one.field.name)
+def _choices(one: Place) -> list[Any] | None:
+    key = table_keys(type(one.owner)).get(one.field.name)
     return None if key is None else _enumerated(key.schema or {})
 
 
