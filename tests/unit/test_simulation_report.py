@@ -331,3 +331,22 @@ def test_a_force_may_change_at_a_sample_of_the_controller(study, tmp_path):
     )
     run = iv.simulate(study.drives["motor2-gear4"], scenario)
     assert run.complete, run.verdict
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 12])
+def test_every_limit_of_a_panel_is_shaded_and_named(count):
+    """However many limits a panel has, none is left out, and no two share a shade."""
+    from matplotlib.figure import Figure
+
+    limits = [(0.05 * place, 0.9, f"limit {place}") for place in range(count)]
+    numbers = {
+        "time": np.linspace(0.0, 1.0, 11),
+        "panels": {"current\n[A]": {"motor": np.zeros(11)}},
+        "limits": {"current\n[A]": limits},
+    }
+    ax = Figure().subplots()
+    time_history.draw(ax, numbers, "current\n[A]")
+    named = ax.get_legend().get_texts()
+    shades = {one.get_facecolor() for one in ax.patches}
+    assert {one.get_text() for one in named} == {words for _, _, words in limits}
+    assert len(shades) == count

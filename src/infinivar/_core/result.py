@@ -121,7 +121,7 @@ class Frozen:
         """Names and contents, the verdict first; of what has verdicts itself, each of them."""
         if isinstance(getattr(type(self), "verdict", None), property):
             yield "verdict", str(self.verdict)  # type: ignore[attr-defined]
-        for name in _names(type(self)):
+        for name in (field.name for field in dataclasses.fields(type(self)) if field.repr):  # type: ignore[arg-type]
             value = getattr(self, name)
             if isinstance(value, Mapping) and value and all(hasattr(item, "verdict") for item in value.values()):
                 yield from ((str(key), item.verdict) for key, item in value.items())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from infinivar.analysis.deciding import hanging_drives, hanging_machines
 from infinivar.analysis.hanging import Hanging, Judged, winner
 from infinivar.analysis.least_loss import LeastLoss, least_loss
 from infinivar.analysis.machines import MachineComparison, compare_machines
+from infinivar.analysis.options import CompareOptions
 from infinivar.analysis.plane import Plane, of_drives, place
 from infinivar.analysis.region import Corner, Margin, against, peak
 from infinivar.analysis.robustness.verdicts import Builds, builds
@@ -116,6 +117,8 @@ class Comparison(Result):
     """Choices that no source settles, each with the winner it gives."""
     least_loss: LeastLoss | None = reported(optional=True, default=None)
     """Drive with the least loss over the force-speed plane; None with a single drive."""
+    options: CompareOptions = field(default=CompareOptions(), compare=False, repr=False)
+    """With which it was computed."""
 
     _also = (at("study.warnings"),)
 
@@ -266,22 +269,21 @@ def compare(
     AuditError
         If a power balance does not close.
     """
+    options = CompareOptions(quick=quick, engine=engine)
     check_study(study)
     check_spreads(study)
     check_demands(study, "compare")
     if study.tasks or study.paths:
         found = compare_machines(study, progress)
-        return replace(found, hangs_on=hanging_machines(found))
-    made = compare_drives(study, quick=quick, engine=engine, progress=progress)
+        return replace(found, hangs_on=hanging_machines(found), options=options)
+    made = compare_drives(study, options, progress)
     covers = {name: one.covers for name, one in made.results.items()}
     return replace(made, hangs_on=hanging_drives(study, made._judged, covers, made.duty))
 
 
 def compare_drives(
     study: Study,
-    *,
-    quick: bool = False,
-    engine: Engine = "auto",
+    options: CompareOptions = CompareOptions(),  # noqa: B008 (it is frozen)
     progress: Callable[[str, float], None] | None = None,
 ) -> Comparison:
     """As `compare`, for a study of drives of one axis, with a requirement or duty cycles, without what the verdict hangs on."""
@@ -289,7 +291,7 @@ def compare_drives(
     check_spreads(study)
     plane = of_drives(study)
     results: dict[str, DriveResult] = {}
-    uncertain = [name for name in study.drives if study.uncertainty.spreads.get(name) and not quick]
+    uncertain = [name for name in study.drives if study.uncertainty.spreads.get(name) and not options.quick]
     count = len(study.drives) * (1 + len(study.duty)) + len(uncertain)
     for index, (name, drive) in enumerate(study.drives.items()):
         title = study.titles[name]
@@ -299,7 +301,7 @@ def compare_drives(
                 progress(title, (index + share) / count)
 
         report(0.0)
-        results[name] = evaluate(name, title, drive, study.requirement, plane, engine=engine, progress=report)
+        results[name] = evaluate(name, title, drive, study.requirement, plane, engine=options.engine, progress=report)
     duty: dict[str, DutyComparison] = {}
     for task, cycle in study.duty.items():
         done = len(study.drives) * (1 + len(duty))
@@ -308,7 +310,7 @@ def compare_drives(
             if progress is not None:
                 progress(title, (done + index) / count)
 
-        duty[task] = work_through(study, task, cycle, step, quick=quick)
+        duty[task] = work_through(study, task, cycle, step, quick=options.quick)
     drawn: dict[str, Builds] = {}
     for name in uncertain:
         start = len(study.drives) * (1 + len(duty)) + len(drawn)
@@ -320,7 +322,14 @@ def compare_drives(
         drive, steady = study.drives[name], results[name].map
         assert isinstance(drive, (CoboticDrive, ConventionalDrive))
         drawn[name] = builds(
-            drive, name, study.uncertainty, study.requirement, study.duty, (steady.speed, steady.force), grow, engine
+            drive,
+            name,
+            study.uncertainty,
+            study.requirement,
+            study.duty,
+            (steady.speed, steady.force),
+            grow,
+            options.engine,
         )
     return Comparison(
         study=study,
@@ -330,6 +339,7 @@ def compare_drives(
         least_loss=least_loss(study, maps={name: found.map for name, found in results.items()})
         if len(results) > 1
         else None,
+        options=options,
     )
 
 

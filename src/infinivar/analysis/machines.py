@@ -11,6 +11,7 @@ from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.analysis.hanging import Hanging, Judged, winner
 from infinivar.analysis.machine_tasks import PathResult, Prepared, TaskResult, evaluated, power_and_feasibility
+from infinivar.analysis.options import CompareOptions
 from infinivar.drivetrain.uncounted import uncounted
 from infinivar.machines.kinds.linked import motor_mass
 from infinivar.machines.machine import Machine, as_machine
@@ -102,6 +103,8 @@ class MachineComparison(Result):
     results: Mapping[str, MachineResult] = reported(key="drives")
     hangs_on: Hanging | None = reported(optional=True, default=None)
     """Choices that no source settles, each with the winner it gives."""
+    options: CompareOptions = field(default=CompareOptions(), compare=False, repr=False)
+    """With which it was computed."""
 
     _also = (at("study.warnings"),)
 

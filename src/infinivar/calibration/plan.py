@@ -14,9 +14,10 @@ from infinivar._core.result import Frozen, result
 from infinivar.calibration.dynamometer import Dynamometer
 from infinivar.calibration.fit import Fit, information
 from infinivar.calibration.laws import LawChoice
+from infinivar.calibration.options import LOADS, RATIOS
 from infinivar.calibration.problem import Problem
 from infinivar.calibration.transmission import OF_MASS, RigData, predict
-from infinivar.calibration.virtual_rig import LOADS, RATIOS, Setting, protocol, window
+from infinivar.calibration.virtual_rig import Setting, protocol, window
 
 PRELOADS = (0.4, 0.7, 1.0)
 """Candidate preloads over the study's; a higher preload would over-stress the contact."""

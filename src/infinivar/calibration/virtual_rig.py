@@ -14,6 +14,7 @@ from infinivar._core.result import Frozen, result
 from infinivar.analysis.simulate import simulate
 from infinivar.calibration import geared as geared_model
 from infinivar.calibration.dynamometer import Dynamometer
+from infinivar.calibration.options import LOADS, RATIOS
 from infinivar.calibration.transmission import Errors, RigData
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
@@ -26,10 +27,6 @@ from infinivar.parts.shaft_bearings import CylinderBearings
 from infinivar.study.rig import Rig
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 from infinivar.units import plain
-
-RATIOS = (100.0, 50.0, 20.0, 8.0, 4.0, 2.0, 1.0)
-LOADS = (0.15, 0.5)
-"""Loads of the paper's experiment: forces on the link over the slip force. `RATIOS` are its reduction ratios."""
 
 SETTLING = 2.5
 """Settling time before a run is measured; without saturation the speed loop's error falls by 1e-9 per second. [s]"""

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from infinivar.cli.arguments import Json, named_path
 from infinivar.cli.shared import print_json
 from infinivar.console import NOT_FEASIBLE, complain, say
 from infinivar.errors import InputError, nearest, printable
-from infinivar.options import Json, headings, named_path
+from infinivar.options import headings_of
 
 if TYPE_CHECKING:
     from infinivar.parts.tables.importing import PartImport
@@ -248,7 +249,7 @@ def import_files(
     path = (to or users_folder()) / f"{name}.npz"
     if path.exists() and not overwrite:
         raise InputError(f"{printable(path)}: already exists; add --overwrite to replace it")
-    found = import_parts(files, name=name, source=source, date=date, columns=headings("--columns", columns))
+    found = import_parts(files, name=name, source=source, date=date, columns=headings_of("--columns", columns))
     importing.write(found.parts, path)
     for fault in found.faults:
         complain(str(fault))

@@ -10,10 +10,10 @@ from typing import Annotated
 
 import typer
 
+from infinivar.cli.arguments import Json, Out
 from infinivar.cli.shared import print_json
 from infinivar.console import complain, progress_bar, say, write
 from infinivar.errors import InputError, nearest, printable
-from infinivar.options import Json, Out
 
 
 def init(

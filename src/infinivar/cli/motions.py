@@ -9,52 +9,27 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from infinivar.analysis.options import MotionOptions
+from infinivar.cli.arguments import Json, Out, with_options
 from infinivar.cli.shared import print_json
 from infinivar.console import say
 from infinivar.errors import InputError, ParameterError, printable
-from infinivar.options import Json, Out, headings, quantity
+from infinivar.options import quantity
 
 if TYPE_CHECKING:
     from infinivar.analysis.motion_summary import MotionSummary
-
-_COLUMNS = 'Headings of the columns by role, such as "time=t, angle=Knee angle [deg]"; by default, the headings decide.'
 
 _WIDTH = 13
 """Width of the first column of the summary."""
 
 
+@with_options
 def motion(
+    options: MotionOptions,
     file: Annotated[Path, typer.Argument(help="Recording: CSV, OpenSim .sto or .mot, or Parquet.", show_default=False)],
-    columns: Annotated[str | None, typer.Option("--columns", help=_COLUMNS)] = None,
-    flip: Annotated[
-        str | None, typer.Option("--flip", help='Columns whose sign is reversed, such as "moment".')
-    ] = None,
-    cycle_time: Annotated[
-        str | None, typer.Option("--cycle-time", help='Time of a cycle, for a file without times, such as "1.1 s".')
-    ] = None,
-    body_mass: Annotated[
-        str | None, typer.Option("--body-mass", help='Body mass, for moments per kilogram, such as "75 kg".')
-    ] = None,
-    window: Annotated[
-        str | None, typer.Option("--window", help='Start and end in the time of the file, such as "2 s, 12 s".')
-    ] = None,
-    cutoff: Annotated[
-        str | None, typer.Option("--cutoff", help='Cutoff of the smoothing, such as "8 Hz"; defaults to 10 Hz.')
-    ] = None,
-    stride_time: Annotated[
-        str | None, typer.Option("--stride-time", help='Approximate time of a stride, such as "1.1 s".')
-    ] = None,
     load_mass: Annotated[
         str | None,
         typer.Option("--load-mass", help='Mass of the load, for the power, such as "0.8 kg" or "0.1 kg m^2".'),
-    ] = None,
-    force_file: Annotated[
-        Path | None,
-        typer.Option("--force-file", help="Second file, with the force or moment, where FILE has only the motion."),
-    ] = None,
-    force_columns: Annotated[
-        str | None,
-        typer.Option("--force-columns", help='As --columns, of the second file, such as "time=t, moment=M [N m]".'),
     ] = None,
     out: Out = Path("out"),
     as_json: Json = False,
@@ -69,19 +44,7 @@ def motion(
 
     with claimed(out):
         try:
-            found = inspect_motion(
-                file,
-                columns=headings("--columns", columns),
-                flip=[role.strip() for role in (flip or "").split(",") if role.strip()],
-                cycle_time=quantity("--cycle-time", cycle_time, "s"),
-                body_mass=quantity("--body-mass", body_mass, "kg"),
-                window=None if window is None else _window(window),
-                cutoff=quantity("--cutoff", cutoff, "Hz"),
-                stride_time=quantity("--stride-time", stride_time, "s"),
-                load_mass=_load_mass(load_mass)[0],
-                force_file=force_file,
-                force_columns=headings("--force-columns", force_columns),
-            )
+            found = inspect_motion(file, **options.arguments(), load_mass=_load_mass(load_mass)[0])
         except ParameterError as problem:
             raise InputError(f"{printable(file)}: {problem}") from problem
         _check_load_mass(load_mass, about_a_joint=found.axis.rotary)
@@ -94,18 +57,13 @@ def motion(
     say(f"Report: {files[0]}")
 
 
-def _window(text: str) -> tuple[float, ...]:
-    parts = [quantity("--window", part.strip(), "s") for part in text.split(",")]
-    if len(parts) != 2:
-        raise InputError(f'--window {text!r} must be a start and an end, such as "2 s, 12 s"')
-    return tuple(part for part in parts if part is not None)
-
-
 def _load_mass(text: str | None) -> tuple[float, bool]:
     """Mass or moment of inertia of the load, and whether it is the latter; 0 if none is given. [kg, kg m^2]"""
+    if text is None:
+        return 0.0, False
     for unit in ("kg", "kg m^2"):
         with contextlib.suppress(InputError):
-            found = quantity("--load-mass", text, unit) or 0.0
+            found = quantity("--load-mass", text, unit)
             break
     else:
         raise InputError(

@@ -8,24 +8,24 @@ from typing import Annotated
 
 import typer
 
+from infinivar.calibration.options import CalibrateOptions, RigOptions
+from infinivar.cli.arguments import Json, Out, StudyFile, drives_of_study, named_path, with_options
 from infinivar.cli.shared import chosen_cobotic, naming_place, of_one_axis, print_json
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
 from infinivar.errors import InputError
-from infinivar.options import Json, Out, StudyFile, drives_of_study, headings, named_path, numbers
 
 DRIVE = "Name of a cobotic drive; defaults to the first."
 MEASURED = "Name of the measured drive; defaults to the first cobotic one, or to the first."
 
 
+@with_options
 def rig(
     study: StudyFile,
+    options: RigOptions,
     drive: Annotated[str | None, typer.Option("--drive", help=DRIVE, autocompletion=drives_of_study)] = None,
     out: Annotated[Path, typer.Option("--out", parser=named_path, metavar="PATH", help="CSV file to write.")] = Path(
         "rig.csv"
     ),
-    ratios: Annotated[str, typer.Option(help="Reduction ratios to measure.")] = "100,50,20,8,4,2,1",
-    loads: Annotated[str, typer.Option(help="Loads to measure, as fractions of the slip force.")] = "0.15,0.5",
-    preloads: Annotated[str, typer.Option(help="Preloads to measure, as multiples of the study's preload.")] = "1",
     seed: Annotated[int, typer.Option(min=0, help="Random seed for sensor noise and rig errors.")] = 0,
 ) -> None:
     """Simulate a test rig measuring a transmission.
@@ -41,16 +41,11 @@ def rig(
     loaded = load_study(study)
     name = chosen_cobotic(study, drive, loaded.drives)
     of_one_axis(study, loaded.drives, "rig", name)
-    required = {
-        "ratios": numbers("ratios", ratios),
-        "loads": numbers("loads", loads),
-        "preloads": numbers("preloads", preloads),
-    }
     with naming_place(study, f"drives.{name}"):
         measured = cobotic(loaded, name)
     check_file(out)
     with progress_bar() as progress, naming_place(study, f"drives.{name}"):
-        settings = virtual_rig.protocol(measured, loaded.rig, **required)
+        settings = virtual_rig.protocol(measured, loaded.rig, **options.arguments())
         done = virtual_rig.experiment(
             measured, loaded.rig, settings, seed=seed, progress=lambda share: progress("measuring", share)
         )
@@ -62,29 +57,14 @@ def rig(
     say(f"{len(done.data)} runs written to {out}. Next: {_call('calibrate', out, '--study', study, '--drive', name)}")
 
 
+@with_options
 def calibrate(
+    options: CalibrateOptions,
     data: Annotated[
         Path, typer.Argument(help="CSV file of measured data, with units in its header.", show_default=False)
     ],
     study: Annotated[Path, typer.Option("--study", help="Study file with the drive and the rig.", show_default=False)],
     drive: Annotated[str | None, typer.Option("--drive", help=MEASURED, autocompletion=drives_of_study)] = None,
-    fit: Annotated[
-        str | None,
-        typer.Option("--fit", help="Parameters to fit; defaults to those that such data usually determine."),
-    ] = None,
-    leave_out: Annotated[
-        list[int] | None, typer.Option("--leave-out", help="Line of the data file to exclude; repeat for more lines.")
-    ] = None,
-    creep_laws: Annotated[
-        str | None,
-        typer.Option(
-            "--creep-laws", help="Creep laws to compare with the data, such as linear,polach; defaults to all."
-        ),
-    ] = None,
-    columns: Annotated[
-        str | None,
-        typer.Option("--columns", help='Headings by name of a column, where they differ, such as "mass=m [kg]".'),
-    ] = None,
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
@@ -102,11 +82,8 @@ def calibrate(
     loaded = load_study(study)
     name = chosen_cobotic(study, drive, loaded.drives)
     of_one_axis(study, loaded.drives, "calibrate", name)
-    names = None if fit is None else [word.strip() for word in fit.split(",") if word.strip()]
-    candidates = None if creep_laws is None else [word.strip() for word in creep_laws.split(",") if word.strip()]
     with claimed(out):
-        options = {"leave_out": leave_out or (), "creep_laws": candidates, "columns": headings("--columns", columns)}
-        found = run(loaded, name, data, parameters=names, **options)
+        found = run(loaded, name, data, **options.arguments())
         files = save(found, out)
     for line, reason in found.data.empty.items():
         complain(f"excluded: line {line}: {reason}")

@@ -8,10 +8,20 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from infinivar.analysis.options import SensitivityOptions
+from infinivar.cli.arguments import (
+    Json,
+    Out,
+    StudyFile,
+    drives_of_study,
+    named_path,
+    scenarios_of_study,
+    with_options,
+)
 from infinivar.cli.shared import chosen, naming, naming_place, of_one_axis, print_json
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
 from infinivar.errors import InputError, printable
-from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, quantity, scenarios_of_study
+from infinivar.options import quantity
 
 if TYPE_CHECKING:
     from infinivar.analysis.machine_run import MachineRun
@@ -67,9 +77,11 @@ def simulate(
     _end(result, f"{result.title}, {result.scenario.title}", files, as_json)
 
 
+@with_options
 def sensitivity(
     context: typer.Context,
     study: StudyFile,
+    options: SensitivityOptions,
     of: Annotated[
         str,
         typer.Option(
@@ -90,14 +102,12 @@ def sensitivity(
         str | None,
         typer.Option("--angular-speed", help='Angular speed at the operating point of a joint, such as "40 rpm".'),
     ] = None,
-    duty: Annotated[str | None, typer.Option("--duty", help="Name of the duty cycle in the study.")] = None,
     task: Annotated[
         str | None,
         typer.Option(
             "--task", help="Machines: task or path of the study, for power, loss or margin; defaults to the first."
         ),
     ] = None,
-    method: Annotated[str, typer.Option(help="How to compute derivatives: complex, jax or difference.")] = "complex",
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
@@ -106,7 +116,6 @@ def sensitivity(
     Write a report and figures; of machines, print the effects only.
     Exit with code 1 if the point, requirement, duty cycle or task is infeasible for the drive.
     """
-    from infinivar.analysis.robustness.derivatives import METHODS
     from infinivar.analysis.robustness.sensitivity import sensitivity as run
     from infinivar.drivetrain.drive import axis_of
     from infinivar.report.output import claimed
@@ -119,9 +128,6 @@ def sensitivity(
         with naming(study):
             check_demands(loaded, "sensitivity")
     name = chosen(study, "drive", drive, loaded.drives)
-    derived: Any = next((known for known in METHODS if known == method), None)
-    if derived is None:
-        raise InputError(f"--method {method!r} must be one of {', '.join(METHODS)}")
     if loaded.tasks or loaded.paths:
         _of_one_axis_only(context, "force", "speed", "moment", "angular_speed", "duty", "method", "out")
         _of_machine(study, loaded, name, of, task, as_json)
@@ -130,7 +136,7 @@ def sensitivity(
     push, pace = _operating_point(axis_of(loaded.drives[name]), force, speed, moment, angular_speed)
     with claimed(out), progress_bar() as progress:
         with naming(study):
-            found = run(loaded, name, of, speed=pace, force=push, duty=duty, method=derived, progress=progress)
+            found = run(loaded, name, of, speed=pace, force=push, **options.arguments(), progress=progress)
         progress("writing the report", 1.0)
         files = save(found, out)
     if as_json:
@@ -240,8 +246,11 @@ def _operating_point(
     for (option, said), instead in zip(wrong.items(), right, strict=True):
         if said is not None:
             raise InputError(f"{option} {said!r} does not apply to a drive {moves}; use {instead}")
-    push, pace = right.items()
-    return quantity(*push, axis.force_unit), quantity(*pace, axis.speed_unit)
+    push, pace = (
+        None if said is None else quantity(option, said, unit)
+        for (option, said), unit in zip(right.items(), (axis.force_unit, axis.speed_unit), strict=True)
+    )
+    return push, pace
 
 
 def graph(

@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
+from infinivar.cli.arguments import Json, Out, StudyFile, drives_of_study, named_path, sessions_of_study
 from infinivar.cli.shared import loaded_study, naming, print_json
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
 from infinivar.errors import InputError, printable
-from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, sessions_of_study
 
 
 def session(

@@ -5,14 +5,15 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from infinivar.analysis.options import CompareOptions, StepOptions
+from infinivar.cli.arguments import Json, OptionalOut, Out, StudyFile, drives_of_study, with_options
 from infinivar.cli.shared import loaded_study, naming, print_json
 from infinivar.console import NOT_FEASIBLE, flush, progress_bar, say
 from infinivar.errors import InputError
-from infinivar.options import Json, OptionalOut, Out, StudyFile, drives_of_study, quantity
 
 if TYPE_CHECKING:
     from infinivar.analysis.compare import Comparison
@@ -51,27 +52,16 @@ def check(study: StudyFile) -> None:
     say(f"{study}: {contents}; no faults found")
 
 
+@with_options
 def compare(
     study: StudyFile,
+    options: CompareOptions,
     drive: Annotated[
         list[str] | None,
         typer.Option(
             "--drive", help="Compare only this drive; repeat for more drives.", autocompletion=drives_of_study
         ),
     ] = None,
-    quick: Annotated[
-        bool,
-        typer.Option(
-            "--quick",
-            help="Print the verdicts only; skip report and files, sampled builds, cylinder speeds and the simulation check.",
-        ),
-    ] = False,
-    engine: Annotated[
-        str,
-        typer.Option(
-            help="What computes maps and samples: numpy, jax (compiled), or auto: jax for large ones if it is installed."
-        ),
-    ] = "auto",
     out: OptionalOut = None,
     as_json: Json = False,
 ) -> None:
@@ -81,19 +71,16 @@ def compare(
     verdicts, then write report, results and maps. Exit with code 1 unless at least one drive is feasible in every duty cycle,
     task and path, and covers the requirement, if one is stated.
     """
-    from infinivar._core.engine import ENGINES
     from infinivar.analysis.compare import compare as run
     from infinivar.analysis.hanging import printed_lines
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
     from infinivar.study.check import check_demands, check_duty
 
+    quick = options.quick
     if quick and out is not None:
         raise InputError("--quick writes no files: remove --out or --quick")
     out = out or Path("out")
-    requested: Any = next((known for known in ENGINES if known == engine), None)
-    if requested is None:
-        raise InputError(f"--engine {engine!r} must be one of {', '.join(ENGINES)}")
     loaded = loaded_study(study)
     with naming(study):
         loaded = loaded.with_drives(drive) if drive else loaded
@@ -101,7 +88,7 @@ def compare(
         check_duty(loaded)
     with contextlib.nullcontext() if quick else claimed(out):
         with progress_bar() as progress, naming(study):
-            comparison = run(loaded, quick=quick, engine=requested, progress=progress)
+            comparison = run(loaded, **options.arguments(), progress=progress)
         if not as_json:
             # Drawing takes longer than computing, so print the verdicts first.
             for line in _verdicts(comparison):
@@ -178,8 +165,10 @@ def _of_drives(comparison: Comparison) -> Iterator[str]:
         yield comparison.not_counted
 
 
+@with_options
 def contact(
     study: StudyFile,
+    options: StepOptions,
     drive: Annotated[
         str | None, typer.Option("--drive", help="Write the sheet of this drive only.", autocompletion=drives_of_study)
     ] = None,
@@ -189,17 +178,6 @@ def contact(
             "--transient", help="Show a step of the steering angle and the relaxation length instead of the sheet."
         ),
     ] = False,
-    angle: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ANGLE",
-            help='Step of the steering angle with --transient, such as "1 mrad". [default: half the slip limit]',
-        ),
-    ] = None,
-    rate: Annotated[
-        str | None,
-        typer.Option(metavar="RATE", help='Steering rate with --transient, such as "6 rad/s". [default: at once]'),
-    ] = None,
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
@@ -210,12 +188,11 @@ def contact(
     steering angle while the wheel rolls on.
     """
     if transient:
-        _transient(study, drive, quantity("--angle", angle, "rad"), quantity("--rate", rate, "rad/s"), out, as_json)
+        _transient(study, drive, options, out, as_json)
         return
-    if angle is not None or rate is not None:
-        raise InputError(
-            f"--{'rate' if angle is None else 'angle'} is of the step that --transient shows: add --transient"
-        )
+    for name, value in options.arguments().items():
+        if value is not None:
+            raise InputError(f"--{name} is of the step that --transient shows: add --transient")
     from infinivar.analysis.contact_sheet import contact_sheets
     from infinivar.report import contact as report
     from infinivar.report.saving import save
@@ -235,9 +212,7 @@ def contact(
     raise typer.Exit(NOT_FEASIBLE if any(sheet.exceeded for sheet in sheets) else 0)
 
 
-def _transient(
-    study: Path, drive: str | None, angle: float | None, rate: float | None, out: Path, as_json: bool
-) -> None:
+def _transient(study: Path, drive: str | None, options: StepOptions, out: Path, as_json: bool) -> None:
     """Print and write a step of the steering angle of each wheel."""
     from infinivar.analysis.steering_step import steering_steps
     from infinivar.report import steering_step as report
@@ -246,7 +221,7 @@ def _transient(
 
     loaded = load_study(study)
     with progress_bar() as progress, naming(study):
-        steps = steering_steps(loaded, drive, angle=angle, rate=rate, progress=progress)
+        steps = steering_steps(loaded, drive, **options.arguments(), progress=progress)
     files = save(steps, out)
     if as_json:
         print_json({"steps": [step.to_dict() for step in steps], "files": [str(file) for file in files]})

@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from infinivar._core.text import capitalise
+from infinivar.analysis.options import SensitivityOptions
+from infinivar.calibration.options import RigOptions
+from infinivar.cli.arguments import Json, OptionalOut, StudyFile, drives_of_study, named_path, with_options
 from infinivar.cli.shared import chosen, chosen_cobotic, loaded_study, naming, of_one_axis, print_json
-from infinivar.cli.sizing import (
-    Life,
-    Objective,
-    Radius,
-    Ranges,
-    Sets,
-    SlipMargin,
-    SteeringRatios,
-    aims_of_option,
-    range_of_option,
-    wheel_options,
-)
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
 from infinivar.errors import InputError
-from infinivar.options import Json, OptionalOut, StudyFile, drives_of_study, named_path, numbers
+from infinivar.sizing.options import GENERATIONS, SizeOptions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,21 +42,19 @@ Resume = Annotated[
 Kept = Annotated[int, typer.Option("--top", help="Number of designs to keep, besides those of the front.", min=1)]
 
 _SHOWN = 10
-_RATIOS = "100,50,20,8,4,2,1"
 
 
 @app.command()
+@with_options
 def size(
     study: StudyFile,
     folder: Folder,
-    objective: Objective = None,
+    options: Annotated[SizeOptions, "objective", "sets", "radius"],
     top: Kept = 50,
-    sets: Sets = None,
     drive: Annotated[
         str | None,
         typer.Option("--drive", help="Template. [default: the first geared drive]", autocompletion=drives_of_study),
     ] = None,
-    radius: Radius = None,
     radii: Annotated[
         int | None,
         typer.Option(
@@ -93,15 +82,12 @@ def size(
     from infinivar.report.saving import save
     from infinivar.sweeps.geared import geared_sweep
 
-    ends = None if radius is None else range_of_option(*radius)
-    aims = aims_of_option(objective)
     loaded = loaded_study(study)
     of_one_axis(study, loaded.drives, "sweep")
-    _keep_apart(loaded, folder, out, sets)
+    _keep_apart(loaded, folder, out, options.sets)
     with naming(study):
-        problem = geared_sweep(
-            loaded, objective=aims, top=top, sets=sets, drive=drive, radius=ends, radii=radii, size=pairs
-        )
+        stated = options.arguments("objective", "sets", "radius")
+        problem = geared_sweep(loaded, **stated, top=top, drive=drive, radii=radii, size=pairs)
     for one in problem.parts.sets:
         for fault in one.refused:
             complain(fault)
@@ -119,22 +105,18 @@ def size(
 
 
 @app.command()
+@with_options
 def cobotic(
     study: StudyFile,
     folder: Folder,
+    options: Annotated[SizeOptions, "objective", "sets", *SizeOptions.COBOTIC],
     starts: Annotated[int, typer.Option("--starts", help="Number of searches, each from a start of its own.", min=1)],
-    objective: Objective = None,
     top: Kept = 50,
-    sets: Sets = None,
     drive: Annotated[
         str | None,
         typer.Option("--drive", help="Template. [default: the first cobotic drive]", autocompletion=drives_of_study),
     ] = None,
-    ranges: Ranges = None,
-    steering_ratios: SteeringRatios = None,
-    slip_margin: SlipMargin = None,
-    life: Life = None,
-    generations: Annotated[int, typer.Option("--generations", help="Length of each search.", min=1)] = 40,
+    generations: Annotated[int, typer.Option("--generations", help="Length of each search.", min=1)] = GENERATIONS,
     workers: Workers = None,
     dask: Dask = None,
     resume: Resume = False,
@@ -149,15 +131,12 @@ def cobotic(
     from infinivar.sweeps.cobotic import cobotic_study_sweep
     from infinivar.sweeps.problem import LIST, TOP
 
-    aims = aims_of_option(objective)
-    wheel = wheel_options(ranges, steering_ratios, slip_margin, life)
     loaded = loaded_study(study)
     of_one_axis(study, loaded.drives, "sweep")
-    _keep_apart(loaded, folder, out, sets)
+    _keep_apart(loaded, folder, out, options.sets)
     with naming(study):
-        problem = cobotic_study_sweep(
-            loaded, starts=starts, objective=aims, top=top, sets=sets, drive=drive, generations=generations, **wheel
-        )
+        stated = options.arguments("objective", "sets", *SizeOptions.COBOTIC)
+        problem = cobotic_study_sweep(loaded, starts=starts, **stated, top=top, drive=drive, generations=generations)
     found = _run(problem, folder, workers, dask, resume)
     files = [] if out is None else save(problem.sizing(found), out)
     verdict = problem.verdict(found)
@@ -206,14 +185,15 @@ def builds(
 
 
 @app.command()
+@with_options
 def sensitivity(
     study: StudyFile,
     folder: Folder,
+    options: Annotated[SensitivityOptions, "duty"],
     of: Annotated[str, typer.Option("--of", help="Result, as for the command sensitivity.")],
     drive: Annotated[
         str | None, typer.Option("--drive", help="[default: the first drive]", autocompletion=drives_of_study)
     ] = None,
-    duty: Annotated[str | None, typer.Option("--duty", help="Name of the duty cycle in the study.")] = None,
     samples: Annotated[int, typer.Option("--samples", help="Number of base samples, a power of two.")] = 2**16,
     size: Annotated[int, typer.Option("--size", help="Base samples in a chunk, a power of two.")] = 2**11,
     workers: Workers = None,
@@ -231,7 +211,7 @@ def sensitivity(
     of_one_axis(study, loaded.drives, "sweep")
     name = chosen(study, "drive", drive, loaded.drives)
     with naming(study):
-        problem = sensitivity_sweep(loaded, name, of, duty=duty, samples=samples, size=size)
+        problem = sensitivity_sweep(loaded, name, of, duty=options.duty, samples=samples, size=size)
     found = _run(problem, folder, workers, dask, resume)
     made = problem.result(found)
     if as_json:
@@ -243,16 +223,15 @@ def sensitivity(
 
 
 @app.command()
+@with_options
 def sessions(
     study: StudyFile,
     folder: Folder,
+    options: RigOptions,
     drive: Annotated[
         str | None,
         typer.Option("--drive", help="[default: the first cobotic drive]", autocompletion=drives_of_study),
     ] = None,
-    ratios: Annotated[str, typer.Option(help="Reduction ratios of a session, as for the command rig.")] = _RATIOS,
-    loads: Annotated[str, typer.Option(help="Loads of a session, as fractions of the slip force.")] = "0.15,0.5",
-    preloads: Annotated[str, typer.Option(help="Preloads, as multiples of the study's preload.")] = "1",
     number: Annotated[int, typer.Option("--sessions", help="Number of sessions.", min=1)] = 1000,
     size: Annotated[int, typer.Option("--size", help="Sessions in a chunk.", min=1)] = 20,
     workers: Workers = None,
@@ -265,14 +244,9 @@ def sessions(
 
     loaded = loaded_study(study)
     of_one_axis(study, loaded.drives, "sweep")
-    runs: dict[str, Any] = {
-        "ratios": numbers("ratios", ratios),
-        "loads": numbers("loads", loads),
-        "preloads": numbers("preloads", preloads),
-    }
     name = chosen_cobotic(study, drive, loaded.drives)
     with naming(study):
-        problem = sessions_sweep(loaded, name, sessions=number, size=size, **runs)
+        problem = sessions_sweep(loaded, name, sessions=number, size=size, **options.arguments())
     found = _run(problem, folder, workers, dask, resume)
     made = problem.result(found)
     if as_json:

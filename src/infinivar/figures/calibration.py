@@ -83,7 +83,7 @@ def draw_efficiency(ax: Axes, numbers: Mapping[str, Any]) -> None:
     kinds = sorted({(curve["preload"], curve["load"]) for curve in numbers["curves"]}, reverse=True)
     several = len({preload for preload, _ in kinds}) > 1
     for curve in numbers["curves"]:
-        colour = style.COLOURS[kinds.index((curve["preload"], curve["load"])) % len(style.COLOURS)]
+        colour = style.colour(kinds.index((curve["preload"], curve["load"])))
         pressed = f", {plain(curve['preload'], 3)} N" if several else ""
         lifts = curve["lifts"]
         ax.semilogx(curve["ratio"], curve["fitted"], color=colour, ls="-" if lifts else "--", lw=1.3)
@@ -112,7 +112,7 @@ def draw_residuals(ax: Axes, numbers: Mapping[str, Any]) -> None:
             numbers["over"],
             numbers["residuals"][:, place],
             marker,
-            color=style.COLOURS[place],
+            color=style.colour(place),
             ms=3.5,
             label=name.replace("_", " "),
         )

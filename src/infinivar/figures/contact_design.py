@@ -90,7 +90,7 @@ def draw_losses(ax: Axes, numbers: Mapping[str, Any]) -> None:
     trend, duty = numbers["trend"], numbers["duty"]
     for name in ("creep", "rolling", "bearing"):
         label = {"rolling": "hysteresis", "bearing": "axle bearings"}.get(name, name)
-        ax.plot(trend.values, trend.losses[name], color=style.LINE_COLOURS[name], label=label)
+        ax.plot(trend.values, trend.losses[name], color=style.loss_colour(name), label=label)
     total = sum(trend.losses.values())
     ax.plot(trend.values, total, color="black", label="total")
     top = 1.25 * float(np.max(np.nan_to_num(total))) or 1.0  # the wheel may slip at every preload

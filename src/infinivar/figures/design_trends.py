@@ -77,7 +77,7 @@ def draw_materials(ax: Axes, trend: Trend) -> None:
     left = np.zeros(len(names))
     for name in ("creep", "rolling", "bearing"):
         label = {"rolling": "hysteresis", "bearing": "axle bearings"}.get(name, name)
-        bars = ax.barh(names, trend.losses[name], left=left, color=style.LOSS_COLOURS[name], label=label)
+        bars = ax.barh(names, trend.losses[name], left=left, color=style.loss_colour(name), label=label)
         for bar, limit in zip(bars, trend.limit, strict=True):
             bar.set_alpha(1.0 if limit == Limit.OK else 0.35)
         left = left + trend.losses[name]

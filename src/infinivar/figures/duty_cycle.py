@@ -88,7 +88,7 @@ def _task(found: DutyComparison) -> list[tuple[str, str, str, str]]:
 
 def _colour(numbers: Mapping[str, Any], title: str) -> str:
     """The colour of a drive in all panels."""
-    return style.COLOURS[numbers["titles"].index(title) % len(style.COLOURS)]
+    return style.colour(numbers["titles"].index(title))
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any], panel: str) -> None:

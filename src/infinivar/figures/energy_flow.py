@@ -30,8 +30,8 @@ _BACK = {"work on the load": "external work", "work on the user": "work of the u
 
 def line_colour(name: str, place: int) -> str:
     """Colour of the line of a loss or source, the same as its area in the balance; of others by their place."""
-    known = style.LINE_COLOURS | style.SOURCE_COLOURS
-    return known.get(SOURCES.get(name, name)) or style.COLOURS[place % len(style.COLOURS)]
+    known = style.LOSS_COLOURS | style.SOURCE_COLOURS
+    return known.get(SOURCES.get(name, name)) or style.colour(place)
 
 
 def largest(energies: Mapping[str, Any], most: int = 7) -> dict[str, np.ndarray]:

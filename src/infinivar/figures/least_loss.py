@@ -74,11 +74,6 @@ def _levels(saved: np.ndarray) -> np.ndarray:
     return np.asarray(MaxNLocator(_STEPS).tick_values(0.0, most)) if most > 0 else np.empty(0)
 
 
-def colour_of(place: int) -> str:
-    """Colour of a drive by its place in the study."""
-    return style.COLOURS[place % len(style.COLOURS)]
-
-
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     """Draw the map."""
     from matplotlib.colors import to_rgb
@@ -90,7 +85,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     for place in range(len(numbers["titles"])):
         mine = best == place
         tint = _tints(numbers["saved"], levels)[mine][:, None]
-        image[mine, :3] = 1.0 - tint * (1.0 - np.array(to_rgb(colour_of(place))))
+        image[mine, :3] = 1.0 - tint * (1.0 - np.array(to_rgb(style.colour(place))))
     ax.pcolormesh(force, speed, image, shading="nearest", rasterized=True)
     for place in range(len(numbers["titles"])):
         mine = best == place
@@ -160,7 +155,7 @@ def legend(numbers: Mapping[str, Any]) -> list[Any]:
     from matplotlib.patches import Patch
 
     made: list[Any] = [
-        Patch(facecolor=colour_of(place), label=title)
+        Patch(facecolor=style.colour(place), label=title)
         for place, title in enumerate(numbers["titles"])
         if (numbers["best"] == place).any()
     ]

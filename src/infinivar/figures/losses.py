@@ -43,7 +43,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     for name in names:
         values = [known[title].get(name, 0.0) for title in titles]
         alphas = [1.0 if numbers["limit"][title] == Limit.OK else 0.35 for title in titles]
-        bars = ax.barh(range(len(titles)), values, left=left, color=style.LOSS_COLOURS[name], label=name, height=0.65)
+        bars = ax.barh(range(len(titles)), values, left=left, color=style.loss_colour(name), label=name, height=0.65)
         for bar, alpha in zip(bars, alphas, strict=True):
             bar.set_alpha(alpha)
         left = [start + value for start, value in zip(left, values, strict=True)]
@@ -96,4 +96,4 @@ def legend(axes: Any) -> tuple[list[Any], list[str]]:
     from matplotlib.patches import Patch
 
     names = dict.fromkeys(label for ax in axes for label in ax.get_legend_handles_labels()[1])
-    return [Patch(color=style.LOSS_COLOURS[name]) for name in names], list(names)
+    return [Patch(color=style.loss_colour(name)) for name in names], list(names)

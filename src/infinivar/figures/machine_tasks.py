@@ -70,7 +70,7 @@ def draw_path(axes: Sequence[Axes], numbers: Mapping[str, Any]) -> None:
     for place, (name, values) in enumerate(numbers["moved"].items()):
         turns = name not in ("x", "y", "z")
         shown = np.degrees(values) if turns else 1e3 * values
-        above.plot(numbers["time"], shown, color=style.COLOURS[place], label=f"{name} [{'degrees' if turns else 'mm'}]")
+        above.plot(numbers["time"], shown, color=style.colour(place), label=f"{name} [{'degrees' if turns else 'mm'}]")
     above.set_title(numbers["title"])
     above.set_ylabel("displacement")
     if numbers["moved"]:

@@ -71,9 +71,9 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
     axes["slip"].set_ylim(0.0, max(1.15, min(float(np.nanmax(numbers["slip"])), 3.0)))
     for place, (name, values) in enumerate(numbers["energies"].items()):
         if name == "kinetic" or np.any(values):
-            axes["energy"].plot(time, values, color=style.COLOURS[place], label=name)
+            axes["energy"].plot(time, values, color=style.colour(place), label=name)
     for name, values in numbers["lost"].items():
-        axes["energy"].plot(time, values, color=style.LINE_COLOURS.get(name, "#999999"), ls="--", label=f"lost: {name}")
+        axes["energy"].plot(time, values, color=style.loss_colour(name), ls="--", label=f"lost: {name}")
     axes["energy"].set_ylabel("energy [J]")
     axes["energy"].set_xlabel("time [s]")
     style.name_beside(axes["energy"])

@@ -137,4 +137,4 @@ def draw_map(found: SharedMotor | Sequence[SharedMotor], titles: Sequence[str] =
 
 
 def _colours(count: int) -> list[str]:
-    return [style.COLOURS[place % len(style.COLOURS)] for place in range(count)]
+    return [style.colour(place) for place in range(count)]

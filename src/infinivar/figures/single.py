@@ -92,7 +92,7 @@ def _stacked(ax: Axes, along: np.ndarray, parts: Mapping[str, Any], label: str) 
     """Stacked losses over one axis."""
     values = {name: np.nan_to_num(np.broadcast_to(loss, along.shape)) for name, loss in parts.items()}
     shown = {name: loss for name, loss in values.items() if np.any(loss > 0)}
-    colours = [style.LOSS_COLOURS.get(name, "#BBBBBB") for name in shown]
+    colours = [style.loss_colour(name) for name in shown]
     if shown:
         ax.stackplot(along, *shown.values(), labels=list(shown), colors=colours)
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))

@@ -26,7 +26,6 @@ _STEPS = 5
 
 _RATIO_TICKS = (-90.0, -75.0, -60.0, -45.0, -30.0, 0.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 _SLIPS = "#D9D9D9"
-_COLOURS = style.LOSS_COLOURS
 
 
 def data(found: SphereMap) -> dict[str, Any]:
@@ -137,7 +136,7 @@ def draw_losses(ax: Axes, numbers: Mapping[str, Any]) -> None:
         numbers["angle"],
         *(numbers["losses"][name] for name in names),
         labels=names,
-        colors=[_COLOURS[name] for name in names],
+        colors=[style.loss_colour(name) for name in names],
         lw=0.0,
     )
     ax.set_xlim(numbers["angle"].min(), numbers["angle"].max())

@@ -24,7 +24,7 @@ LOSS_COLOURS = {
     "gearhead": "#0072B2",
     "creep": "#009E73",
     "spin": "#332288",
-    "rolling": "#F0E442",
+    "rolling": "#B8A800",
     "bearing": "#56B4E9",
     "cylinder bearings": "#1B7F79",
     "backing rollers": "#A5A552",
@@ -45,10 +45,9 @@ LOSS_COLOURS = {
     "steering bearing": "#A9D8F2",
     "steering patch": "#7FCDBB",
 }
-"""One colour per loss, the same in every figure."""
+"""One colour per loss, the same for areas, lines and marks in every figure, table and page; each is dark enough on white."""
 
-LINE_COLOURS = {**LOSS_COLOURS, "rolling": "#B8A800"}
-"""The same for lines on white, where the yellow used for areas is too pale."""
+_OTHER_LOSS = "#BBBBBB"
 
 SOURCE_COLOURS = {
     "motor supply": "#3D4B66",
@@ -57,6 +56,17 @@ SOURCE_COLOURS = {
     "work of the user": "#B8895A",
 }
 """One colour per source of energy, the same in every figure."""
+
+
+def colour(place: int) -> str:
+    """Colour of one of several things of a kind, by its place; after the last colour, the first comes again."""
+    return COLOURS[place % len(COLOURS)]
+
+
+def loss_colour(name: str) -> str:
+    """Colour of a loss by its name; a light grey for those of other packages."""
+    return LOSS_COLOURS.get(name, _OTHER_LOSS)
+
 
 BLANK = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
 """Box behind words that may stand on lines."""
@@ -117,8 +127,8 @@ def stack(names: Sequence[str], width: float, height: float, **options: Any) -> 
 def curves(ax: Any, along: Any, values: Mapping[str, Any], label: str, colours: Any = None, line: str = "-") -> None:
     """Plot curves over an axis, by the names that a legend beside it has, in the colours of names and places, and label them."""
     for place, (name, one) in enumerate(values.items()):
-        colour = COLOURS[place % len(COLOURS)] if colours is None else colours(name, place)
-        ax.plot(along, one, line, color=colour, label=name)
+        shown = colour(place) if colours is None else colours(name, place)
+        ax.plot(along, one, line, color=shown, label=name)
     ax.set_ylabel(label)
     name_beside(ax)
 

@@ -48,8 +48,8 @@ _WHERE = {
 _LEAST = 0.005
 """Smallest shaded share of the run, so that short events stay visible."""
 
-_GREYS = ("#DEDEDE", "#BEBEBE", "#9E9E9E", "#868686", "#707070", "#5C5C5C", "#4A4A4A")
-"""One shade per limit in a panel; no panel has more limits than shades."""
+_GREYS = (0xDE, 0xBE, 0x9E, 0x86, 0x70, 0x5C, 0x4A)
+"""Shades of the limits of a panel, from the lightest; a panel with more limits has shades between these."""
 
 
 def data(simulation: Simulation) -> dict[str, Any]:
@@ -82,7 +82,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any], panel: str) -> None:
         if words == "wanted":
             ax.plot(time, values, color="black", linewidth=0.9, linestyle=(0, (4, 2)), label=words)
         else:
-            ax.plot(time, values, color=style.COLOURS[index], linewidth=1.2, label=words)
+            ax.plot(time, values, color=style.colour(index), linewidth=1.2, label=words)
     ax.set_ylabel(panel)
     ax.margins(x=0.0, y=0.12)
     ax.set_xlim(auto=False)
@@ -102,7 +102,7 @@ def _shade(ax: Axes, limits: Sequence[tuple[float, float, str]], least: float) -
         lasting[words] = lasting.get(words, 0.0) + end - start
     named = []
     # Shorter intervals are darker and lie on top of longer ones.
-    for grey, name in zip(_GREYS, sorted(lasting, key=lambda words: -lasting[words]), strict=False):
+    for grey, name in zip(_greys(len(lasting)), sorted(lasting, key=lambda words: -lasting[words]), strict=True):
         shades = [
             ax.axvspan(start - wider, end + wider, color=grey, linewidth=0, zorder=0)
             for start, end, words in limits
@@ -112,6 +112,12 @@ def _shade(ax: Axes, limits: Sequence[tuple[float, float, str]], least: float) -
         shades[0].set_label(name)
         named.append(shades[0])
     return named
+
+
+def _greys(count: int) -> list[str]:
+    """A shade for each of some limits."""
+    places = np.linspace(0.0, min(count, len(_GREYS)) - 1.0, count)
+    return [f"#{3 * f'{round(level):02X}'}" for level in np.interp(places, range(len(_GREYS)), _GREYS)]
 
 
 def draw_all(simulation: Simulation) -> Figure:

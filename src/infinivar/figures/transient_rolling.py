@@ -50,7 +50,7 @@ def draw_series(ax: Axes, distance: np.ndarray, series: Mapping[str, np.ndarray]
     order = list(labels)
     for name, values in series.items():
         place = order.index(name)
-        ax.plot(distance, values, color=style.COLOURS[place], ls=("-", "--", "-.")[place], label=labels[name])
+        ax.plot(distance, values, color=style.colour(place), ls=("-", "--", "-.")[place], label=labels[name])
     ax.axhline(0.0, color="grey", lw=0.6)
     style.name_beside(ax, fontsize=8)
 

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
 Point = MechanismPoint | LegsPoint | MachinePoint | SphericalPoint
 
-_COLOURS = {**style.LOSS_COLOURS, "spin": "#882255"}
-
 
 def data(found: Point) -> dict[str, Any]:
     """Losses and slip demands by wheel.
@@ -83,7 +81,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     height = np.zeros(len(places))
     for name, loss in numbers["losses"].items():
         if np.any(loss > 0):
-            colour = _COLOURS.get(name, "#BBBBBB")
+            colour = style.loss_colour(name)
             ax.bar(places, loss, bottom=height, width=0.6, label=name, color=colour, edgecolor="white", linewidth=0.5)
             height = height + loss
     for place, top, share in zip(places, height, numbers["slip"], strict=True):

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
@@ -18,6 +18,7 @@ from infinivar.parts.screw import Screw
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.cobotic.wheels import FREE, check_template
 from infinivar.sizing.design import SizedDrive
+from infinivar.sizing.options import AIMS, GENERATIONS, SLIP_MARGIN, Aim, SizeOptions
 from infinivar.sizing.pool import PartPool, pool_of
 from infinivar.sizing.records import SearchRecord, WheelRecord
 from infinivar.study.check import check_study
@@ -25,19 +26,9 @@ from infinivar.study.study import Study
 
 R = TypeVar("R")
 
-Aim = Literal["energy", "mass"]
-
-_AIMS = ("energy", "mass")
-
-GENERATIONS = 40
-"""Of the search over cobotic drives."""
-
-SLIP_MARGIN = 1.1
-"""Slip force over lateral force: a wheel that slips in a transient no longer steers."""
-
 _OPTIONS = {
-    "geared": ("radius", "leads"),
-    "cobotic": ("ranges", "steering_ratios", "slip_margin", "life", "generations", "seed"),
+    "geared": SizeOptions.GEARED,
+    "cobotic": (*SizeOptions.COBOTIC, "generations", "seed"),
 }
 """Options for one architecture only."""
 
@@ -189,9 +180,9 @@ def _first(study: Study, names: Sequence[str], notes: Sequence[str], kind: str) 
 def _aims(study: Study, objective: Aim | Iterable[Aim] | None) -> tuple[str, ...]:
     """Objectives of a search for a study, those by default if none is given."""
     if objective is None:
-        return _AIMS if study.duty else ("mass",)
+        return AIMS if study.duty else ("mass",)
     aims = (objective,) if isinstance(objective, str) else tuple(objective)
-    if not aims or len({*aims}) < len(aims) or any(aim not in _AIMS for aim in aims):
+    if not aims or len({*aims}) < len(aims) or any(aim not in AIMS for aim in aims):
         raise ParameterError(f"objective must be energy, mass or both, got {', '.join(map(str, aims)) or 'none'}")
     if "energy" in aims and not study.duty:
         raise InputError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import field
 
 from infinivar._core.described import derived, named, reported
 from infinivar._core.result import Result, result
@@ -13,6 +14,7 @@ from infinivar.drivetrain.uncounted import not_counted
 from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import SizedDrive, demand_words, exceeded_words, path_words
 from infinivar.sizing.margins import nearest_of
+from infinivar.sizing.options import SizeOptions
 from infinivar.sizing.pool import SearchedSet
 from infinivar.sizing.records import SearchRecord, WheelRecord
 from infinivar.sizing.studies import study_of
@@ -44,6 +46,7 @@ class Sizing(Result):
                    parts state that contradicts itself.
     doubt          How far the designs withstand the spread of their parts; None if no builds were asked for.
     hangs_on       Choices that no source settles, each with the best design it gives; None without designs.
+    options        With which it was computed; None if a sweep computed it.
     """
 
     study: Study = reported(convert=named)
@@ -57,6 +60,7 @@ class Sizing(Result):
     notes: tuple[str, ...] = ()
     doubt: Doubt | None = reported(optional=True, default=None)
     hangs_on: Hanging | None = reported(optional=True, default=None)
+    options: SizeOptions | None = field(default=None, compare=False, repr=False)
 
     @derived()
     def feasible(self) -> bool:

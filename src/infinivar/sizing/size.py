@@ -24,8 +24,9 @@ from infinivar.sizing.design import SizedDrive
 from infinivar.sizing.geared.tally import SPARE
 from infinivar.sizing.of_cobotic import cobotic
 from infinivar.sizing.of_geared import geared
+from infinivar.sizing.options import Aim, SizeOptions
 from infinivar.sizing.progress import Progress, part_of
-from infinivar.sizing.request import Aim, Found, StudyRequest, request_of
+from infinivar.sizing.request import Found, StudyRequest, request_of
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.robustness import check_builds, with_builds
 from infinivar.sizing.studies import not_simulated, not_taken_over, study_of
@@ -100,26 +101,27 @@ def size(
     """
     if builds:
         check_builds(builds)
-    request = request_of(
-        study,
+    options = SizeOptions(
         objective=objective,
         top=top,
         sets=sets,
-        drive=drive,
         radius=radius,
         leads=leads,
         ranges=ranges,
         steering_ratios=steering_ratios,
         slip_margin=slip_margin,
         life=life,
-        loss_model=loss_model,
         generations=generations,
         seed=seed,
+        builds=builds,
     )
+    searched = {name: value for name, value in options.arguments().items() if name != "builds"}
+    request = request_of(study, drive=drive, loss_model=loss_model, **searched)
     found = _searched(request, progress)
     if progress is not None:
         progress("what would have to change", 1.0)
-    return with_builds(with_hanging(sizing_of(request, found)), builds, progress)
+    made = replace(sizing_of(request, found), options=options)
+    return with_builds(with_hanging(made), builds, progress)
 
 
 def sizing_of(request: StudyRequest, found: Mapping[str, Found]) -> Sizing:

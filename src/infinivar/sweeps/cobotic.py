@@ -23,7 +23,8 @@ from infinivar.sizing.cobotic.search import Searched, best_cobotic, excluded_of,
 from infinivar.sizing.cobotic.wheels import FREE
 from infinivar.sizing.found import CoboticDesign, CoboticSizing
 from infinivar.sizing.of_cobotic import found_of, request_on_tables
-from infinivar.sizing.request import GENERATIONS, Aim, StudyRequest, request_of
+from infinivar.sizing.options import GENERATIONS, Aim
+from infinivar.sizing.request import StudyRequest, request_of
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.size import sizing_of
 from infinivar.sizing.tables import CoboticRequest

@@ -19,10 +19,11 @@ from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.search import best_geared, candidates_of, nearest_miss
 from infinivar.sizing.geared.tally import design_of
 from infinivar.sizing.of_geared import drive_of, listed, range_of, record_of, record_of_counts, requests_of
+from infinivar.sizing.options import Aim
 from infinivar.sizing.pool import PartPool
 from infinivar.sizing.progress import best_so_far
 from infinivar.sizing.records import SearchRecord
-from infinivar.sizing.request import Aim, Found, StudyRequest, request_of
+from infinivar.sizing.request import Found, StudyRequest, request_of
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.size import sizing_of
 from infinivar.sizing.tables import check_stages_or_radius

@@ -13,8 +13,9 @@ from infinivar._core.result import Frozen, Result, result
 from infinivar.calibration import transmission
 from infinivar.calibration.calibrate import calibrate_cobotic
 from infinivar.calibration.fit import Fit
+from infinivar.calibration.options import LOADS, RATIOS
 from infinivar.calibration.result import cobotic
-from infinivar.calibration.virtual_rig import LOADS, RATIOS, Setting, experiment, protocol
+from infinivar.calibration.virtual_rig import Setting, experiment, protocol
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.errors import InputError, require
 from infinivar.study.check import check_study

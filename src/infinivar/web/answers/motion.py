@@ -263,7 +263,7 @@ def _powers(time: np.ndarray, power: np.ndarray, arrays: dict[str, np.ndarray], 
 def _losses(losses: Mapping[str, float]) -> list[dict[str, Any]]:
     """Rows from the largest loss; none of 0."""
     return [
-        {"label": name, "joules": words.number(joules), "colour": style.LINE_COLOURS.get(name, "#999999")}
+        {"label": name, "joules": words.number(joules), "colour": style.loss_colour(name)}
         for name, joules in sorted(losses.items(), key=lambda one: -np.nan_to_num(one[1]))
         if joules != 0.0
     ]

@@ -161,7 +161,7 @@ def _flows(source: str, power_in: float, losses: Mapping[str, float]) -> tuple[l
                     "to": "loss",
                     "watts": max(watts, 0.0),
                     "label": name,
-                    "colour": style.LINE_COLOURS.get(name, "#999999"),
+                    "colour": style.loss_colour(name),
                     "kind": "loss",
                 }
             )
