@@ -237,9 +237,6 @@ from infinivar.paper.report import left_out
 from infinivar.paper.report import save as save_reproduction
 from infinivar.paper.reproduce import CHECKS as PAPER_CHECKS
 from infinivar.paper.reproduce import STEERED, two_6004
-from infinivar.paper.sphere import PARTS as SPHERE_PARTS
-from infinivar.paper.sphere import _wheel as sphere_wheel
-from infinivar.paper.sphere import as_sphere
 from infinivar.parts import catalogue, elastic
 from infinivar.parts import history as parts_history
 from infinivar.parts.bearing import COEFFICIENTS, SIZE_POWERS, BearingPair, BearingType, Lubrication
