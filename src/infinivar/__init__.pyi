@@ -96,7 +96,7 @@ from .motion.scenario import Scenario
 from .motion.strides import Strides
 from .motion.users import ArmModel, PushingUser, ReachingUser
 from .motion.vectors import Point, Pose, Twist, Wrench
-from .motion.virtual.curves import ArcCurve, FunctionCurve, LineCurve, PointCurve
+from .motion.virtual.curves import ArcCurve, LineCurve, PointCurve
 from .motion.virtual.fixtures import AboutAxis, AboutPoint, AlongLine, InPlane, OnCurve, OnSurface
 from .motion.virtual.meshes import TriangleMesh
 from .motion.virtual.surfaces import Ball, HalfSpace, Surfaces, Tube
@@ -210,7 +210,6 @@ __all__ = [
     "DynamicMap",
     "Fixture",
     "Force",
-    "FunctionCurve",
     "GearFriction",
     "GearedCalibration",
     "GearedSlideMachine",

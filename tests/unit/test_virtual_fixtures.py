@@ -8,14 +8,15 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 import infinivar as iv
-from infinivar import AboutAxis, AboutPoint, AlongLine, ArcCurve, Ball, FunctionCurve, InPlane, OnCurve, OnSurface
+from infinivar import AboutAxis, AboutPoint, AlongLine, ArcCurve, Ball, InPlane, OnCurve, OnSurface, PointCurve
 from internals import ByRows, constrained_motion, free_basis, free_projection
 from internals import FixtureRow as Row
 
 SPACE, PLANE, CARRIAGE = ("x", "y", "z", "rx", "ry", "rz"), ("x", "y", "angle"), ("x", "y")
 RNG = np.random.default_rng(11)
 HELIX = ArcCurve(centre=(0.0, 0.0, 0.0), radius=0.1, axis=(0.2, 0.1, 1.0), pitch=0.05, turn=12.0)
-ELLIPSE = FunctionCurve(function=lambda u: (0.2 * math.cos(u), 0.1 * math.sin(u)), end=2.0 * math.pi, closed=True)
+AROUND = np.arange(3000) * 2.0 * math.pi / 3000
+ELLIPSE = PointCurve.through(np.stack([0.2 * np.cos(AROUND), 0.1 * np.sin(AROUND)], axis=1), closed=True)
 CASES = {
     "line": (AlongLine(direction=(1.0, 2.0, -0.5)), SPACE, 1),
     "line, turning": (AlongLine(direction=(1.0, 2.0, -0.5), turning=True), SPACE, 4),
