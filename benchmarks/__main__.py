@@ -24,7 +24,6 @@ NAMES = (
     "compare_cold",
     "element_curves",
     "exact_law",
-    "fastsim",
     "exact_contact",
     "simulation",
     "dynamic",

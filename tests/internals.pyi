@@ -82,7 +82,6 @@ from infinivar.analysis.sessions.measures import measures
 from infinivar.analysis.sessions.of_study import check_sessions
 from infinivar.analysis.sessions.passivity import (
     general_required_damping,
-    lagging_mass,
     required_damping,
     wall_transfer,
 )
@@ -184,7 +183,7 @@ from infinivar.machines.control.controller import Plant as GuidedPlant
 from infinivar.machines.control.controller import begun as controllers_begun
 from infinivar.machines.control.impedance import wall_force
 from infinivar.machines.control.legs import nearest_within
-from infinivar.machines.control.planar import contact_turning_limit, creep_offset, wall_overshoot
+from infinivar.machines.control.planar import contact_turning_limit
 from infinivar.machines.control.planar_fixtures import PlanarFixtureGuide, PlanarHoldGuide, locking_headings
 from infinivar.machines.control.tasks import SETTLING_LENGTH, controller_of
 from infinivar.machines.course import on_path as course_on_path
@@ -212,11 +211,11 @@ from infinivar.motion.scenario import FORCES, MOTIONS
 from infinivar.motion.strides import find_strides
 from infinivar.motion.strides import resampled as resampled_strides
 from infinivar.motion.task import check_motion
-from infinivar.motion.virtual.constrained import constrained_motion, free_basis, free_projection
+from infinivar.motion.virtual.constrained import free_basis
 from infinivar.motion.virtual.fixtures import ByRows
 from infinivar.motion.virtual.fixtures import Row as FixtureRow
 from infinivar.motion.virtual.meshes import MeshFile
-from infinivar.motion.virtual.surfaces import FlatWalls, Surface, sliding_curvature
+from infinivar.motion.virtual.surfaces import FlatWalls, Surface
 from infinivar.motion.virtual.tasks import TASKS as VIRTUAL_TASKS
 from infinivar.motion.virtual.triangles import closest_on_triangles
 from infinivar.paper.claims import design as claims_of_design
@@ -246,9 +245,6 @@ from infinivar.paper.report import left_out
 from infinivar.paper.report import save as save_reproduction
 from infinivar.paper.reproduce import CHECKS as PAPER_CHECKS
 from infinivar.paper.reproduce import STEERED, two_6004
-from infinivar.paper.sphere import PARTS as SPHERE_PARTS
-from infinivar.paper.sphere import _wheel as sphere_wheel
-from infinivar.paper.sphere import as_sphere
 from infinivar.parts import catalogue, elastic
 from infinivar.parts import history as parts_history
 from infinivar.parts.bearing import COEFFICIENTS, SIZE_POWERS, BearingPair, BearingType, Lubrication
@@ -309,7 +305,7 @@ from infinivar.sizing.cobotic.wheels import critical as critical_wheels
 from infinivar.sizing.cobotic.wheels import evaluate as evaluate_wheels
 from infinivar.sizing.cobotic.wheels import values_of as wheel_values
 from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR, SizedDrive, exceeded_words
-from infinivar.sizing.geared import nearest_geared, over_radius, size_geared
+from infinivar.sizing.geared import over_radius, size_geared
 from infinivar.sizing.geared.at_stages import closed_forms
 from infinivar.sizing.geared.candidates import candidates
 from infinivar.sizing.geared.closed_form import SPARE as SPARE_WARMTH
@@ -326,6 +322,7 @@ from infinivar.sizing.geared.sampled import HOT as HOT_GEARED
 from infinivar.sizing.geared.sampled import UNCHECKED as UNCHECKED_GEARED
 from infinivar.sizing.geared.sampled import Laws as GearedLaws
 from infinivar.sizing.geared.sampled import sample as geared_sample
+from infinivar.sizing.geared.search import nearest_miss
 from infinivar.sizing.geared.tasks import REQUIREMENT, MotionTask, RegionTask, judging_points, tasks_of
 from infinivar.sizing.geared.tasks import outer as outer_region
 from infinivar.sizing.levers import levers
@@ -336,7 +333,7 @@ from infinivar.sizing.pool import ChosenPart
 from infinivar.sizing.pool import pool as pool_of_parts
 from infinivar.sizing.robustness import judged_designs
 from infinivar.sizing.studies import motion_file, not_simulated, scenario_of, study_of
-from infinivar.sizing.tables import CoboticRequest
+from infinivar.sizing.tables import CoboticRequest, GearedRequest
 from infinivar.sizing.what_if import change_words, what_if
 from infinivar.study import load as study_loading
 from infinivar.study import schema as study_schema

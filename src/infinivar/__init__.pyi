@@ -22,7 +22,6 @@ from .analysis.machine_run import MachineRun
 from .analysis.machine_tasks import follow_path, perform_task
 from .analysis.machines import MachineComparison
 from .analysis.motion_summary import MotionSummary, inspect_motion
-from .analysis.planar_motion import PlanarMotion, planar_motion
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
 from .analysis.robustness.verdicts import Builds
 from .analysis.sessions.comparison import DisplayComparison, compare_displays, display_break_even
@@ -97,7 +96,7 @@ from .motion.scenario import Scenario
 from .motion.strides import Strides
 from .motion.users import ArmModel, PushingUser, ReachingUser
 from .motion.vectors import Point, Pose, Twist, Wrench
-from .motion.virtual.curves import ArcCurve, FunctionCurve, LineCurve, PointCurve
+from .motion.virtual.curves import ArcCurve, LineCurve, PointCurve
 from .motion.virtual.fixtures import AboutAxis, AboutPoint, AlongLine, InPlane, OnCurve, OnSurface
 from .motion.virtual.meshes import TriangleMesh
 from .motion.virtual.surfaces import Ball, HalfSpace, Surfaces, Tube
@@ -105,7 +104,6 @@ from .motion.virtual.tasks import Caster, Coasting, Fixture, HoldingTask, Virtua
 from .motion.waypoints import RecordedForce, Waypoints
 from .paper.displays import DisplayClaims, display_claims
 from .paper.reproduce import Reproduction, reproduce
-from .paper.sphere import SphereClaims, sphere_claims
 from .parts.amplifier import Amplifier
 from .parts.bearing import Bearing
 from .parts.belt import Belt, Rack
@@ -212,7 +210,6 @@ __all__ = [
     "DynamicMap",
     "Fixture",
     "Force",
-    "FunctionCurve",
     "GearFriction",
     "GearedCalibration",
     "GearedSlideMachine",
@@ -275,7 +272,6 @@ __all__ = [
     "PlanarCobot",
     "PlanarDrive",
     "PlanarMachine",
-    "PlanarMotion",
     "Platform",
     "PlatformDrive",
     "PlatformGeometry",
@@ -324,7 +320,6 @@ __all__ = [
     "SinusoidalForce",
     "Sizing",
     "SlideMachine",
-    "SphereClaims",
     "SphereDrive",
     "SphereMachine",
     "SphereMap",
@@ -416,7 +411,6 @@ __all__ = [
     "parts",
     "passivity",
     "perform_task",
-    "planar_motion",
     "plant_graph",
     "policies",
     "power",
@@ -437,7 +431,6 @@ __all__ = [
     "simulate",
     "simulate_machine",
     "size",
-    "sphere_claims",
     "sphere_map",
     "spin_map",
     "stability_map",

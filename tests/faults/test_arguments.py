@@ -63,11 +63,6 @@ def solve(rates, heading=AHEAD, **applied):
     return MACHINE.solve(heading=heading, rates=rates, applied={"y": 0.0, "angle": 0.0} | applied)
 
 
-def moving(**changed):
-    good = {"twist": [0.5, 0.0, 0.0], "steering": lambda time, pose: AHEAD, "duration": 0.1}
-    return iv.planar_motion(CART, **good | changed)
-
-
 def share(**changed):
     return iv.share_motor(LEG, SEPARATE, **{"force": [1.0]} | changed)
 

@@ -1,4 +1,4 @@
-"""What every creep law must do whatever the numbers, and that FASTSIM does it in more directions."""
+"""What every creep law must do whatever the numbers."""
 
 import pickle
 from dataclasses import replace
@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from infinivar.contact import creep, fastsim
+from infinivar.contact import creep
 from internals import shipped_study, study_from
 from sampled import examples, sampled
 
@@ -28,13 +28,6 @@ def ratios(seed, size=500):
     random = np.random.default_rng(seed)
     spread = random.choice([-1, 1], size) * 10 ** random.uniform(-12, 0, size)
     return np.concatenate([random.uniform(-1, 1, size), spread, np.sign(spread) * (1 - np.abs(spread))])
-
-
-def creeps(seed, size=500):
-    """Creep in two directions and spin, up to well into gross slip, and shapes of the patch and stiffness ratios."""
-    random = np.random.default_rng(seed)
-    k_x, k_y, psi = random.uniform(-1, 1, (3, size)) * 10 ** random.uniform(-6, 0.5, size)
-    return k_x, k_y, psi, random.uniform(0.2, 5, size), random.uniform(0.75, 1.35, size)
 
 
 @given(laws, seeds)
@@ -118,94 +111,11 @@ def test_gradients(law):
 @examples(10)
 def test_laws_use_only_the_standard(seed):
     ratio = ratios(seed, 50)
-    k_x, k_y, psi, shape, stiffness = creeps(seed, 20)
     for name, found in creep.LAWS.items():
         for function in (found.creepage, found.slope, found.force):
             assert_allclose(np.asarray(function(strict.asarray(ratio))), function(ratio), rtol=1e-14)
         again = creep.lateral_creep(name, strict.asarray(ratio), strict.asarray(2.0))
         assert_allclose(np.asarray(again), creep.lateral_creep(name, ratio, 2.0), rtol=1e-14)
-        arrays = [strict.asarray(value) for value in (k_x, k_y, psi)]
-        expected = creep.planar_force(name, k_x, k_y, psi)
-        for part, known in zip(creep.planar_force(name, *arrays), expected, strict=True):
-            assert_allclose(np.asarray(part), known, rtol=1e-12, atol=1e-15)
-    arrays = [strict.asarray(value) for value in (k_x, k_y, psi, shape, stiffness)]
-    for part, known in zip(
-        fastsim.forces(*arrays, cells=8), fastsim.forces(k_x, k_y, psi, shape, stiffness, cells=8), strict=True
-    ):
-        assert_allclose(np.asarray(part), known, rtol=1e-12, atol=1e-15)
-
-
-@given(laws, seeds)
-@examples(15)
-def test_planar_force(law, seed):
-    """Passive, within the friction circle, odd; without spin mirrored with the creepage; alone it is the lateral law."""
-    k_x, k_y, psi, shape, _ = creeps(seed, 100)
-    fx, fy = creep.planar_force(law, k_x, k_y, psi, shape)
-    assert np.all(np.hypot(fx, fy) <= 1.0 + 8 * EPS)
-    back_x, back_y = creep.planar_force(law, -k_x, -k_y, -psi, shape)
-    assert_allclose((back_x, back_y), (-fx, -fy), rtol=0, atol=1e-14)
-    fx, fy = creep.planar_force(law, k_x, k_y)
-    assert np.all(fx * k_x >= 0)
-    assert np.all(fy * k_y >= 0)
-    mirrored = creep.planar_force(law, k_x, -k_y)
-    assert_allclose(mirrored, (fx, -fy), rtol=0, atol=1e-14)
-    _, alone = creep.planar_force(law, 0.0, k_y)
-    assert_allclose(alone, creep.lateral_force(law, k_y), rtol=0, atol=3e-4 if law == "fastsim" else 8 * EPS)
-
-
-@given(seeds)
-def test_fastsim_is_passive(seed):
-    """Creep and spin together cost power: fx ux + fy uy + mz phi > 0 for a mattress of one flexibility.
-
-    In units of ux = 3 k_x and uy = 3 k_y it has phi sqrt(a b) = 32/(3 pi) sqrt(b/a) psi.
-    """
-    k_x, k_y, psi, shape, _ = creeps(seed)
-    patch = fastsim.forces(k_x, k_y, psi, shape)
-    turning = 32.0 / (3.0 * np.pi) / np.sqrt(shape) * psi
-    power = 3.0 * (patch.fx * k_x + patch.fy * k_y) + turning * patch.mz
-    assert np.all(power > 0)
-    assert np.all((patch.slip_share >= 0) & (patch.slip_share <= 1.0 + 4 * EPS))
-
-
-@given(seeds)
-@examples(5)
-def test_fastsim_symmetries(seed):
-    """Mirrored in the rolling direction; many contacts at once are each as alone; gross slip is mu N, all slipping."""
-    k_x, k_y, psi, shape, stiffness = creeps(seed, 200)
-    patch = fastsim.forces(k_x, k_y, psi, shape, stiffness)
-    mirrored = fastsim.forces(k_x, -k_y, -psi, shape, stiffness)
-    signs = np.asarray([[1.0], [-1.0], [-1.0], [1.0]])
-    assert_allclose(np.stack(mirrored), signs * np.stack(patch), rtol=0, atol=1e-12)
-    i = seed % 200
-    alone = fastsim.forces(k_x[i], k_y[i], psi[i], shape[i], stiffness[i])
-    assert_array_equal(np.stack(alone), np.stack(patch)[:, i])
-    assert alone.fx.shape == ()
-    grid = fastsim.forces(k_x[:20, None], k_y[:10], 0.0, 2.0)
-    assert grid.fy.shape == (20, 10)
-    sliding = fastsim.forces(5.0 * np.cos(k_x), 5.0 * np.sin(k_x), 0.0, shape, stiffness)
-    assert_allclose(sliding.slip_share, 1.0, rtol=1e-12)
-    # With the coefficients apart, the traction turns a little within the first cells.
-    assert_allclose(np.hypot(sliding.fx, sliding.fy), 1.0, rtol=2e-4)
-    sliding = fastsim.forces(5.0 * np.cos(k_x), 5.0 * np.sin(k_x), 0.0, shape)
-    assert_allclose((sliding.fx, sliding.fy), (np.cos(k_x), np.sin(k_x)), rtol=0, atol=1e-12)
-
-
-@sampled("psi", [0.0, 0.4], every=2)
-def test_fastsim_gradients(psi):
-    """jax.grad through the cells, at rest too; between the cells' kinks the forces are smooth."""
-
-    def force(k_x, k_y):
-        return fastsim.forces(k_x, k_y, psi, 1.5, 1.1, cells=20, strips=10).fy
-
-    slope = jax.jit(jax.grad(force, argnums=(0, 1)))
-    assert np.all(np.isfinite(slope(0.0, 0.0)))
-    step = 1e-7
-    for k_x, k_y in ((0.1, 0.2), (-0.3, 0.5), (0.0, -0.05)):
-        difference = (
-            (force(k_x + step, k_y) - force(k_x - step, k_y)) / (2 * step),
-            (force(k_x, k_y + step) - force(k_x, k_y - step)) / (2 * step),
-        )
-        assert slope(k_x, k_y) == pytest.approx(difference, abs=1e-6)
 
 
 def test_misuse_is_named():
@@ -213,18 +123,12 @@ def test_misuse_is_named():
         ValueError, match=r"creep_law must be one of linear, .*, got 'polack' \(did you mean 'polach'\?\)"
     ):
         creep.lateral_force("polack", 0.1)
-    with pytest.raises(ValueError, match="cells must be >= 1, got 0"):
-        fastsim.forces(0.1, 0.1, cells=0)
-    with pytest.raises(ValueError, match="strips must be >= 1, got -1"):
-        fastsim.forces(0.1, 0.1, strips=-1)
-    assert np.isnan(fastsim.forces(0.1, 0.1, 0.1, -1.0).fx)
 
 
 @pytest.mark.parametrize("shape", [(0,), (3, 0), (0, 2)])
 def test_no_contacts_give_no_forces(shape):
     """A selection of contacts may be empty: nothing is left to be computed, in the shape asked for."""
     none = np.zeros(shape)
-    assert [part.shape for part in fastsim.forces(none, none, none)] == [shape] * 4
     for law in creep.LAWS:
         assert creep.lateral_force(law, none).shape == shape
         assert creep.lateral_creep(law, none).shape == shape
@@ -243,7 +147,6 @@ def test_a_law_is_a_value(name):
     k = np.linspace(-1.5, 1.5, 30)  # without 0, where infinity times nothing warns
     assert_array_equal(creep.lateral_force(law, k), creep.lateral_force(name, k))
     assert_array_equal(creep.lateral_creep(law, 0.5 * k), creep.lateral_creep(name, 0.5 * k))
-    assert_array_equal(creep.planar_force(law, k, k, 0.1), creep.planar_force(name, k, k, 0.1))
     drive = shipped_study("faulring2006").drives["cobotic"]
     by_name, by_value = (replace(drive.transmission, creep_law=given) for given in (name, law))
     assert by_name == by_value

@@ -11,7 +11,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
 from infinivar import Limit, Mechanism, RollingContact
-from infinivar.contact import fastsim, kalker
 from internals import slopes
 from made import loaded
 
@@ -136,17 +135,6 @@ def test_power_closure_at_many_points(law, quadrant):
     assert off_balance(point).max() < 1e-9
     assert_passive(point)
     assert 0.05 < np.mean(point.limit == Limit.SLIP) < 0.95
-
-
-def test_simplified_theory_is_passive_with_spin():
-    """``F.delta + m psi >= 0`` of FASTSIM at 4,000 points, in units of the scaled creepages."""
-    random = np.random.default_rng(3)
-    k_x, k_y, psi = 10.0 ** random.uniform(-2, 1, (3, 4000)) * random.choice([-1, 1], (3, 4000))
-    shape = np.exp(random.uniform(-1.5, 1.5, 4000))
-    linear = kalker.coefficients(shape, 0.3)
-    patch = fastsim.forces(k_x, k_y, psi, shape, linear.c11 / linear.c22)
-    power = 3.0 * (patch.fx * k_x / linear.c11 + patch.fy * k_y / linear.c22) + patch.mz * psi / linear.c23
-    assert np.all(power > 0.0)
 
 
 def as_heading(angle):

@@ -1,7 +1,6 @@
 """Steered wheels on a plane against closed forms: carriage, planar cobot, and their motion in time."""
 
 import math
-from dataclasses import replace
 
 import array_api_strict as strict
 import numpy as np
@@ -12,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import solve_ivp
 
 import infinivar as iv
-from infinivar import Limit, PlanarCarriage, PlanarCobot, planar_motion
+from infinivar import Limit, PlanarCarriage, PlanarCobot
 from infinivar import array_namespace as namespace
 from infinivar.contact import creep
 from internals import drift, instant_centre, jacobian, turning
@@ -343,7 +342,7 @@ def test_power_closure_with_spin_at_many_points():
 
 def turning_way(cobot):
     """Steering that swings the instant centre from side to side."""
-    return lambda time, _: cobot.headings([1.0, 0.3 * math.sin(2.0 * time), 1.2 * math.sin(3.0 * time)])
+    return lambda time: cobot.headings([1.0, 0.3 * math.sin(2.0 * time), 1.2 * math.sin(3.0 * time)])
 
 
 START = (0.5, 0.0, 0.0)
@@ -355,7 +354,7 @@ def ideal(cobot, way, duration):
     jacobian_ = np.asarray(cobot.mechanism.jacobian)
 
     def lateral(time):
-        h = way(time, None)
+        h = way(time)
         return -np.sin(h)[:, None] * jacobian_[:, 0] + np.cos(h)[:, None] * jacobian_[:, 1]
 
     def rates(time, twist):
@@ -369,6 +368,13 @@ def ideal(cobot, way, duration):
     return 0.5 * np.einsum("it,ij,jt->t", found.y, mass, found.y)
 
 
+def moved(cobot, steering, duration, **scenario):
+    """A run of a cobot that coasts from `START`, or is pushed."""
+    machine = iv.PlanarMachine(cobot=cobot)
+    given_ = {"source": "none", "servos": False, "rates": START, "stick_speed": 1e-5, "tolerance": 1e-7}
+    return iv.simulate_machine(machine, iv.MachineScenario(duration=duration, steering=steering, **given_ | scenario))
+
+
 @pytest.mark.slow
 def test_a_coasting_cobot_keeps_its_energy_without_losses():
     """xi^T M xi under any steering: with multipliers exactly, and as the limit of stiff wheels, in proportion to 1/C."""
@@ -378,11 +384,12 @@ def test_a_coasting_cobot_keeps_its_energy_without_losses():
     lost = []
     for stiffness in (100.0, 1000.0, 10000.0):
         stiff = body(wheel(resistance=0.0, stiffness=stiffness))
-        run = planar_motion(stiff, twist=START, steering=turning_way(stiff), duration=0.4, points=11)
-        assert run.residual < 1e-6
-        assert run.ended == "time"
+        run = moved(stiff, turning_way(stiff), 0.4, output_step=0.04)
+        assert run.closure < 1e-6
+        assert run.complete
         assert not run.slips
-        lost.append(1.0 - run.energy[-1] / run.energy[0])
+        energy = run.stored["machine"]
+        lost.append(1.0 - energy[-1] / energy[0])
     assert_allclose(np.array(lost[:2]) / lost[1:], 10.0, rtol=0.02)
     assert 0.0 < lost[-1] < 5e-5
 
@@ -390,31 +397,28 @@ def test_a_coasting_cobot_keeps_its_energy_without_losses():
 def test_a_coasting_cobot_comes_to_rest_by_its_losses():
     """Straight on, rolling resistance alone stops it: v^2/(2 a)."""
     cobot = body(wheel(resistance=2.0))
-    run = planar_motion(cobot, twist=START, steering=lambda time, pose: np.zeros(3), duration=5.0)
     slowing = 3 * 2.0 / cobot.mass
-    assert run.ended == "rest"
-    assert run.residual < 1e-6
-    assert_allclose(run.time[-1], 0.5 / slowing, rtol=1e-3)
-    assert_allclose(run.pose[-1], [0.25 / (2 * slowing), 0.0, 0.0], rtol=1e-5, atol=1e-9)
-    assert_allclose(run.losses["rolling"][-1], 0.6 * run.energy[0], rtol=1e-5)
+    run = moved(cobot, [0.0, 0.0, 0.0], 0.5 / slowing + 0.1, output_step=0.01)
+    energy, speed = run.stored["machine"], run.columns["v_x_m_s"]
+    assert run.closure < 1e-6
+    assert_allclose(speed, np.maximum(0.5 - slowing * run.time, 0.0), atol=1e-4)
+    assert energy[-1] < 1e-9 * energy[0]
+    end = [run.columns[name][-1] for name in ("x_m", "y_m", "angle_rad")]
+    assert_allclose(end, [0.25 / (2 * slowing), 0.0, 0.0], rtol=1e-4, atol=1e-9)
+    assert_allclose(run.lost["rolling"][-1], 0.6 * energy[0], rtol=1e-5)
 
 
 @pytest.mark.slow
 def test_a_pushed_cobot_balances_work_and_losses():
     """Pushed across its wheels until they slip, which is an event."""
     cobot = body()
-    run = planar_motion(
-        cobot,
-        twist=START,
-        steering=turning_way(cobot),
-        duration=1.0,
-        wrench=lambda time, pose, twist: -np.array([5.0, 160.0 * time, 0.0]),
-    )
-    assert run.residual < 1e-6
+    run = moved(cobot, turning_way(cobot), 1.0, wrench=lambda time: -np.array([5.0, 160.0 * time, 0.0]))
+    demand = np.stack([run.columns[f"slip_demand_wheel_{place}"] for place in (1, 2, 3)], axis=-1)
+    assert run.closure < 1e-6
     assert len(run.slips) >= 1
-    assert run.slip_demand[run.time < run.slips[0]].max() <= 1.0 + 1e-6
-    assert run.slip_demand[-1].max() > 1.0
-    assert run.work[-1] > run.losses["rolling"][-1]
+    assert demand[run.time < run.slips[0]].max() <= 1.0 + 1e-6
+    assert demand[-1].max() > 1.0
+    assert run.supplied["user"][-1] > run.lost["rolling"][-1]
 
 
 @pytest.mark.slow
@@ -422,10 +426,10 @@ def test_steering_under_load_makes_its_own_losses():
     """With the forces of spin the steering does work, which the balance counts."""
     contact = iv.RollingContact(wheel_radius=0.012, preload=65.0, friction=0.2, geometry=GEOMETRY)
     cobot = body(contact)
-    run = planar_motion(cobot, twist=START, steering=turning_way(cobot), duration=0.1, points=6)
-    assert run.residual < 1e-6
-    assert run.losses["spin"][-1] > 0.0
-    assert run.steering_work[-1] != 0.0
+    run = moved(cobot, turning_way(cobot), 0.1, output_step=0.02)
+    assert run.closure < 1e-6
+    assert run.lost["spin"][-1] > 0.0
+    assert run.supplied["steering"][-1] != 0.0
 
 
 # ---- messages
@@ -445,24 +449,4 @@ def test_wrong_bodies_are_refused(message):
     good = {"contacts": wheel(), "positions": POINTS, "mass": 1.0, "inertia": 1.0}
     with pytest.raises(iv.ParameterError) as caught:
         PlanarCobot(**good | BAD[message])
-    assert message in str(caught.value)
-
-
-MOTIONS = {
-    "duration must be > 0 s, got 0.0": {"duration": 0.0},
-    "stick_speed must be > 0 m/s, got -1.0": {"stick_speed": -1.0},
-    "points must be an integer >= 2, got 1": {"points": 1},
-    "twist must be three finite numbers, got (1.0, 2.0)": {"twist": (1.0, 2.0)},
-    "steering must be of shape (3,), one angle for each wheel, got shape (2,)": {"steering": lambda t, q: [0.0, 0.0]},
-    "inertia is missing: motion in time needs it": {"cobot": replace(body(), inertia=None)},
-    "cobot must be a PlanarCobot, got 3": {"cobot": 3},
-}
-
-
-@pytest.mark.parametrize("message", MOTIONS)
-def test_wrong_motions_are_refused(message):
-    good = {"cobot": body(), "twist": START, "steering": lambda time, pose: np.zeros(3), "duration": 1.0}
-    arguments = good | MOTIONS[message]
-    with pytest.raises(iv.ParameterError) as caught:
-        planar_motion(arguments.pop("cobot"), **arguments)
     assert message in str(caught.value)

@@ -418,7 +418,7 @@ def test_efficiency_by_ratio_is_that_of_the_point():
     found = efficiency_by_ratio(ivt, ratio, share, sphere_speed=20.0)
     angle = np.arctan(ratio)
     first = 20.0 * ivt.ideal_speeds(angle)[0]
-    torque = share * ivt.slip_torque
+    torque = share * ivt.drive.slip_force * ivt.drive.wheel_radius
     point = ivt.operate(steering_angle=angle[:3], input_speed=first[:3], output_torque=torque * np.array([1, 1, -1]))
     assert_allclose(found[:2], (point.power_out / point.power_in)[:2], rtol=2e-3)
     assert found[3] < found[1]

@@ -14,7 +14,6 @@ from internals import (
     braking_places,
     candidates,
     load_of,
-    nearest_geared,
     over_radius,
     region_points,
     size_geared,
@@ -25,6 +24,7 @@ from internals import regeneration_returning as returning
 from internals import regeneration_windows as windows
 from internals import union_of_windows as union
 from made import loaded
+from nearest import nearest_geared
 from part_tables import part_tables
 from sampled import sampled
 

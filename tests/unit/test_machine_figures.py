@@ -294,11 +294,3 @@ def test_best_cylinder_speeds_are_drawn_with_their_powers():
     assert made.axes[1].texts[1].get_text() == f" {found.fixed_power:.3g} W"
     none = iv.best_cylinder_speed(MACHINE, HOME, wrench=1e4 * wrench, twist=twist)
     assert none.plot().axes[1].texts[1].get_text().startswith(" infeasible")
-
-
-def test_motion_of_a_planar_cobot_is_drawn():
-    body = iv.PlanarCobot(contacts=WHEEL, positions=[(0.4, 0.0), (-0.2, 0.25), (-0.2, -0.25)], mass=20.0, inertia=1.5)
-    found = iv.planar_motion(body, twist=[0.5, 0.0, 0.0], steering=lambda time, pose: np.zeros(3), duration=0.5)
-    made = found.plot()
-    assert_allclose(made.axes[0].lines[0].get_xydata(), found.pose[:, :2])
-    assert len(made.axes[2].get_legend_handles_labels()[1]) == 3

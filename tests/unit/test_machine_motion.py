@@ -117,22 +117,9 @@ def integrated(cobot, twist, steering, push, time, stick_speed):
 def test_planar_cobot_moves_as_by_another_integration():
     machine = cart(REAL_WHEEL)
 
-    def steering(time, pose=None):
+    def steering(time):
         return np.asarray(machine.cobot.headings([1.0, 0.0, 1.2 * math.sin(3.0 * time)]))
 
-    known = iv.planar_motion(
-        machine.cobot,
-        twist=[0.5, 0.0, 0.0],
-        steering=steering,
-        wrench=lambda *_: -np.array([2.0, 1.0, 0.3]),
-        duration=0.6,
-        stick_speed=1e-4,
-        points=31,
-    )
-    pose, losses = integrated(machine.cobot, [0.5, 0.0, 0.0], steering, [2.0, 1.0, 0.3], known.time, 1e-4)
-    assert_allclose(known.pose, pose, atol=1e-9)
-    for name, loss in known.losses.items():
-        assert_allclose(loss, losses[name], atol=1e-9)
     run = simulate_machine(
         machine,
         MachineScenario(
@@ -143,13 +130,15 @@ def test_planar_cobot_moves_as_by_another_integration():
             rates=[0.5, 0.0, 0.0],
             wrench=[-2.0, -1.0, -0.3],
             output_step=0.02,
+            tolerance=1e-7,
         ),
     )
-    assert_allclose(run.time, known.time, atol=1e-12)
+    pose, losses = integrated(machine.cobot, [0.5, 0.0, 0.0], steering, [2.0, 1.0, 0.3], run.time, 1e-4)
     for place, name in enumerate(("x_m", "y_m", "angle_rad")):
-        assert_allclose(run.columns[name], known.pose[:, place], atol=1e-6)
-    for name, loss in known.losses.items():
-        assert_allclose(run.lost.get(name, 0.0 * run.time), loss, atol=1e-6)
+        assert_allclose(run.columns[name], pose[:, place], atol=1e-9)
+    assert set(run.lost) >= {"creep", "rolling", "bearing"}
+    for name, loss in losses.items():
+        assert_allclose(run.lost.get(name, 0.0 * run.time), loss, atol=1e-9)
 
 
 # Pushed by a user

@@ -73,7 +73,7 @@ def test_supply_and_user_and_losses_balance(law):
 def test_power_closure_of_the_platform_at_many_points(law, speed):
     """100,000 poses per law and way of the cylinder, from the supply to the user, with all losses."""
     drive = replace(LEG, transmission=replace(LEG.transmission, creep_law=LAWS[law]))
-    machine = LeggedDrive.of(drive, 6).at_speed(speed)
+    machine = replace(LeggedDrive.of(drive, 6), cylinder_speed=speed)
     point = iv.static_points(machine, PLATFORM, **poses(100_000, seed=9))
     holds = np.isfinite(point.power_in)
     assert np.mean(holds) > 0.5

@@ -7,10 +7,11 @@ import pytest
 
 import infinivar as iv
 from infinivar import Limit, Screw
-from internals import candidates, margin_of, nearest_geared, shortfalls
+from internals import candidates, margin_of, shortfalls
 from internals import nearest_of_margins as nearest_of
 from internals import tightest_of_margins as tightest_of
 from made import loaded
+from nearest import nearest_geared
 from part_tables import part_tables
 
 KNEE = loaded("knee_walking")

@@ -31,10 +31,6 @@ LEG, SEPARATE = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
 LEGS = iv.LeggedDrive.of(LEG, 6)
 
 
-def ahead(time, pose):
-    return np.zeros(3)
-
-
 @functools.cache
 def machines(name="arm"):
     return iv.Study.from_dict(tomllib.loads(machine_studies.EVERY[name]), name=name)
@@ -99,7 +95,6 @@ MAKE = {
     "Passivity": lambda folder: iv.passivity(
         iv.ImpedanceDisplay(drive=SEPARATE, wall_stiffness=2000.0, viscous_friction=2.0)
     ),
-    "PlanarMotion": lambda folder: iv.planar_motion(CART, twist=[0.5, 0.0, 0.0], steering=ahead, duration=0.1),
     "RollerChoice": lambda folder: iv.choose_rollers(
         BALL, preload=[100.0, 200.0], wheel_radius=[0.01], steering_angle=0.1, input_speed=1.0, output_torque=0.1
     ),
@@ -107,7 +102,6 @@ MAKE = {
     "Sessions": lambda folder: (lambda problem, swept: problem.result(swept))(*_swept(folder)),
     "SharedMotor": lambda folder: iv.share_motor(LEG, SEPARATE, force=[10.0], legs=[1, 2]),
     "Sizing": _sized,
-    "SphereClaims": lambda folder: iv.sphere_claims(radius=(0.03,), preload=(400.0,), material=("bearing-steel",)),
     "SphereMap": lambda folder: iv.sphere_map(BALL, [0.1, 0.2], [1.0, 2.0], sphere_speed=1.0),
     "SphericalPoint": lambda folder: BALL.operate(steering_angle=0.1, input_speed=1.0, output_torque=0.1),
     "StabilityMap": lambda folder: iv.stability_map(

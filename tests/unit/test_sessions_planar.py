@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 import infinivar as iv
 from infinivar import CasterGuide, Commands, PathGuide, PlanarMachine, Sensing, WallGuide, session
-from internals import CoboticControl, contact_turning_limit, creep_offset, wall_overshoot
+from internals import CoboticControl, contact_turning_limit
 from machines import IDEAL_WHEEL, LEG, REAL_WHEEL, cart
 from reference_curves import Circle, Disc, HalfPlane, Line
 from sampled import sampled
@@ -97,7 +97,8 @@ def test_path_offset_of_creep_is_that_of_the_closed_form_and_zero_with_feedforwa
             output_step=0.02,
         )
         offsets[fed] = run.path_offset[-1]
-    assert_allclose(offsets[False], creep_offset(math.atan(push / 2e4), 1600.0), rtol=1e-4)
+    # Without feeding the slip angle forward, the law of steering settles at 2 beta/sqrt(k1) if critically damped.
+    assert_allclose(offsets[False], 2.0 * math.atan(push / 2e4) / math.sqrt(1600.0), rtol=1e-4)
     assert abs(offsets[True]) < 1e-9
 
 
@@ -177,8 +178,8 @@ def test_wall_is_overrun_by_the_closed_form_if_the_wheel_turns_only_from_it_on()
         sensing=Sensing(sample_rate=2000.0),
     )
     (touch,) = run.touches
-    # The wheel looks one and a half samples ahead.
-    assert_allclose(touch.depth, wall_overshoot(speed, rate, angle), atol=2.0 * speed * math.sin(angle) / 2000.0)
+    # An arc of the radius u/W. The wheel looks one and a half samples ahead.
+    assert_allclose(touch.depth, speed / rate * (1.0 - math.cos(angle)), atol=2.0 * speed * math.sin(angle) / 2000.0)
     begin = 0.004 / (speed * math.sin(angle))
     assert_allclose(touch.start, begin, atol=1e-4)
 

@@ -10,7 +10,6 @@ from infinivar import Screw
 from internals import (
     candidates,
     motion_file,
-    nearest_geared,
     not_simulated,
     operated,
     scenario_of,
@@ -19,6 +18,7 @@ from internals import (
 )
 from internals import pool_of_parts as pool
 from made import loaded
+from nearest import nearest_geared
 from part_tables import part_tables
 from small_catalogue import SHELF, changed
 

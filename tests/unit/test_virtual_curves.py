@@ -10,14 +10,15 @@ from numpy.testing import assert_allclose
 from scipy.special import ellipe
 
 import infinivar as iv
-from infinivar import ArcCurve, FunctionCurve, LineCurve, PointCurve
+from infinivar import ArcCurve, LineCurve, PointCurve
 
 RNG = np.random.default_rng(3)
-ELLIPSE = FunctionCurve(function=lambda u: (0.2 * math.cos(u), 0.1 * math.sin(u)), end=2.0 * math.pi, closed=True)
+AROUND = np.arange(3000) * 2.0 * math.pi / 3000
+ELLIPSE = PointCurve.through(np.stack([0.2 * np.cos(AROUND), 0.1 * np.sin(AROUND)], axis=1), closed=True)
 CIRCLE = ArcCurve(centre=(0.1, 0.2), radius=0.3)
 HELIX = ArcCurve(centre=(0.0, 0.0, 0.0), radius=0.1, axis=(0.0, 0.0, 1.0), pitch=0.05, turn=20.0)
 WAVE = PointCurve.through(np.stack([np.linspace(0, 1, 40), 0.1 * np.sin(9 * np.linspace(0, 1, 40))], axis=1))
-EIGHT = FunctionCurve(function=lambda u: (math.sin(u), 0.5 * math.sin(2 * u)), end=2.0 * math.pi, closed=True)
+EIGHT = PointCurve.through(np.stack([np.sin(AROUND), 0.5 * np.sin(2 * AROUND)], axis=1), closed=True)
 
 
 def test_a_circle_in_the_plane():
@@ -159,14 +160,6 @@ def test_a_spline_goes_through_its_points_and_closes_smoothly():
     assert PointCurve.through([[0, 0], [1, 0], [1, 1], [0, 1]], closed=True).is_closed  # a round outline of four points
 
 
-def test_a_wave_that_is_zero_at_equal_steps_is_seen():
-    for waves in (32, 64, 128):
-        curve = FunctionCurve(function=lambda u, waves=waves: (u, 1e-3 * math.sin(waves * math.pi * u)))
-        assert curve.at(0.25 * curve.length)[0][1] == pytest.approx(0.0, abs=1e-6)
-        crest = curve.nearest([0.5 + 0.5 / waves, 2e-3]).point
-        assert crest[1] == pytest.approx(1e-3, rel=1e-6)
-
-
 def test_far_from_the_origin():
     """Rounding of the coordinates, 1e-8 m, is all that is lost."""
     far = ArcCurve(centre=(1e8, 0.0), radius=1.0)
@@ -239,24 +232,6 @@ U_TURN = [[0, 0], [1, 0], [0, 0.01]]
             lambda: ArcCurve(centre=(0.0, 0.0, 0.0), radius=1.0, axis=(0.0, 0.0, 0.0)),
             "axis must be a direction, not zero",
         ),
-        (lambda: FunctionCurve(function=lambda u: (u, 0.0), closed=1), "closed must be true or false, got 1"),
-        (lambda: FunctionCurve(function=3), "function must be a function of one parameter"),
-        (lambda: FunctionCurve(function=lambda u: (u, u), start=1.0, end=1.0), "end must be > start, 1, got 1"),
-        (lambda: FunctionCurve(function=lambda u: (u, math.nan)), "value of function must be 2 finite coordinates"),
-        (lambda: FunctionCurve(function=lambda u: "here"), "value of function must be two or three finite coordinates"),
-        (lambda: FunctionCurve(function=lambda u: (1.0, 2.0)), "function must be a curve"),
-        (lambda: FunctionCurve(function=lambda u: (u, abs(u - 0.3))), r"kink of 90 degrees at the parameter 0.3"),
-        (lambda: FunctionCurve(function=lambda u: (u, float(u > 0.3))), "jumps by 1 m at the parameter 0.3"),
-        (lambda: FunctionCurve(function=lambda u: ((u - 0.4) ** 3, (u - 0.4) ** 2)), "cusp"),
-        (lambda: FunctionCurve(function=lambda u: (u, u), closed=True), "function must end where it starts"),
-        (
-            lambda: FunctionCurve(function=lambda u: (math.sin(u), math.cos(u) ** 2 * u), end=math.pi, closed=True),
-            "function must end where it starts|kink",
-        ),
-        (
-            lambda: FunctionCurve(function=lambda u: (math.sin(u), math.sin(2 * u)), end=math.pi, closed=True),
-            r"kink of \d+ degrees where it closes",
-        ),
         (lambda: CIRCLE.nearest([1.0, 2.0, 3.0]), "point must be points of 2 coordinates"),
         (lambda: CIRCLE.nearest([1.0, math.nan]), "point must be finite"),
         (lambda: CIRCLE.nearest([1.0, 2.0], near=math.nan), "near must be finite m"),
@@ -266,7 +241,6 @@ U_TURN = [[0, 0], [1, 0], [0, 0.01]]
         (lambda: CIRCLE.nearest([1e200, 2.0]), r"point must be within 1e\+09 m of the origin, got 1e\+200 m"),
         (lambda: PointCurve.through([[0, 0], [1e200, 0]]), r"points must be within 1e\+09 m of the origin"),
         (lambda: ArcCurve(centre=(1e9, 0.0), radius=1e-3), "too small for its distance from the origin"),
-        (lambda: FunctionCurve(function=lambda u: (u, math.sqrt(u))), "the curve is not smooth at the parameter"),
         (lambda: CIRCLE.at(math.inf), "arc_length must be finite m"),
     ],
 )

@@ -29,7 +29,7 @@ _MOST_SAMPLES = 1024
 """Samples whose motors are judged at once; as many are held, however long the run."""
 
 _HALVINGS = 40
-"""Of the step in which a demand passes its allowance, or the run is to end."""
+"""Of the step in which a demand passes its allowance."""
 
 
 class Sampler(Protocol):
@@ -101,15 +101,6 @@ def _full(saturated: Mapping[str, float]) -> set[str]:
     return {part for part, share in saturated.items() if share >= 1.0}
 
 
-class _HaltError(Exception):
-    """The run ends within a step: its beginning, the state there, and the time of the end."""
-
-    def __init__(self, begin: float, state: np.ndarray, end: float) -> None:
-        """Where to go on, and how far."""
-        super().__init__(begin, state, end)
-        self.begin, self.state, self.end = begin, state, end
-
-
 class Record(NamedTuple):
     """What is known of a motion afterwards; t results, i instants at the ends of steps."""
 
@@ -131,8 +122,6 @@ class Record(NamedTuple):
     root_mean_squares: dict[Demand, float]
     outcome: str
     """Empty, or why the run ended early."""
-    halted: bool
-    """Whether the run ended where it was to halt."""
     instants: np.ndarray
     """Those between which a demand may be taken as linear where it passes its allowance. (i,) [s]"""
     watched: np.ndarray
@@ -159,8 +148,6 @@ class March:
     output_step: float | None = None
     settling_time: float | None = None
     tolerance: float = 1e-4
-    halt: Callable[[np.ndarray], np.ndarray] | None = None
-    """By rows of states, (m, n) to (m,): the run ends where this falls to 0. None: at its end."""
     log: _Log = field(default_factory=_Log)
 
     def over(self, progress: Callable[[float], None]) -> Record:
@@ -187,7 +174,6 @@ class March:
         marching = self._integrator(rates, len(ends))
 
         def accept(step: Step) -> None:
-            self._check_halt(step)
             total[:] += step.energy
             self._watch(step, rates)
 
@@ -198,7 +184,7 @@ class March:
             log.inputs.append(inputs.copy())
             log.needed = True
 
-        outcome, begin, halted = "", 0.0, False
+        outcome, begin = "", 0.0
         for place, end in enumerate(ends):
             if self.controller is not None:
                 inputs = self.controller.sample(begin, state)
@@ -207,9 +193,6 @@ class March:
                 keep(0.0)
             try:
                 state = marching.over(begin, end, state, accept)
-            except _HaltError as found:
-                halted, end = True, found.end
-                state = marching.over(found.begin, end, found.state, accept)
             except StuckError as problem:
                 outcome = (
                     f"stopped at {float(problem.args[0]):.6g} s: {self._why(problem.args[1], marching.last, state)}"
@@ -218,13 +201,11 @@ class March:
             log.ended.append((begin, end, len(log.times), state, inputs.copy()))
             if len(log.ended) >= _MOST_SAMPLES:
                 self._judge_motors()
-            if halted or place + 1 in kept:
+            if place + 1 in kept:
                 keep(end)
                 progress(end / self.duration)
-            if halted:
-                break
             begin = end
-        return self._record(outcome, halted)
+        return self._record(outcome)
 
     def _integrator(self, rates: Callable[..., Rates], segments: int) -> Collocation:
         """Integrator of that many segments, with the size of each state."""
@@ -279,13 +260,6 @@ class March:
             if time > log.instants[-1]:
                 log.watch(time, demand, log.instants[-1] < settled <= time)
 
-    def _check_halt(self, step: Step) -> None:
-        """Leave a step in which the run is to end; it is then integrated up to there."""
-        above = self.halt
-        if above is not None and above(step.points[-1:])[0] <= 0.0 < above(step.before[None])[0]:
-            self.halt = None
-            raise _HaltError(step.begin, step.before, _crossing(step, lambda _, states: above(states)[0] <= 0.0))
-
     def _why(self, many: bool, last: Step | None, state: np.ndarray) -> str:
         first, second, _ = self.system.places
         at = (state if last is None else last.points[-1])[None]
@@ -306,7 +280,7 @@ class March:
         columns = self._columns(np.array(ends), np.array(states), inputs)
         log.watched.add(self._motor_demands(columns), np.array(results), np.subtract(ends, begins))
 
-    def _record(self, outcome: str, halted: bool) -> Record:
+    def _record(self, outcome: str) -> Record:
         system, log = self.system, self.log
         self._judge_motors()
         states, time, energies = np.array(log.states), np.array(log.times), np.array(log.energies)
@@ -346,7 +320,6 @@ class March:
             events=found,
             root_mean_squares=run_limits.root_mean_squares(time, others, early, between["squares"]),
             outcome=outcome,
-            halted=halted,
             instants=instants,
             watched=demands[:, len(names) :] if log.instants else np.zeros((0, 0)),
         )

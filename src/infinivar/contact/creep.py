@@ -1,4 +1,4 @@
-r"""Creep laws: lateral creepage under a lateral force, and forces under combined creepage and spin.
+r"""Creep laws: lateral creepage under a lateral force, without spin.
 
 A law relates the force ratio ``x = fu/(mu P)`` to the scaled creepage ``xi = (C/(mu P)) u/|v|``; in the linear law they are
 equal. All laws are odd, passive (``x xi >= 0``) and saturate at ``|x| = 1``, the slip limit; Polach's law reaches it only
@@ -6,8 +6,8 @@ asymptotically. Rolling theory uses ``k = C22 G a b upsilon/(3 mu N)``, which is
 
 The laws are "linear", proportional up to slip; "faulring", linear with a loss of link speed above 70 % of the slip force;
 "vermeulen-johnson", a cubic; "polach", a closed form; "fastsim", Kalker's simplified theory; "exact", a fit to exact rolling
-theory, which depends on the shape of the patch and on Poisson's ratio. Only "fastsim" is valid for any spin;
-"vermeulen-johnson", in the form of shen1983, is valid for small spin.
+theory, which depends on the shape of the patch and on Poisson's ratio. Spin, and creepage in
+both directions, are added by `infinivar.transmission.spin_law` and `infinivar.transmission.driven_contact`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy as np
 
 from infinivar._core.array_namespace import Array, as_floats, common_floats, namespace
 from infinivar._core.arrays import shown
-from infinivar.contact import exact_law, fastsim, kalker
+from infinivar.contact import exact_law
 from infinivar.contact.laws import (
     FASTSIM_SLIP,
     VERMEULEN_JOHNSON_SLIP,
@@ -358,52 +358,6 @@ def _symbolic_creep(law: Formulas, ratio: Array) -> Array:
         size < 1.0, law.creepage(ratio), casadi.if_else(ratio < 0, -law.slip_creepage, law.slip_creepage)
     )
     return casadi.if_else(size <= 1.0, creepage, math.nan) / 3.0
-
-
-def planar_force(
-    law: str | CreepLaw, k_x: Array, k_y: Array, psi: Array = 0.0, a_over_b: Array = 1.0, poisson: Array = 0.3
-) -> tuple[Array, Array]:
-    """Longitudinal and lateral force under creep in both directions and spin.
-
-    "fastsim" runs the algorithm with 50 x 50 cells and the exact direction of slip. The other laws reduce the magnitude of
-    the force of Kalker's linear theory and keep its direction: "vermeulen-johnson" is then the law of shen1983, for small
-    spin; the others are valid only for negligible spin.
-
-    Parameters
-    ----------
-    law : str or CreepLaw     The law, or the name of a shipped one. The flow loss of "faulring" is no part of it.
-    k_x : (...,) float        C11 G a b ux/(3 mu N), finite. [-]
-    k_y : (...,) float        C22 G a b uy/(3 mu N), finite. [-]
-    psi : (...,) float        C23 G (a b)^1.5 phi/(mu N), finite. [-]
-    a_over_b : (...,) float   Rolling over lateral semi-axis of the patch, > 0; only "fastsim" and "exact" depend on it. [-]
-    poisson : (...,) float    Poisson ratio of the bodies, 0 to 0.5; only they depend on it, little. [-]
-
-    Returns
-    -------
-    fx, fy : (...,) float   Forces over mu N on the track, positive for a positive creepage; on the wheel they have the
-        opposite sign. Inputs broadcast. [-]
-
-    Raises
-    ------
-    ParameterError
-        If the law is unknown; with "fastsim" and "exact", if `a_over_b` or `poisson` is out of range.
-
-    Source: shen1983, kalker1982, vermeulen1964, polach2005, kalker1990, by law.
-    """
-    found = _find(law)
-    if found == FASTSIM:
-        linear = kalker.coefficients(a_over_b, poisson)
-        patch = fastsim.forces(k_x, k_y, psi, a_over_b, linear.c11 / linear.c22)
-        return patch.fx, patch.fy
-    k_x, k_y, psi, *_ = _broadcast(k_x=k_x, k_y=k_y, psi=psi, a_over_b=a_over_b, poisson=poisson)
-    found = found.on(a_over_b, poisson)
-    xp = namespace(k_x)
-    linear_x, linear_y = 3.0 * k_x, 3.0 * k_y + psi
-    square = linear_x * linear_x + linear_y * linear_y
-    creeps = square > 0
-    size = xp.sqrt(xp.where(creeps, square, 1.0))
-    reduction = xp.where(creeps, found.force(size) / size, 1.0)
-    return linear_x * reduction, linear_y * reduction
 
 
 def _broadcast(**named: Array) -> tuple[Array, ...]:

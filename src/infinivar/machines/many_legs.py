@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -329,7 +329,3 @@ class LeggedDrive(TurnedCylinder):
             )
             low, high = (middle, high) if np.all(side.utilisation[Limit.THERMAL] <= 1.0) else (low, middle)
         return low * abs(cylinder_speed)
-
-    def at_speed(self, cylinder_speed: float) -> LeggedDrive:
-        """The same machine with another cylinder speed [rad s^-1]."""
-        return replace(self, cylinder_speed=cylinder_speed)

@@ -58,7 +58,6 @@ _TYPES: dict[str, dict[str, str]] = {
         "save": "report.machines:save",
         "table": "report.tables:machine_comparison",
     },
-    "analysis.planar_motion.PlanarMotion": {"plot": "figures.planar_motion:draw_all"},
     "analysis.pose_map.PoseMap": {"plot": "figures.machine_tasks:draw_pose_map"},
     "analysis.motion_summary.MotionSummary": {
         "plot": "figures.motion_summary:draw_all",

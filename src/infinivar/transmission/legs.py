@@ -292,27 +292,6 @@ def creep_drift(jacobian: Array, wrench: Array, surface_speed: Array, creep_stif
     return -ease[..., None] * solved(found.squared(), found.vector(wrench, "wrench"))
 
 
-def creep_loss(link_speed: Array, surface_speed: Array, link_force: Array, creep_stiffness: Array) -> np.ndarray:
-    r"""Creep loss of a leg, for small creep and without rolling resistance.
-
-    .. math:: \frac{f^2}{C}\,\frac{(S^2 + \dot l^2)^{3/2}}{S^2}
-
-    Parameters
-    ----------
-    link_speed, surface_speed : (...,) float   ldot, S = R omega, not 0. [m s^-1]
-    link_force : (...,) float                  f. [N]
-    creep_stiffness : (...,) float             C. [N]
-
-    Returns
-    -------
-    (...,) float   [W]
-
-    Source: linear law with ``fu = f/cos(phi)``, ``tan(phi) = -ldot/S``, ``v = S/cos(phi)``.
-    """
-    square = np.asarray(surface_speed, dtype=float) ** 2
-    return np.square(link_force) / creep_stiffness * (square + np.square(link_speed)) ** 1.5 / square
-
-
 def least_creep_speed(link_speed: Array) -> np.ndarray:
     """Surface speed of the smallest creep loss of a leg at a link speed, ``sqrt(2) |ldot|``: a steering angle of 35.26 degrees.
 
@@ -371,23 +350,3 @@ def reflected_mass(mass: Array, inertia: Array, cylinder_radius: Array, steering
     """
     lever = np.square(np.asarray(cylinder_radius, dtype=float) * steering_tangent)
     return mass + np.where(lever > 0, inertia / np.where(lever > 0, lever, 1.0), np.inf)
-
-
-def coupled_inertia(inertia: Array, mass: Array, cylinder_radius: Array, steering_tangent: Array) -> np.ndarray:
-    """Inertia of a cylinder with ideal legs: ``J + sum_i m_i (R t_i)^2``. Coasting keeps its product with ``omega^2``.
-
-    Parameters
-    ----------
-    inertia : (...,) float               J. [kg m^2]
-    mass : (..., n) float                m_i, of each link with its load. [kg]
-    cylinder_radius : float              R. [m]
-    steering_tangent : (..., n) float    [-]
-
-    Returns
-    -------
-    (...,) float   [kg m^2]
-
-    Source: as `reflected_mass`; steering moves at right angles to the force of an ideal contact, so that it is workless.
-    """
-    moved = np.asarray(mass, dtype=float) * np.square(cylinder_radius * np.asarray(steering_tangent, dtype=float))
-    return inertia + np.sum(moved, axis=-1)

@@ -101,11 +101,6 @@ class SphericalIVT:
         """ "drive", "steering" or "idler", by roller."""
         return tuple(one.kind for one in self.rollers)  # type: ignore[union-attr]
 
-    @property
-    def slip_torque(self) -> float:
-        """Torque mu P r at which a drive roller slips, at rest. [N m]"""
-        return self.drive.slip_force * self.drive.wheel_radius
-
     def pressed(self, factor: float) -> SphericalIVT:
         """The same transmission with all preloads multiplied by a factor; measured values scale by `PRELOAD_POWERS`."""
         check_value("factor", factor, "1", Gt(0))

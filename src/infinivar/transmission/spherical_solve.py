@@ -89,13 +89,6 @@ class SphericalPoint(PowerPoint, Result):
         return {name: np.sum(loss, axis=-1) for name, loss in self.roller_losses.items()}
 
     @property
-    def losses_by_kind(self) -> Mapping[str, Array]:
-        """Losses by kind of roller. [W]"""
-        total = sum(self.roller_losses.values())
-        of = np.array(self.kinds)
-        return {kind: np.sum(total[..., of == kind], axis=-1) for kind in dict.fromkeys(self.kinds)}  # type: ignore[index]
-
-    @property
     def power_in(self) -> Array:
         """Power from the source into shaft 1. [W]"""
         return self.input_torque * self.input_speed

@@ -25,7 +25,6 @@ from collections.abc import Callable
 import numpy as np
 from annotated_types import Ge, Gt
 
-from infinivar._core.array_namespace import Array
 from infinivar._core.described import derived, reported
 from infinivar._core.fields import check_number
 from infinivar._core.result import Result, result
@@ -112,22 +111,6 @@ def wall_transfer(stiffness: float, damping: float, period: float, late: int) ->
     Source: colgate1997, virtual wall.
     """
     return lambda z: (stiffness + damping * (1.0 - 1.0 / z) / period) * z**-late
-
-
-def lagging_mass(mass: Array, lag: Array, omega: Array) -> Array:
-    r"""Impedance of a virtual mass that follows the force with a pure lag, :math:`j\omega M e^{j\omega\tau}`.
-
-    Parameters
-    ----------
-    mass, lag, omega : (...,) float   [kg], [s], [rad s^-1]
-
-    Returns
-    -------
-    (...,) complex   Its real part, ``-omega M sin(omega lag)``, is negative for all ``0 < omega lag < pi``. [N s m^-1]
-
-    Source: ``v = F exp(-s lag)/(M s)``.
-    """
-    return 1j * omega * mass * np.exp(1j * np.asarray(omega) * lag)
 
 
 @result

@@ -479,23 +479,6 @@ def path_turning(curvature: float, offset: float, angle: float, k1: float, k2: f
     return curvature * math.cos(angle) / beside - k1 * offset - k2 * angle
 
 
-def creep_offset(slip_angle: float, k1: float) -> float:
-    r"""Offset at which `path_turning` settles if a slip angle is not fed forward: :math:`2\beta/\sqrt{k_1}` if critically damped.
-
-    Parameters
-    ----------
-    slip_angle : float   From heading to path, positive to the left. [rad]
-    k1 : float           [m^-2]
-
-    Returns
-    -------
-    float   [m]
-
-    Source: `path_turning` at rest, with e = -beta.
-    """
-    return 2.0 * slip_angle / math.sqrt(k1)
-
-
 def caster_rate(force: float, mass: float, speed: float) -> float:
     r"""Rate at which a free mass turns under a force across its motion, :math:`F_n/(M u)`. [rad s^-1]
 
@@ -529,17 +512,3 @@ def contact_turning_limit(slip_force: float, force: float, mass: float, speed: f
     Source: Newton, with mu P as the largest lateral force.
     """
     return max(slip_force - force, 0.0) / (mass * abs(speed))
-
-
-def wall_overshoot(speed: float, rate: float, angle: float) -> float:
-    r"""Depth to which a wall is overrun by a wheel that turns only from the wall on: :math:`(u/W)(1 - \cos\theta)`. [m]
-
-    Parameters
-    ----------
-    speed : float   u > 0. [m s^-1]
-    rate : float    W > 0, at which the wheel turns. [rad s^-1]
-    angle : float   theta, from the wall to the direction of approach. [rad]
-
-    Source: an arc of radius u/W.
-    """
-    return speed / rate * (1.0 - math.cos(angle))

@@ -1,17 +1,12 @@
-r"""Motion under constraints ``A xi = 0``: free directions, projections by a mass, and accelerations.
+r"""Directions of motion that constraints ``A xi = 0`` leave free.
 
 For a machine of the mass M, a symmetric positive definite matrix, the twists that the constraints leave free and
-those that they would have to stop are perpendicular in the metric of the kinetic energy:
+those that they would have to stop are perpendicular in the metric of the kinetic energy.
 
-.. math:: P = I - M^{-1} A^T (A M^{-1} A^T)^{-1} A, \qquad P^2 = P, \qquad A P = 0, \qquad M P = P^T M
-
-Source: featherstone2008, chapter 3, for the equations of constrained motion; Gauss's principle of least constraint
-for the metric.
+Source: featherstone2008, chapter 3; Gauss's principle of least constraint for the metric.
 """
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,15 +16,6 @@ from infinivar.errors import ParameterError, require
 
 _DEPENDENT = 1e-9
 """Smallest singular value of rows of unit length, below which they are dependent."""
-
-
-class ConstrainedMotion(NamedTuple):
-    """How a machine moves under constraints."""
-
-    acceleration: np.ndarray
-    """Of the twist. (d,)"""
-    reaction: np.ndarray
-    """lambda, of each row: force along it on the machine. (k,)"""
 
 
 def independent_rows(name: str, rows: Array) -> np.ndarray:
@@ -99,60 +85,3 @@ def free_basis(rows: Array, mass: Array | None = None) -> np.ndarray:
     scaled = np.linalg.solve(lower, A.T).T  # A L^-T, whose null space is L^T of that of A
     null = np.linalg.svd(scaled)[2][len(A) :]
     return np.linalg.solve(lower.T, null.T)
-
-
-def free_projection(rows: Array, mass: Array | None = None) -> np.ndarray:
-    """P, which keeps of a twist what the constraints leave free; ``I - P`` is what they stop. Parameters as
-    `free_basis`.
-
-    Returns
-    -------
-    (d, d) float
-
-    Raises
-    ------
-    ParameterError
-        As for `free_basis`.
-    """
-    A = independent_rows("rows", rows)
-    M = _metric(mass, A.shape[1])
-    back = np.linalg.solve(M, A.T)
-    return np.eye(A.shape[1]) - back @ np.linalg.solve(A @ back, A)
-
-
-def constrained_motion(
-    *, mass: Array, force: Array, rows: Array, rates: Array | None = None, twist: Array | None = None
-) -> ConstrainedMotion:
-    r"""Acceleration and reactions of a machine under constraints.
-
-    .. math:: M \dot\xi = F + A^T \lambda, \qquad A \dot\xi = -\dot A \xi
-
-    Parameters
-    ----------
-    mass : (d, d) float             M, symmetric and positive definite.
-    force : (d,) float              F, all forces but those of the constraints: also those of a changing inertia.
-    rows, rates : (k, d) float      A, and its time derivative along the motion; None: constant.
-    twist : (d,) float, optional    xi; None: at rest.
-
-    Returns
-    -------
-    ConstrainedMotion   The reactions do no work: ``xi^T A^T lambda = 0`` for a twist with ``A xi = 0``.
-
-    Raises
-    ------
-    ParameterError
-        As for `free_basis`, or if shapes do not fit.
-
-    Source: featherstone2008, chapter 3.
-    """
-    A = independent_rows("rows", rows)
-    d = A.shape[1]
-    M, F = _metric(mass, d), real_array("force", force)
-    xi = np.zeros(d) if twist is None else real_array("twist", twist)
-    dA = np.zeros_like(A) if rates is None else real_array("rates", rates)
-    for name, value, expected in (("force", F, (d,)), ("twist", xi, (d,)), ("rates", dA, A.shape)):
-        require(value.shape == expected, name, f"shape {value.shape}", f"of shape {expected}")
-        require(bool(np.isfinite(value).all()), name, "nan or inf", "finite")
-    back, free = np.linalg.solve(M, A.T), np.linalg.solve(M, F)
-    reaction = np.linalg.solve(A @ back, -dA @ xi - A @ free)
-    return ConstrainedMotion(free + back @ reaction, reaction)

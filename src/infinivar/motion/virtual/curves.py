@@ -13,7 +13,7 @@ Source: docarmo1976, section 1-5.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, Self
 
@@ -201,34 +201,6 @@ class PointCurve(Curve):
         if len(wrong):
             raise ParameterError(f"point {wrong[0] + 1} must have finite coordinates, got {rows[wrong[0]].tolist()}")
         return cls(**{name: tuple(row) for name, row in zip("xyz", rows.T.tolist(), strict=False)}, closed=closed)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FunctionCurve(Curve):
-    """A curve by a smooth function of a parameter, followed within 1e-9 of its extent.
-
-    Raises
-    ------
-    ParameterError
-        If the function does not return two or three finite coordinates, or a closed curve does not end where it starts.
-    InputError
-        If the curve jumps, has a kink or a cusp, or is not smooth; the message names the place.
-    """
-
-    function: Callable[[float], Sequence[float]] = component("Point at a parameter: two or three coordinates, in m")
-    start: float = quantity("1", FINITE, "Parameter at the start", default=0.0)
-    end: float = quantity("1", FINITE, "Parameter at the end, > start", default=1.0)
-    closed: bool = component("Whether it ends where it starts", default=False)
-    _pieces: Pieces = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        """Validate the fields and fit the function."""
-        check_real(self)
-        require(callable(self.function), "function", shown(self.function), "a function of one parameter")
-        require(isinstance(self.closed, bool), "closed", shown(self.closed), "true or false")
-        require(self.end > self.start, "end", f"{self.end:g}", f"> start, {self.start:g}")
-        made = sampled_curve.of_function(self.function, float(self.start), float(self.end), self.closed)
-        object.__setattr__(self, "_pieces", made)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -347,7 +347,7 @@ class OnCurve(Allowed):
         If it is no curve.
     """
 
-    curve: Curve = component("A curve, such as a PointCurve or a FunctionCurve")
+    curve: Curve = component("A curve, such as a PointCurve or an ArcCurve")
     turning: bool = component("Whether the handle turns freely", default=False)
 
     def __post_init__(self) -> None:
@@ -356,7 +356,7 @@ class OnCurve(Allowed):
             isinstance(self.curve, Curve),
             "curve",
             shown(self.curve),
-            "a curve, such as a PointCurve or a FunctionCurve",
+            "a curve, such as a PointCurve or an ArcCurve",
         )
         _flag("turning", self.turning)
 

@@ -10,7 +10,6 @@ In the plane the half-space is a half-plane and the ball a disc.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal, NamedTuple, Protocol, runtime_checkable
@@ -373,38 +372,3 @@ def check_surface(name: str, value: Any) -> None:
         raise ParameterError(
             f"{name} must be a surface with {', '.join(MEMBERS)}, but a {type(value).__name__} has no {missing[0]}"
         )
-
-
-def sliding_curvature(surface: Surface, point: Array, direction: Array) -> float:
-    r"""Curvature of the path of a point that slides along a surface, to keep its distance.
-
-    .. math:: \kappa = -t^T H t
-
-    Parameters
-    ----------
-    surface : Surface
-    point : (d,) float       [m]
-    direction : (d,) float   Of motion, of any length; its part along the normal does not count.
-
-    Returns
-    -------
-    float   Component along the normal of the path's curvature vector, > 0 where the path must turn to the free side:
-        along the inside of a cavity. A point at the speed u then needs the acceleration ``kappa u^2`` from the wall,
-        and in the plane turns at ``kappa u``. [m^-1]
-
-    Raises
-    ------
-    ParameterError
-        If the direction is along the normal.
-
-    Source: docarmo1976, section 3-2, for the normal curvature.
-    """
-    check_surface("surface", surface)
-    there = placed("point", point, surface.dimension)
-    require(there.ndim == 1, "point", f"shape {there.shape}", f"one point of {surface.dimension} coordinates")
-    way, normal = unit("direction", direction, surface.dimension), surface.normal(there)
-    along = way - (way @ normal) * normal
-    size = math.sqrt(float(along @ along))
-    require(size > 1e-9, "direction", shown(direction), "a direction that is not along the normal")
-    along = along / size
-    return float(-(along @ surface.hessian(there) @ along))

@@ -91,51 +91,6 @@ def size_geared(
     return best_geared(request, progress)
 
 
-def nearest_geared(
-    template: ConventionalDrive,
-    motors: Mapping[str, Any],
-    gearheads: Mapping[str, Any],
-    pairs: Any,
-    *,
-    duty: Mapping[str, DutyCycle],
-    requirement: Requirement | None = None,
-    stages: Sequence[OutputStage] | None = None,
-    radius: tuple[float, float] | None = None,
-    travel: float | None = None,
-    loss_model: LossModel | None = None,
-    samples: int | None = None,
-    weighed: bool = False,
-) -> Design | None:
-    """Return the infeasible candidate that comes nearest to keeping all limits; arguments as for `size_geared`.
-
-    It is the one whose tightest limit has the largest margin; of several, the one with the largest margin of the next limit that
-    is exceeded, and so on, then the lightest. With `weighed`, only candidates count whose masses are stated, as in a search for
-    the least mass.
-
-    Closed forms rank all pairs, at all stages or over 13 radii; the best 64 are evaluated at every instant, each at its best
-    radius.
-
-    Returns
-    -------
-    Design   None if no pair can be evaluated, every candidate is out of reach, or all those evaluated are feasible.
-    """
-    request = GearedRequest(
-        template=template,
-        motors=motors,
-        gearheads=gearheads,
-        pairs=pairs,
-        duty=duty,
-        requirement=requirement,
-        stages=tuple(stages or ()),
-        radius=radius,
-        objective="mass" if weighed else "energy",
-        travel=travel,
-        loss_model=loss_model,
-        samples=samples,
-    )
-    return nearest_miss(request)
-
-
 def best_geared(request: GearedRequest, progress: Progress | None = None) -> GearedSizing:
     """Find the best drives; see `size_geared`."""
     request.check_motions()
@@ -145,7 +100,18 @@ def best_geared(request: GearedRequest, progress: Progress | None = None) -> Gea
 
 
 def nearest_miss(request: GearedRequest) -> Design | None:
-    """Return the infeasible candidate that comes nearest to keeping all limits; see `nearest_geared`."""
+    """Return the infeasible candidate that comes nearest to keeping all limits.
+
+    It is the one whose tightest limit has the largest margin; of several, the one with the largest margin of the next limit that
+    is exceeded, and so on, then the lightest. In a search for the least mass only candidates count whose masses are stated.
+
+    Closed forms rank all pairs, at all stages or over 13 radii; the best 64 are evaluated at every instant, each at its best
+    radius.
+
+    Returns
+    -------
+    Design   None if no pair can be evaluated, every candidate is out of reach, or all those evaluated are feasible.
+    """
     found, tasks = _problem(request)
     search = nearest_stage if request.radius is None else nearest_over_radius
     return search(found, tasks, request)
