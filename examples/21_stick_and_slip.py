@@ -42,7 +42,7 @@ fig.suptitle("stick blue, slip orange; arrows: traction on the track", fontsize=
 plt.show()
 
 # %%
-# Creepages, forces and moments are scaled; see :doc:`/exact-contact`. The power that friction takes is the work of the
+# Creepages, forces and moments are scaled; see :doc:`/contact`. The power that friction takes is the work of the
 # creepages against force and moment. `state.plot()` draws a state with the traction along its middle row.
 
 for name, state in states.items():

@@ -314,19 +314,26 @@ def draw(app) -> None:
     (folder / "design_trends_caption.md").write_text(f"{design_trends.CAPTION}\n", "utf-8")
 
 
-def draw_sphere(app) -> None:
-    """Draw the figures of the page on the sphere, with the transmissions that its first example makes."""
+def example(app, page: str, defines: str) -> dict:
+    """Names of the first example of a page that defines a name, as `defines = ...`."""
     import re
 
+    text = (Path(app.srcdir) / f"{page}.md").read_text("utf-8")
+    names: dict = {}
+    blocks = re.findall(r"^```python\n(.*?)^```", text, re.S | re.M)
+    exec(next(block for block in blocks if re.search(rf"^{defines} = ", block, re.M)), names)
+    return names
+
+
+def draw_sphere(app) -> None:
+    """Draw the figures of a sphere between rollers, with the transmissions of the example on the page on machines."""
     import numpy as np
 
     import infinivar as iv
     from infinivar.figures import sphere_gears, sphere_map, style
 
     folder = Path(app.srcdir) / "reference" / "generated"
-    page: dict = {}
-    text = (Path(app.srcdir) / "sphere.md").read_text("utf-8")
-    exec(re.search(r"^```python\n(.*?)^```", text, re.S | re.M)[1], page)
+    page = example(app, "machines", "spheres")
     angle, load = np.radians(np.linspace(-90.0, 90.0, 73)), np.linspace(0.0, 1.45, 59) * page["roller"].slip_force
     maps = [iv.sphere_map(one, angle, load, sphere_speed=20.0) for one in page["spheres"].values()]
     style.write(sphere_map.draw_all(maps), folder / "sphere_map", ("svg",))
@@ -337,7 +344,7 @@ def draw_sphere(app) -> None:
 
 
 def draw_shared_motor(app) -> None:
-    """Draw the figure of the page on legs: one motor against a motor for each joint."""
+    """Draw the figure of the page on machines: one motor against a motor for each joint."""
     import numpy as np
 
     import infinivar as iv
@@ -381,7 +388,7 @@ def draw_displays(app) -> None:
 
 
 def draw_legs(app) -> None:
-    """Draw the platform of the page on legs under a load, and the wrenches that it can hold."""
+    """Draw the platform of the page on machines under a load, and the wrenches that it can hold."""
     import infinivar as iv
     from infinivar.figures import machine as drawn
     from infinivar.figures import style, wrench_set
@@ -401,13 +408,9 @@ def draw_legs(app) -> None:
 
 def draw_planar(app) -> None:
     """Draw the cart of the page on machines under a load."""
-    import re
-
     from infinivar.figures import style
 
-    page: dict = {}
-    text = (Path(app.srcdir) / "mechanisms.md").read_text("utf-8")
-    exec(re.search(r"^```python\n(.*?)^```", text, re.S | re.M)[1], page)
+    page = example(app, "machines", "cart")
     cart, twist = page["cart"], [0.5, 0.0, 0.7]
     point = cart.mechanism.operate(rates=twist, heading=cart.headings(twist, {"y": 50.0, "angle": 4.0}))
     made = point.plot(cobot=cart)
@@ -415,33 +418,23 @@ def draw_planar(app) -> None:
 
 
 def draw_machine_run(app) -> None:
-    """Draw the run of the page on machines in motion."""
-    import re
-
+    """Draw the run of the page on motion: a platform on six legs."""
     from infinivar.figures import machine_run, style
 
-    page: dict = {}
-    text = (Path(app.srcdir) / "machines-in-motion.md").read_text("utf-8")
-    exec(re.search(r"^```python\n(.*?)^```", text, re.S | re.M)[1], page)
-    style.write(
-        machine_run.draw_all(page["run"]), Path(app.srcdir) / "reference" / "generated" / "machine_run", ("svg",)
-    )
+    run = example(app, "motion-and-control", "machine")["run"]
+    style.write(machine_run.draw_all(run), Path(app.srcdir) / "reference" / "generated" / "machine_run", ("svg",))
 
 
 def draw_motion(app) -> None:
-    """Draw the bond graph of the simulation page and a simulated reach."""
-    import re
-
+    """Draw the bond graph of the page on motion, and a simulated reach."""
     import infinivar as iv
     from infinivar.figures import bond_graph, energy_flow, style, time_history
 
     folder = Path(app.srcdir) / "reference" / "generated"
     study = shipped_study("faulring2006")
     cobotic = study.drives["cobotic"]
-    tutorial: dict = {}
-    page = (Path(app.srcdir) / "simulation.md").read_text("utf-8")
-    exec(re.search(r"^```python\n(.*?)^```", page, re.S | re.M)[1], tutorial)
-    style.write(bond_graph.draw_all(tutorial["motor"]), folder / "graph_motor", ("svg",))
+    motor = example(app, "motion-and-control", "motor")["motor"]
+    style.write(bond_graph.draw_all(motor), folder / "graph_motor", ("svg",))
     reach = iv.simulate(cobotic, study.scenarios["reach"])
     style.write(energy_flow.draw_all(reach), folder / "energy_reach", ("svg",))
     style.write(time_history.draw_all(reach), folder / "history_reach", ("svg",))

@@ -56,38 +56,25 @@ def shown_and_real(text, folder):
             yield body, real
 
 
-DAILY = ("theory", "compiled", "study-file", "extending", "measurements", "planar-cart",
-         "two-joint-arm", "explorer")  # fmt: skip
+DAILY = ("theory", "study-file", "extending", "explorer")
 SLOW = (
-    "catalogue",
-    "errata",
-    "mechanisms",
-    "legs",
-    "machines",
-    "six-leg-display",
-    "sizing",
     "tutorial",
     "gait-to-motor",
-    "haptic-log",
-    "recordings",
-    "simulation",
-    "duty-cycles",
+    "sizing",
     "springs",
-    "calibration",
-    "figures",
-    "scale",
-    "smallest-motor",
-    "exact-contact",
-    "sphere",
-    "sphere-joint",
-    "haptic-displays",
-    "cobotic-or-conventional",
-    "contact",
-    "machines-in-motion",
+    "cobots",
     "sessions",
-    "guided-cart",
-    "one-axis-display",
-    "tool-on-six-legs",
+    "haptic-session",
+    "cobotic-or-conventional",
+    "calibration",
+    "contact",
+    "machines",
+    "motion-and-control",
+    "displays",
+    "parts",
+    "recordings",
+    "errata",
+    "figures",
 )
 
 

@@ -16,7 +16,7 @@ from made import loaded
 
 ROOT = Path(__file__).parents[2]
 MGDB = ROOT.parent / "shared" / "reference" / "mgdb"
-PAGE = (ROOT / "docs" / "smallest-motor.md").read_text("utf-8")
+PAGE = (ROOT / "docs" / "gait-to-motor.md").read_text("utf-8")
 SETS = [
     "shipped",
     *(
@@ -62,9 +62,10 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def page():
-    """What the first block of the page defines."""
+    """What the block of the page defines that searches for the smallest motor."""
     names: dict = {}
-    exec(compile(re.search(r"^```python\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)[1], "page", "exec"), names)
+    blocks = re.findall(r"^```python\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+    exec(compile(next(block for block in blocks if "def searches(" in block), "page", "exec"), names)
     return names
 
 

@@ -95,13 +95,37 @@ def test_readme_names_commands_and_pages_that_there_are():
     assert named <= _commands()
 
 
-def test_contents_page_leads_to_every_page_and_command():
-    text = (ROOT / "docs" / "index.md").read_text("utf-8")
+def test_contents_page_leads_to_every_page_command_and_public_name():
+    """Two clicks at most: one to a page, one to what it lists or shows."""
+    text = _page("index")
+    assert re.findall(r"^:caption: (.+)$", text, re.MULTILINE) == [
+        "Start",
+        "How to",
+        "Theory",
+        "Reference",
+        "The paper",
+    ]
     pages = {page.stem for page in (ROOT / "docs").glob("*.md")} - {"index"}
     linked = re.findall(r"^.* <([\w-]+)>$", text, re.MULTILINE)
     assert sorted(linked) == sorted(pages)
-    named = {name for page in linked for name in re.findall(r"infinivar ([a-z]+)", _page(page))}
-    assert named >= _commands()
+    listed = {name for page in linked for name in re.findall(r"\binfinivar\.(\w+)$", _page(page), re.MULTILINE)}
+    assert listed >= set(iv.__all__) - {"__version__"}
+
+
+def test_contents_page_names_every_command_beside_pages_that_show_it():
+    rows = re.findall(r"^\| (`infinivar .*) \| (\[.*) \|$", _page("index"), re.MULTILINE)
+    named = {}
+    for commands, links in rows:
+        shown = " ".join(_page(page) for page in re.findall(r"\(([\w-]+)\.md", links))
+        named |= dict.fromkeys(re.findall(r"`(?:infinivar )?([a-z]+)`", commands), shown)
+    assert set(named) == _commands()
+    assert [name for name, shown in named.items() if f"infinivar {name}" not in shown] == []
+
+
+def test_pages_link_to_pages_that_there_are():
+    pages = {page.stem for page in (ROOT / "docs").glob("*.md")}
+    for page in pages:
+        assert set(re.findall(r"\]\(([\w-]+)\.md", _page(page))) <= pages, page
 
 
 def _page(name):

@@ -149,8 +149,8 @@ def test_robots_are_values(load):
 
 
 def test_page(load, tmp_path, monkeypatch, capsys):
-    """What the page on legs shows of this is true."""
-    page = (Path(__file__).parents[2] / "docs" / "legs.md").read_text("utf-8")
+    """What the page on machines shows of this is true."""
+    page = (Path(__file__).parents[2] / "docs" / "machines.md").read_text("utf-8")
     blocks = re.search(r"```xml\n(.*?)```\n.*?```py\n(.*?)```\n.*?```text\n(.*?)```", page, re.DOTALL)
     file, code, shown = blocks.groups()
     (tmp_path / "crane.urdf").write_text(file)
