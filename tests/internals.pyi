@@ -340,7 +340,6 @@ from infinivar.sizing.tables import CoboticRequest
 from infinivar.sizing.what_if import change_words, what_if
 from infinivar.study import load as study_loading
 from infinivar.study import schema as study_schema
-from infinivar.study import toml as study_toml
 from infinivar.study.build import built as built_from_study
 from infinivar.study.build import built_part
 from infinivar.study.check import check as check_study

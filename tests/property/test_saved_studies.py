@@ -17,7 +17,7 @@ from infinivar import units
 from internals import TEMPLATE, described, hints, in_kinds, part_of, shipped_studies
 from internals import permitted_bounds as permitted
 from internals import study_schema as schema
-from internals import study_toml as toml
+from internals import toml_tables as toml
 from made import parameter_study
 from sampled import examples, sampled
 
