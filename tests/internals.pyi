@@ -337,7 +337,6 @@ from infinivar.sizing.tables import CoboticRequest, GearedRequest
 from infinivar.sizing.what_if import change_words, what_if
 from infinivar.study import load as study_loading
 from infinivar.study import schema as study_schema
-from infinivar.study import toml as study_toml
 from infinivar.study.build import built as built_from_study
 from infinivar.study.build import built_part
 from infinivar.study.check import check as check_study
@@ -354,8 +353,8 @@ from infinivar.study.schema import DRIVES as SCHEMA_DRIVES
 from infinivar.study.schema import KINDS as SCHEMA_KINDS
 from infinivar.study.schema import keys as schema_keys
 from infinivar.study.shipped import parameter_set, parameter_sets, shipped_studies, study_file
+from infinivar.study.shipped import template as study_template
 from infinivar.study.spreads import Spread
-from infinivar.study.template import TEMPLATE
 from infinivar.sweeps import sweep as sweeping
 from infinivar.sweeps import workers
 from infinivar.sweeps.fingerprint import fingerprint

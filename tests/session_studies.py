@@ -2,7 +2,7 @@
 
 import copy
 
-from internals import study_toml as toml
+from internals import toml_tables as toml
 
 CART = {
     "type": "planar",

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 
 import infinivar as iv
 from infinivar import units
-from internals import TEMPLATE, described, hints, in_kinds, part_of, shipped_studies
+from internals import described, hints, in_kinds, part_of, shipped_studies, study_template
 from internals import permitted_bounds as permitted
 from internals import study_schema as schema
-from internals import study_toml as toml
+from internals import toml_tables as toml
 from made import parameter_study
 from sampled import examples, sampled
 
@@ -116,7 +116,7 @@ def test_shipped_studies_survive(name, tmp_path):
 def test_the_shipped_set_and_the_template_survive(tmp_path):
     assert saved_and_loaded(SHIPPED)[0] == SHIPPED
     path = tmp_path / "mine.toml"
-    path.write_text(TEMPLATE.format(name="mine", title="Mine"), "utf-8")
+    path.write_text(study_template("mine", "Mine"), "utf-8")
     mine = iv.load_study(path)
     assert saved_and_loaded(mine)[0] == mine
 

@@ -13,7 +13,6 @@ from infinivar import DutyCycle, InputError, Requirement, Rig, Scenario, gearhea
 from internals import SCHEMA_DRIVES as DRIVES
 from internals import SCHEMA_KINDS as KINDS
 from internals import (
-    TEMPLATE,
     check_value,
     described,
     in_kinds,
@@ -23,6 +22,7 @@ from internals import (
     part_of,
     shipped_studies,
     shipped_study,
+    study_template,
     turning,
 )
 from internals import study_schema as schema
@@ -164,7 +164,7 @@ def test_catalogue_parts_all_build():
 
 
 def test_template_is_a_study(load):
-    study = load(TEMPLATE.format(name="mine", title="Mine"))
+    study = load(study_template("mine", "Mine"))
     assert list(study.drives) == ["cobotic", "geared"]
 
 

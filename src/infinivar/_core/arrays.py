@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from infinivar._core.frozen import frozen
+from infinivar._core.frozen import frozen, rebuilt
 from infinivar.errors import ParameterError
 
 _SHOWN = 60
@@ -77,11 +77,4 @@ class HoldsArrays(Whole):
     def __reduce__(self) -> tuple[Any, ...]:
         """Rebuild with locked arrays: NumPy forgets the lock."""
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}  # type: ignore[arg-type]
-        return _rebuilt, (type(self), values)
-
-
-def _rebuilt(kind: type, values: dict[str, Any]) -> Any:
-    made = object.__new__(kind)
-    for name, value in values.items():
-        object.__setattr__(made, name, frozen(value) if isinstance(value, np.ndarray) else value)
-    return made
+        return rebuilt, (type(self), values)

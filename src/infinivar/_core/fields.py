@@ -11,7 +11,7 @@ import math
 import numbers
 import types
 import typing
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
 from infinivar._core.arrays import shown
@@ -426,19 +426,18 @@ class Place(NamedTuple):
     """A field with its value, somewhere in a drive, a motion or the like."""
 
     path: str
-    """From the whole, with dots."""
+    """From the whole, with dots; of a field that comes in kinds, that of the key which selects the kind."""
     owner: Any
     """The part that has the field."""
     field: dataclasses.Field
     value: Any
-    inside: str
-    """What the paths of the fields within the value begin with."""
+    """Of a field that comes in kinds, the word that selects the kind."""
 
 
 def walk(
-    instance: Any, prefix: str = "", within: Callable[[Any, str], Iterator[Place]] | None = None
-) -> Iterator[Place]:
-    """Yield every field with a value of a dataclass and of the parts within it, in order of definition, kinds last.
+    instance: Any, prefix: str = "", within: Callable[[Any, str], Sequence[Place]] | None = None
+) -> Sequence[Place]:
+    """Every field with a value of a dataclass and of the parts within it, in order of definition, kinds last.
 
     Parameters
     ----------
@@ -446,15 +445,23 @@ def walk(
     prefix : str        What the paths begin with.
     within : callable   Walks a part, whose paths begin with the second argument; by default as this function does.
     """
+    found: list[Place] = []
     if not dataclasses.is_dataclass(instance):
-        return
+        return found
     for field in (*described(type(instance)), *in_kinds(type(instance))):
         value = getattr(instance, field.name)
-        if value is not None:
-            inside = prefix if field.metadata.get("flat") else f"{prefix}{field.name}."
-            yield Place(prefix + field.name, instance, field, value, inside)
-            if is_part(type(value)):
-                yield from (within or walk)(value, inside)
+        if value is None:
+            continue
+        kind, metadata = type(value), field.metadata
+        inside = prefix if metadata.get("flat") else f"{prefix}{field.name}."
+        if key := metadata.get("key"):
+            word = getattr(kind, "shape" if key == "shape" else "word", kind.__name__)
+            found.append(Place(inside + key, instance, field, word))
+        else:
+            found.append(Place(prefix + field.name, instance, field, value))
+        if is_part(kind):
+            found += (within or walk)(value, inside)
+    return found
 
 
 def quantities_of(instance: Any) -> dict[str, dataclasses.Field]:

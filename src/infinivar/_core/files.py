@@ -7,9 +7,12 @@ import stat
 import tomllib
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from infinivar.errors import InputError, printable
+
+if TYPE_CHECKING:
+    import numpy as np
 
 _MB = 1_000_000
 
@@ -54,6 +57,42 @@ def read(path: Path, most: int) -> bytes:
         raise InputError(
             f"{printable(path)}: cannot be read: {getattr(problem, 'strerror', None) or problem}"
         ) from problem
+
+
+def arrays(path: Path, most: int, what: str) -> dict[str, np.ndarray]:
+    """Arrays of an archive of NumPy (npz) of unknown origin by name: no code in it is run.
+
+    Parameters
+    ----------
+    path : Path
+    most : int    Largest size of the file and of its content, unpacked. [bytes]
+    what : str    What the archive should be, for messages: "set of parts".
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is no such archive, or unpacks to more.
+    """
+    import io
+    import zipfile
+
+    import numpy as np
+
+    content = read(path, most)
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            size = sum(one.file_size for one in archive.infolist())
+            if size > most:
+                raise InputError(f"{printable(path)}: unpacks to {size / 1e6:.3g} MB, more than {most / 1e6:g} MB")
+            found = {}
+            for one in archive.infolist():
+                with archive.open(one) as member:
+                    found[one.filename.removesuffix(".npy")] = np.lib.format.read_array(member, allow_pickle=False)
+            return found
+    except InputError:
+        raise
+    except Exception as problem:  # NumPy's reader of headers may fail in any way on a damaged file
+        raise InputError(f"{printable(path)}: is no {what}: {problem}") from problem
 
 
 def shipped(room: str, name: str) -> dict[str, Any]:

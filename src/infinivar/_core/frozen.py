@@ -128,6 +128,14 @@ def _sealed(array: np.ndarray) -> np.ndarray:
     return np.ndarray(array.shape, array.dtype, array.tobytes(order), order=order)
 
 
+def rebuilt(cls: type, fields: dict[str, Any]) -> Any:
+    """A copy of a value from its fields, locked again, as NumPy forgets locks; nothing is computed anew."""
+    made = object.__new__(cls)
+    for name, value in fields.items():
+        object.__setattr__(made, name, frozen(value))
+    return made
+
+
 class Room:
     """An array to be filled once, and then locked for good without a copy.
 

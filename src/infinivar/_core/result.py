@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, dataclass_transform
 import numpy as np
 
 from infinivar._core import described, extras, netcdf, presentation
-from infinivar._core.frozen import frozen
+from infinivar._core.frozen import frozen, rebuilt
 from infinivar.errors import InfinivarError, ParameterError
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Frozen:
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
         """Copies and pickles are locked again: NumPy does not keep the lock."""
-        return _rebuilt, (type(self), {name: getattr(self, name) for name in _names(type(self))})
+        return rebuilt, (type(self), {name: getattr(self, name) for name in _names(type(self))})
 
     def equals(self, other: object, rtol: float = 0.0, atol: float = 0.0) -> bool:
         """Whether another is of the same type and holds the same numbers, within tolerances.
@@ -280,14 +280,6 @@ def _names(cls: type) -> tuple[str, ...]:
 def _compared(cls: type) -> tuple[str, ...]:
     """Fields that are part of the value: not names of files, and not what is computed from other fields."""
     return tuple(field.name for field in dataclasses.fields(cls) if field.compare)
-
-
-def _rebuilt(cls: type, fields: dict[str, Any]) -> Any:
-    """A copy of a value whose fields are its own by now: nothing is computed anew."""
-    made = object.__new__(cls)
-    for name, value in fields.items():
-        object.__setattr__(made, name, frozen(value))
-    return made
 
 
 def equal(one: Any, other: Any) -> bool:

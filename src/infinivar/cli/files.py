@@ -15,6 +15,12 @@ from infinivar.cli.shared import print_json
 from infinivar.console import complain, progress_bar, say, write
 from infinivar.errors import InputError, nearest, printable
 
+_SCHEMA_FILE = "infinivar.schema.json"
+"""Name of the schema beside a study."""
+
+_SCHEMA_LINE = f"#:schema ./{_SCHEMA_FILE}"
+"""First line of a study; tells editors (Taplo, Even Better TOML) where to find the schema."""
+
 
 def init(
     name: Annotated[str, typer.Argument(help="Name of the study; writes NAME.toml.", show_default=False)],
@@ -26,8 +32,7 @@ def init(
 
     Also write the JSON Schema that lets an editor check the file and complete its keys.
     """
-    from infinivar.study.shipped import shipped_studies
-    from infinivar.study.template import SCHEMA_FILE, SCHEMA_LINE, TEMPLATE
+    from infinivar.study.shipped import shipped_studies, template
 
     path = Path(name if name.endswith(".toml") else f"{name}.toml")
     if not re.fullmatch(r"\w[\w .-]*", path.stem) or name.endswith("/"):
@@ -39,11 +44,11 @@ def init(
         )
     if like is None:
         title = path.stem.replace("_", " ").replace("-", " ").capitalize()
-        text = TEMPLATE.format(name=path.stem, title=title)
+        text = template(path.stem, title)
     else:
         text = known[like].read_text("utf-8")
-    _write_new(path, f"{SCHEMA_LINE}\n{text}")
-    beside = path.with_name(SCHEMA_FILE)
+    _write_new(path, f"{_SCHEMA_LINE}\n{text}")
+    beside = path.with_name(_SCHEMA_FILE)
     if not beside.exists():
         _write_new(beside, _schema())
     from infinivar.study.check import check_demands

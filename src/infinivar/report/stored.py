@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from infinivar._core import archives, stored
+from infinivar._core import files, stored
 from infinivar._core.presentation import presenter
 from infinivar._core.result import Frozen
 from infinivar.errors import InputError, nearest, path_of, printable
@@ -80,7 +80,7 @@ def load_result(path: str | Path, name: str | None = None, *, packages: Collecti
     """
     file = _file(path_of(path, "path"), name)
     try:
-        return stored.from_arrays(archives.read(file, _MOST_BYTES, "saved result"), packages)
+        return stored.from_arrays(files.arrays(file, _MOST_BYTES, "saved result"), packages)
     except InputError as problem:
         here = printable(file)
         raise InputError(str(problem) if str(problem).startswith(here) else f"{here}: {problem}") from problem

@@ -233,34 +233,26 @@ def _instance(
 ) -> Any:
     """Build a dataclass instance from a validated table, its parts first; `made` holds values already built."""
     part, entries, within = checked
-    values: dict[str, Any] = dict(made or {})
-    unset: list[tuple[int, dataclasses.Field[Any]]] = []
+    inner = {field.name: part_of(hints(part)[field.name]) for field in described(part)}
+    values = {**(made or {}), **{name: entry.value for name, entry in entries.items() if name in inner}}
     for field in described(part):
-        name, here = field.name, f"{prefix}{field.name}"
-        unit = field.metadata.get("unit", "")
-        inner = part_of(hints(part)[name])
-        if name in entries:
-            values[name] = entries[name].value
-            rows.append(_row(owner, here, entries[name], unit))
-        elif inner is not None and (name in within or field.default_factory is not dataclasses.MISSING):
-            chosen = within.get(name, _Checked(inner, {}, {}))
-            values[name] = _instance(chosen, f"{path}.{name}", owner, f"{here}.", rows)
-        elif inner is None and field.default not in (None, dataclasses.MISSING) and name != "name":
-            default = Entry(field.default, field.default, "assumed", DEFAULT)
-            rows.append(_row(owner, here, default, unit))
-        elif inner is None and field.default is None:
-            unset.append((len(rows), field))
+        kind, name = inner[field.name], field.name
+        if kind is not None and (name in within or field.default_factory is not dataclasses.MISSING):
+            table = within.get(name, _Checked(kind, {}, {}))
+            values[name] = _instance(table, f"{path}.{name}", owner, f"{prefix}{name}.", rows)
     instance = _constructed(part, values, path)
-    for place, field in reversed(unset):  # a part may choose a value by its other values
-        value = getattr(instance, field.name)
-        if value is not None:
-            default = Entry(value, recorded(value), "assumed", DEFAULT)
-            rows.insert(place, _row(owner, f"{prefix}{field.name}", default, field.metadata.get("unit", "")))
-    scale = entries.get(SCALE.name)
-    if scale is not None:
-        rows.append(_row(owner, f"{prefix}{SCALE.name}", scale, SCALE.metadata["unit"]))
-        instance = instance.scaled(scale.value)
-    return instance
+    for field in described(part):
+        entry, value = entries.get(field.name), getattr(instance, field.name)
+        if entry is None and value is not None and inner[field.name] is None and field.name != "name":
+            # By default, or chosen by the part by its other values.
+            entry = Entry(value, recorded(value), "assumed", DEFAULT)
+        if entry is not None:
+            rows.append(_row(owner, f"{prefix}{field.name}", entry, field.metadata.get("unit", "")))
+    scale = None if SCALE.name in inner else entries.get(SCALE.name)
+    if scale is None:
+        return instance
+    rows.append(_row(owner, f"{prefix}{SCALE.name}", scale, SCALE.metadata["unit"]))
+    return instance.scaled(scale.value)
 
 
 def _row(owner: str, field: str, entry: Entry, unit: str) -> Provenance:

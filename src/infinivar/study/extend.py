@@ -8,7 +8,7 @@ from typing import Any
 
 from infinivar.errors import InputError
 from infinivar.motion.files.fields import FILE_KEYS
-from infinivar.study.layers import Raw, annotated, contact_over, layered, merged, stage_over
+from infinivar.study.layers import Raw, alternatives_over, annotated, layered, merged
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.spreads import is_group, leaves
 
@@ -124,13 +124,10 @@ def _merged_spreads(under: Raw, over: Raw) -> Raw:
     before, mine, drives = under.get("uncertainty"), over.get("uncertainty", {}), over.get("drives", {})
     if not (isinstance(before, dict) and isinstance(mine, dict) and isinstance(drives, dict)):
         return {}
-    after = dict(before)
-    for name, table in before.items():
-        above = drives[name] if isinstance(drives.get(name), dict) else {}
-        if isinstance(table, dict):
-            after[name] = stage_over(table, above)
-        if isinstance(table, dict) and isinstance(table.get("transmission"), dict):
-            after[name] |= {"transmission": contact_over(table["transmission"], above.get("transmission"))}
+    after = {
+        name: _still_stated(table, drives.get(name)) if isinstance(table, dict) else table
+        for name, table in before.items()
+    }
     renewed = _spread_paths(mine) | (_spread_paths(before) - _spread_paths(after))
     result: Raw = {"uncertainty": _deep(after, mine)}
     if isinstance(under.get("correlations"), list):
@@ -138,6 +135,14 @@ def _merged_spreads(under: Raw, over: Raw) -> Raw:
         added = over.get("correlations", [])
         result["correlations"] = [*kept, *added] if isinstance(added, list) else added
     return result
+
+
+def _still_stated(under: Raw, over: Any) -> Raw:
+    """Drop the spreads of values that a drive's table states in another way."""
+    if not isinstance(over, dict):
+        return under
+    kept = alternatives_over(under, over)
+    return {key: _still_stated(one, over.get(key)) if is_group(one) else one for key, one in kept.items()}
 
 
 def _deep(under: Any, over: Any) -> Any:

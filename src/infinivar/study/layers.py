@@ -63,12 +63,12 @@ def annotated(tree: Any, path: str, where: str, kind: str = "assumed", directive
 def merged(under: Raw, over: Raw) -> Raw:
     """Override the values of `under` with those of `over`.
 
-    A table that names a part replaces `under` entirely; an output stage replaces one of another kind, and measured friction
-    of a gearhead its efficiencies.
+    A table that names a part replaces `under` entirely; what is stated in one way replaces what `under` states in another, and
+    measured friction of a gearhead its efficiencies.
     """
     if "part" in over:
         return over
-    result = loss_over(stage_over(under, over), over)
+    result = loss_over(alternatives_over(under, over), over)
     for key, value in over.items():
         below = result.get(key)
         tables = isinstance(value, dict) and "value" not in value and isinstance(below, dict) and "value" not in below
@@ -152,23 +152,27 @@ INNER = {"leg": "cobotic", "separate": "conventional"}
 """Drives within a machine by their key, of which it has one, and their types."""
 
 
-def alternative_over(under: Raw, over: Raw) -> Raw:
-    """Drop from a machine its legs if the study states separate drives, or the reverse."""
-    return {
-        key: value for key, value in under.items() if key not in INNER or key in over or not INNER.keys() & over.keys()
-    }
+_ALTERNATIVES = (
+    tuple((key,) for key in INNER),
+    tuple((key,) for key in STAGES),
+    (("geometry",), MEASURED),
+)
+"""Ways to state one thing, each by its keys: drives within a machine, the output stage of a drive, the contact of a wheel."""
+
+
+def alternatives_over(under: Raw, over: Raw) -> Raw:
+    """Drop from a base what the study states in another way."""
+    dropped: set[str] = set()
+    for ways in _ALTERNATIVES:
+        others = [way for way in ways if not over.keys() & set(way)]
+        if len(others) < len(ways):
+            dropped.update(*others)
+    return {key: value for key, value in under.items() if key not in dropped}
 
 
 def layered(under: Raw, over: Raw) -> Raw:
-    """A drive's table over another's, whose wheel or legs it may state in another way."""
-    under = shape_over(alternative_over(under, over), over)
-    for key in ("transmission", "roller", "steering_roller", "idler", "wheel"):
-        if isinstance(under.get(key), dict):
-            under[key] = contact_over(under[key], over.get(key))
-    leg, mine = under.get("leg"), over.get("leg")
-    if isinstance(leg, dict) and isinstance(mine, dict) and isinstance(leg.get("transmission"), dict):
-        under["leg"] = {**leg, "transmission": contact_over(leg["transmission"], mine.get("transmission"))}
-    return merged(under, over)
+    """A table over another's, which may state a motion or force of another shape."""
+    return merged(shape_over(under, over), over)
 
 
 def shape_over(under: Raw, over: Any, key: str = "motion") -> Raw:
@@ -187,25 +191,11 @@ def shape_over(under: Raw, over: Any, key: str = "motion") -> Raw:
     return {**under, **{name: shape_over(value, over.get(name), name) for name, value in tables.items()}}
 
 
-def stage_over(under: Raw, over: Any) -> Raw:
-    """Drop from the base's drive its output stage if the study states another kind."""
-    stages = [key for key in STAGES if key in over]
-    return {key: value for key, value in under.items() if key not in STAGES or key in stages or not stages}
-
-
 def loss_over(under: Raw, over: Any) -> Raw:
     """Drop from the base's gearhead what the loss that the study states does not have."""
     said = over.get("loss_model")
     said = said.get("value") if isinstance(said, dict) else said
     dropped = foreign_fields(str(said), needed=True)
-    return {key: value for key, value in under.items() if key not in dropped}
-
-
-def contact_over(under: Raw, over: Any) -> Raw:
-    """Drop from the base's transmission what the study describes the other way: measured groups or geometry."""
-    if not isinstance(over, dict):
-        return under
-    dropped = MEASURED if "geometry" in over else ("geometry",) if any(key in over for key in MEASURED) else ()
     return {key: value for key, value in under.items() if key not in dropped}
 
 

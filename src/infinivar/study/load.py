@@ -164,10 +164,10 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None, fo
     rig = loading.rig()
     with loading.collecting():
         if len(duty) == len(loading.raw.get("duty", {})):  # the share of an invalid table is not known
-            _check_shares(duty)
+            shares_of(duty)
         groups = (("tasks", {**tasks, **sessions}), ("paths", paths))
         if all(len(found) == len(loading.raw.get(group, {})) for group, found in groups):
-            _check_machine_shares(tasks, paths)
+            machine_shares(tasks, paths)
     uncertainty = loading.uncertainty(drives)
     if loading.faults:
         raise StudyError(*loading.faults)
@@ -235,20 +235,6 @@ def _what_is_missing(raw: Raw) -> Iterator[tuple[str, str]]:
         yield "drives", "drives is missing: write a table [drives.NAME]"
 
 
-def _check_shares(duty: Mapping[str, DutyCycle]) -> None:
-    try:
-        shares_of(duty)
-    except InputError as problem:
-        raise StudyError(str(problem)) from None
-
-
-def _check_machine_shares(tasks: Mapping[str, MachineTask], paths: Mapping[str, MachinePath]) -> None:
-    try:
-        machine_shares(tasks, paths)
-    except InputError as problem:
-        raise StudyError(str(problem)) from None
-
-
 def _check_text(raw: Raw, key: str, longest: int, *, lines: bool = False) -> None:
     text = raw.get(key, "")
     if not isinstance(text, str) or len(text) > longest:
@@ -276,6 +262,8 @@ class _Loading:
             yield
         except StudyError as found:
             self.faults += found.lines
+        except InputError as found:
+            self.faults.append(str(found))
 
     def sections(self, raw: Raw) -> Raw:
         """The sections that can be read; what is wrong with the others is a fault."""

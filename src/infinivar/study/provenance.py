@@ -13,7 +13,7 @@ from infinivar._core.fields import Place, described, hints, part_of, walk
 from infinivar.contact.creep import CreepLaw
 from infinivar.errors import ParameterError
 from infinivar.parts.motor import Motor
-from infinivar.study.schema import SCALE, SHAPE
+from infinivar.study.schema import SCALE
 
 DEFAULT = "program default"
 """Source of values that the study does not state."""
@@ -95,23 +95,15 @@ def unscaled(motor: Motor, rows: Rows, owner: str, prefix: str) -> Motor | None:
     return one if one.scaled(scale.value) == motor else None
 
 
-def values(instance: Any, owner: str, known: Rows, prefix: str = "") -> Iterator[Place]:
-    """Yield all that a study states of an owner, its parts and kinds: of several motors on one shaft one, and their number.
-
-    The value of a field that comes in kinds is the word that selects the kind, and the path that of its key.
-    """
+def values(instance: Any, owner: str, known: Rows, prefix: str = "") -> list[Place]:
+    """All that a study states of an owner and of its parts, as `walk`; of several motors on one shaft one, and their number."""
     single = unscaled(instance, known, owner, prefix) if isinstance(instance, Motor) else None
     part = instance if single is None else single
-    for place in walk(part, prefix, lambda inner, inside: values(inner, owner, known, inside)):
-        key = place.field.metadata.get("key")
-        if key is not None and place.owner is part:
-            kind = type(place.value)
-            word = getattr(kind, SHAPE if key == SHAPE else "word", kind.__name__)
-            place = place._replace(path=f"{place.inside}{key}", value=word)
-        yield place
+    found = [*walk(part, prefix, lambda inner, inside: values(inner, owner, known, inside))]
     if single is not None:
         scale = f"{prefix}{SCALE.name}"
-        yield Place(scale, single, SCALE, known[owner, scale].value, "")
+        found.append(Place(scale, single, SCALE, known[owner, scale].value))
+    return found
 
 
 def is_table(place: Place) -> bool:

@@ -16,15 +16,16 @@ from typing import Any
 import numpy as np
 
 from infinivar import units
+from infinivar._core import toml
 from infinivar._core.fields import described, hints, in_kinds, part_of
 from infinivar._core.result import equal
+from infinivar._core.toml import Inline
 from infinivar.axis import LINEAR
 from infinivar.errors import InputError, printable
 from infinivar.motion.files.fields import FILE_KEYS
-from infinivar.motion.task import Task
 from infinivar.motion.virtual.meshes import MeshFile
 from infinivar.motion.virtual.tasks import TASKS
-from infinivar.study import extensions, toml
+from infinivar.study import extensions
 from infinivar.study.check import check_study
 from infinivar.study.load import study_from_dict
 from infinivar.study.messages import StudyError, quoted
@@ -40,7 +41,6 @@ from infinivar.study.schema import (
 from infinivar.study.sessions import SessionTask
 from infinivar.study.spreads import DRAWS, Spread, Uncertainty
 from infinivar.study.study import Study
-from infinivar.study.toml import Inline
 
 Raw = dict[str, Any]
 
@@ -108,6 +108,10 @@ class _Writing:
     stem: str = ""
     files: dict[str, str] = dataclasses.field(default_factory=dict)
     """Data written beside the study, by name of the file."""
+    rows: Rows = dataclasses.field(init=False)
+
+    def __post_init__(self) -> None:
+        self.rows = by_field(self.study.provenance)
 
     def text(self) -> str:
         """Text of the file; checked to give the same study."""
@@ -132,7 +136,7 @@ class _Writing:
                 )
 
     def _tables(self) -> Raw:
-        study, rows = self.study, by_field(self.study.provenance)
+        study = self.study
         made: Raw = {} if study.name == self.stem else {"name": study.name}
         if study.title != study.name:
             made["title"] = study.title
@@ -141,23 +145,18 @@ class _Writing:
         if study.reconstruction:
             made["reconstruction"] = list(study.reconstruction)
         if study.requirement is not None:
-            made["requirement"] = _sourced(study.requirement.stated, "requirement", "requirement", rows)
-        made["drives"] = {name: self._drive(name, rows) for name in study.drives}
-        for group, tasks in (("scenarios", study.scenarios), ("duty", study.duty)):
-            if tasks:
-                made[group] = {name: self._task(task, f"{group}.{name}", name) for name, task in tasks.items()}
-        for group, requests in (("tasks", study.tasks), ("paths", study.paths)):
-            if requests:
-                made[group] = {
-                    name: self._request(one, f"{group}.{name}", name, rows) for name, one in requests.items()
-                }
+            made["requirement"] = self._sourced(study.requirement.stated, "requirement", "requirement")
+        made["drives"] = {name: self._drive(name) for name in study.drives}
+        for group in ("scenarios", "duty", "tasks", "paths"):
+            if tasks := getattr(study, group):
+                made[group] = {name: self._task(one, f"{group}.{name}", name) for name, one in tasks.items()}
         for name, one in study.sessions.items():
-            made.setdefault("tasks", {})[name] = self._session(one, f"tasks.{name}", name, rows)
-        if any(owner == "rig" for owner, _ in rows):
-            made["rig"] = _sourced(study.rig, "rig", "rig", rows)
+            made.setdefault("tasks", {})[name] = self._session(one, f"tasks.{name}", name)
+        if any(owner == "rig" for owner, _ in self.rows):
+            made["rig"] = self._sourced(study.rig, "rig", "rig")
         return {**made, **_spreads(study.uncertainty)}
 
-    def _drive(self, name: str, rows: Rows) -> Raw:
+    def _drive(self, name: str) -> Raw:
         drive, path = self.study.drives[name], f"drives.{name}"
         kind = type(drive)
         word = next((word for word, known in DRIVES.items() if known is kind), None)
@@ -168,79 +167,58 @@ class _Writing:
                 "point group infinivar.drives"
             )
         title = self.study.titles[name]
-        return {"type": word, **({} if title == name else {"title": title}), **_sourced(drive, path, name, rows)}
+        return {"type": word, **({} if title == name else {"title": title}), **self._sourced(drive, path, name)}
 
-    def _session(self, one: SessionTask, path: str, name: str, rows: Rows) -> Raw:
+    def _sourced(self, instance: Any, path: str, owner: str) -> Raw:
+        """Table of a drive, the requirement and so on; a source that several values share is stated once."""
+        return _headed(_table(instance, path, owner, self.rows), ("", ""))
+
+    def _session(self, one: SessionTask, path: str, name: str) -> Raw:
         """Table of a task of a session."""
         word = next(word for word, kind in TASKS.items() if type(one.task) is kind)
-        title = {} if one.title == name else {"title": one.title}
-        task = _table(dataclasses.replace(one.task, title=""), path, path, rows)
-        task.pop("title", None)
-        made = _headed({**task, **_table(one, path, path, rows)}, ("", ""))
-        made = self._kinds(one.task, {"type": word, **title, **made}, path, rows)
-        return self._kinds(one, made, path, rows)
+        title, untitled = _without_title(one.task, path, name)
+        task = _table(untitled, path, path, self.rows)
+        made = _headed({**task, **_table(one, path, path, self.rows)}, ("", ""))
+        made = self._kinds(one.task, {"type": word, **title, **made}, path)
+        return self._kinds(one, made, path)
 
-    def _request(self, one: Any, path: str, name: str, rows: Rows) -> Raw:
-        """Table of a task or path of a machine."""
-        title = {} if one.title == name else {"title": one.title}
-        made = _sourced(dataclasses.replace(one, title=""), path, path, rows)
-        made.pop("title", None)
-        return {**title, **self._kinds(one, made, path, rows)}
+    def _task(self, one: Any, path: str, name: str) -> Raw:
+        """Table of a scenario, a duty cycle, or a task or path of a machine."""
+        title, untitled = _without_title(one, path, name)
+        return {**title, **self._kinds(one, self._sourced(untitled, path, path), path)}
 
-    def _task(self, task: Task, path: str, name: str) -> Raw:
-        """Table of a scenario or duty cycle."""
-        made = _table(task, path, "", {})
-        if made.get("title") == name:
-            del made["title"]
-        return self._kinds(task, made, path)
-
-    def _kinds(self, task: Any, made: Raw, path: str, rows: Rows | None = None, prefix: str = "") -> Raw:
+    def _kinds(self, task: Any, made: Raw, path: str, prefix: str = "") -> Raw:
         """A table with the values of a task that come in kinds, with their sources if it has some.
 
         `path` is that of the table, `prefix` that of its fields in the provenance of the task.
         """
         owner = path.removesuffix(f".{prefix.removesuffix('.')}") if prefix else path
         for field in in_kinds(type(task)):
-            value = getattr(task, field.name)
-            if value is None or (field.metadata["flat"] and rows is not None):  # a session states its task itself
+            value, key, flat = getattr(task, field.name), field.metadata["key"], field.metadata["flat"]
+            if value is None or (flat and key in made):  # a session states its task itself
                 continue
-            key, flat = field.metadata["key"], field.metadata["flat"]
             here = path if flat else f"{path}.{field.name}"
-            kind, known = type(value), field.metadata["kinds"]
-            word = next((word for word, one in known.items() if one is kind), None)
-            word = word or extensions.word_of(
-                f"infinivar.{field.name}s", kind, lambda word, field=field: kinds_for(field, word)[word]
-            )
-            if word is None:
-                raise StudyError(
-                    f"{here}: a {type(value).__name__} has no {key} in study files; register it by the entry point group "
-                    f"infinivar.{field.name}s"
-                )
-            stored = hasattr(type(value), "read")
-            skip = FILE_KEYS if stored else ()
+            word = _word(field, type(value), here)
             inside = prefix if flat else f"{prefix}{field.name}."
-            if rows is None:
-                table = {key: word, **_table(value, here, "", {}, skip=skip)}
-            else:
-                around = (made.get(ORIGIN[0], ""), made.get(ORIGIN[1], ""))
-                table = {key: word, **_headed(_table(value, here, owner, rows, inside, skip), around)}
-                row = rows.get((owner, f"{inside}{key}"))
-                if row is not None and row.where != DEFAULT:
-                    source = {"kind": row.kind, "where": row.where}
-                    differs = any(
-                        table.get(name, said) != source[name] for name, said in zip(ORIGIN, around, strict=True)
-                    )
-                    table[key] = Inline(value=word, **source) if differs else word
+            stored = hasattr(type(value), "read")
+            around = (made.get(ORIGIN[0], ""), made.get(ORIGIN[1], ""))
+            inner = _table(value, here, owner, self.rows, inside, FILE_KEYS if stored else ())
+            table = {key: word, **_headed(inner, around)}
+            row = self.rows.get((owner, f"{inside}{key}"))
+            if row is not None and row.where != DEFAULT:
+                source = {"kind": row.kind, "where": row.where}
+                if any(table.get(name, said) != source[name] for name, said in zip(ORIGIN, around, strict=True)):
+                    table[key] = Inline(value=word, **source)
             if stored:
                 table |= self._file(value, here, table)
             elif isinstance(value, MeshFile):
                 table["file"] = self._named(value.file)
             for one in FILE_KEYS:
-                row = None if rows is None else rows.get((owner, f"{inside}{one}"))
+                row = self.rows.get((owner, f"{inside}{one}"))
                 stated = one in table and table[one] not in self.files
                 if row is not None and stated and (table.get("kind"), table.get("where")) != (row.kind, row.where):
                     table[one] = Inline(value=table[one], kind=row.kind, where=row.where)
-            table = self._kinds(value, table, here, rows, inside)
+            table = self._kinds(value, table, here, inside)
             made = {**made, **table} if flat else {**made, field.name: table}
         return made
 
@@ -274,6 +252,25 @@ class _Writing:
         if not _reads(value, {**given, "file": str(there)}):
             raise StudyError(f"{path}.file: the data have no file, and cannot be written as CSV")
         return {"file": name}
+
+
+def _without_title(task: Any, path: str, name: str) -> tuple[Raw, Any]:
+    """The title of a task, unless it is its name, and the task without it: a title has no source."""
+    key = table_keys(type(task))["title"]
+    title = {} if task.title == name else {"title": _raw(key, task.title, [task.title], f"{path}.title")}
+    return title, dataclasses.replace(task, title="")
+
+
+def _word(field: dataclasses.Field[Any], kind: type, path: str) -> str:
+    """The word by which a study asks for a kind of a field; of another package if it is registered."""
+    word = next((word for word, one in field.metadata["kinds"].items() if one is kind), None)
+    word = word or extensions.word_of(f"infinivar.{field.name}s", kind, lambda word: kinds_for(field, word)[word])
+    if word is None:
+        raise StudyError(
+            f"{path}: a {kind.__name__} has no {field.metadata['key']} in study files; register it by the entry point group "
+            f"infinivar.{field.name}s"
+        )
+    return word
 
 
 def _reads(value: Any, given: Mapping[str, Any]) -> bool:
@@ -316,11 +313,6 @@ def _csv(value: Any) -> str:
     }
     rows = zip(*columns.values(), strict=True)
     return "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in rows)]) + "\n"
-
-
-def _sourced(instance: Any, path: str, owner: str, rows: Rows) -> Raw:
-    """Table of a drive, the requirement or the rig; a source that several values share is stated once."""
-    return _headed(_table(instance, path, owner, rows), ("", ""))
 
 
 def _headed(table: Raw, around: tuple[str, str]) -> Raw:

@@ -1,4 +1,4 @@
-"""Data shipped with the package: parameter sets, one TOML file per source, and the example studies."""
+"""Data shipped with the package: parameter sets, one TOML file per source, the example studies and the template of a new one."""
 
 from __future__ import annotations
 
@@ -50,6 +50,12 @@ def shared_set(name: str) -> dict[str, Any]:
 @functools.cache
 def _parsed(name: str) -> dict[str, Any]:
     return tomllib.loads((resources.files("infinivar.study") / "sets" / f"{name}.toml").read_text("utf-8"))
+
+
+def template(name: str, title: str) -> str:
+    """Return the commented study file that `infinivar init` writes, for a name and title."""
+    text = (resources.files("infinivar.study") / "template.toml").read_text("utf-8")
+    return text.replace("{name}", name).replace("{title}", title)
 
 
 def shipped_studies() -> dict[str, Path]:

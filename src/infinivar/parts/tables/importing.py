@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from infinivar._core import archives
 from infinivar._core import files as reading
 from infinivar._core.result import Frozen, result
 from infinivar._core.text import counted
@@ -206,7 +205,7 @@ def read(path: Path, name: str | None = None) -> PartSet:
     InputError
         If the file cannot be read or is no such set.
     """
-    arrays = archives.read(path, _MOST_BYTES_OF_SETS, "set of parts")
+    arrays = reading.arrays(path, _MOST_BYTES_OF_SETS, "set of parts")
     try:
         if "format" not in arrays:
             raise InputError(f"{printable(path)}: is no set of parts, but a NumPy archive of something else")

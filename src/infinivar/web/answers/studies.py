@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from infinivar._core.toml import dumps
 from infinivar.analysis.plane import MAP_REACH, of_study
 from infinivar.drivetrain.drive import is_machine, type_words
 from infinivar.errors import nearest
-from infinivar.study import toml as writing
 from infinivar.study.load import read_tables
 from infinivar.study.schema import DRIVES
 from infinivar.study.shipped import shipped_studies
@@ -122,7 +122,7 @@ def toml(payload: Mapping[str, Any]) -> Answer:
     name, tables = name_and_tables(payload)
     study_of(payload)
     try:
-        content = writing.dumps(tables)
+        content = dumps(tables)
     except TypeError as problem:
         raise FaultyError([{"at": "", "message": str(problem)}]) from None
     with faults_by_field(name):
