@@ -309,7 +309,7 @@ def html(sizing: Sizing, image: str) -> str:
         needed_words=needed_words,
         present_words=present_words,
         ranges=_ranges,
-        parts={part.part: part for one in known for part in one.parts.values()},
+        bought={part.part: part for one in known for part in one.parts.values()},
         counted=counted,
         rounded=_rounded,
     )
