@@ -52,6 +52,7 @@ from infinivar.analysis.machines import compare_machines, evaluate_machine
 from infinivar.analysis.motion_summary import advice as motion_advice
 from infinivar.analysis.moving_parts import STICK_SPEED as DRAWN_STICK_SPEED
 from infinivar.analysis.moving_parts import parts_of
+from infinivar.analysis.options import CompareOptions, MotionOptions, SensitivityOptions, StepOptions
 from infinivar.analysis.plane import MAP_REACH, of_drives, of_study
 from infinivar.analysis.plane import path as plane_path
 from infinivar.analysis.pose_map import pose_map
@@ -120,6 +121,7 @@ from infinivar.calibration import reduce as reduced_data
 from infinivar.calibration import transmission as calibration_model
 from infinivar.calibration.dynamometer import Dynamometer, read_dynamometer
 from infinivar.calibration.fit import fit as fit_problem
+from infinivar.calibration.options import CalibrateOptions, RigOptions
 from infinivar.calibration.problem import Problem
 from infinivar.calibration.transmission import COLUMNS as CALIBRATION_COLUMNS
 from infinivar.calibration.transmission import known_values, predict
@@ -273,7 +275,7 @@ from infinivar.report.calibration import save_data as save_calibration_data
 from infinivar.report.motion_summary import rows as motion_summary_rows
 from infinivar.report.output import all_or_nothing
 from infinivar.report.output import claimed as claimed_output
-from infinivar.report.page import write_csv
+from infinivar.report.page import finished, write_csv
 from infinivar.report.scene.export import in_space as scene_in_space
 from infinivar.report.scene.export import recorded as recorded_scene
 from infinivar.report.sizing import html as sizing_html
@@ -329,6 +331,7 @@ from infinivar.sizing.levers import levers
 from infinivar.sizing.margins import margin_of, shortfalls
 from infinivar.sizing.margins import nearest_of as nearest_of_margins
 from infinivar.sizing.margins import tightest_of as tightest_of_margins
+from infinivar.sizing.options import SizeOptions
 from infinivar.sizing.pool import ChosenPart
 from infinivar.sizing.pool import pool as pool_of_parts
 from infinivar.sizing.robustness import judged_designs
@@ -404,6 +407,7 @@ from infinivar.web.answers.answer import unpack as unpack_answer
 from infinivar.web.answers.dispatch import ANSWERS, function_of
 from infinivar.web.answers.dispatch import answered as answered_request
 from infinivar.web.answers.document import tables_of
+from infinivar.web.answers.jobs import stated as job_options
 from infinivar.web.answers.jobs import worked as worked_job
 from infinivar.web.server import work as server_work
 from infinivar.web.server import worker as server_worker

@@ -177,6 +177,22 @@ def test_a_long_computation_shows_progress_and_can_be_cancelled(page):
     assert results.locator("tbody tr").count() == 6
 
 
+def test_the_options_of_a_computation_are_a_form(page):
+    page.opened("knee_walking")
+    page.page.get_by_role("tab", name="Compare and size").click()
+    panel = page.by_id("panel-work")
+    panel.get_by_text("Options").first.click()
+    panel.get_by_label("quick").check()
+    panel.get_by_label("engine").select_option("numpy")
+    panel.get_by_role("button", name="Compare all drives").click()
+    panel.locator("table").first.wait_for(timeout=120000)
+    panel.get_by_text("Options").last.click()
+    assert panel.get_by_label("top").get_attribute("placeholder") == "20"
+    panel.get_by_label("leads").fill("2 N")
+    panel.get_by_role("button", name="Search the catalogue").click()
+    panel.get_by_text("leads '2 N'").wait_for(timeout=60000)
+
+
 def test_a_view_that_is_missing_leaves_the_rest_alone(browser, server):
     with Page(browser, server.address) as page:
         page.page.route("**/views/contact.js", lambda route: route.abort())

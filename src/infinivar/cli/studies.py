@@ -208,14 +208,14 @@ def contact(
         for sheet in sheets:
             for line in report.text(sheet).split("\n"):
                 say(line)
-        say(f"Files written to {out}: {', '.join(file.name for file in files)}")
+        say(f"Report: {files[0]}")
     raise typer.Exit(NOT_FEASIBLE if any(sheet.exceeded for sheet in sheets) else 0)
 
 
 def _transient(study: Path, drive: str | None, options: StepOptions, out: Path, as_json: bool) -> None:
     """Print and write a step of the steering angle of each wheel."""
     from infinivar.analysis.steering_step import steering_steps
-    from infinivar.report import steering_step as report
+    from infinivar.report import contact as report
     from infinivar.report.saving import save
     from infinivar.study.load import load_study
 
@@ -227,6 +227,6 @@ def _transient(study: Path, drive: str | None, options: StepOptions, out: Path, 
         print_json({"steps": [step.to_dict() for step in steps], "files": [str(file) for file in files]})
         return
     for step in steps:
-        for line in report.text(step).split("\n"):
+        for line in report.step_text(step).split("\n"):
             say(line)
-    say(f"Files written to {out}: {', '.join(file.name for file in files)}")
+    say(f"Report: {files[0]}")

@@ -58,9 +58,10 @@ def html(calibration: Calibration | GearedCalibration, image: str) -> str:
         "image": image,
     }
     if isinstance(calibration, GearedCalibration):
-        return render("geared_calibration.html", **common)
+        return render("calibration.html", of_rig=False, **common)
     return render(
         "calibration.html",
+        of_rig=True,
         **common,
         decided=DECIDED,
         expected=lambda name: _expected(calibration, name),

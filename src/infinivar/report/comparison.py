@@ -7,17 +7,15 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from infinivar import units
 from infinivar.analysis.compare import Comparison
 from infinivar.analysis.cycles import cylinder_policy
 from infinivar.analysis.robustness.verdicts import band, percent
 from infinivar.figures import duty_cycle, least_loss, losses, operating_map, style
 from infinivar.limits import words_of
 from infinivar.power import AUDIT_TOLERANCE
-from infinivar.report import numbers
 from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, to_json, write_csv
-from infinivar.study.provenance import DEFAULT, Provenance
+from infinivar.report.provenance import provenance_tables
 
 LEAST_LOSS = "report-least-loss.nc"
 """File of the map of the least loss, beside its figure."""
@@ -93,22 +91,3 @@ def html(comparison: Comparison, images: Mapping[str, str]) -> str:
         band=band,
         percent=percent,
     )
-
-
-def provenance_tables(rows: tuple[Provenance, ...]) -> dict[str, list[dict[str, Any]]]:
-    """Provenance by owner: each value as written, and in SI where that differs; defaults are omitted."""
-    tables: dict[str, list[dict[str, Any]]] = {}
-    for row in rows:
-        si = units.show(row.value, row.unit) if row.unit else ""
-        shown = numbers.quantity(row.value, row.unit, 4) if row.unit else ""
-        default = bool(row.unit) and row.where == DEFAULT
-        tables.setdefault(row.owner, []).append(
-            {
-                "field": row.field.replace(".", " · ").replace("_", " "),
-                "written": shown if default else row.written,
-                "si": "" if default or si == row.written else shown,
-                "kind": row.kind,
-                "where": row.where,
-            }
-        )
-    return tables

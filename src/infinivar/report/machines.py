@@ -18,9 +18,9 @@ from infinivar.figures import kinds, machine_tasks, style
 from infinivar.figures.kinds import Drawing
 from infinivar.limits import words_of
 from infinivar.power import AUDIT_TOLERANCE
-from infinivar.report.comparison import provenance_tables
 from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, to_json, write_csv
+from infinivar.report.provenance import provenance_tables
 
 _ROUNDING = 1e-6
 """Demand over allowance below which it is rounding. [-]"""

@@ -88,7 +88,7 @@ _TYPES: dict[str, dict[str, str]] = {
     "analysis.sphere_map.SphereMap": {"plot": "figures.sphere_map:draw_all"},
     "analysis.steering_step.SteeringStep": {
         "plot": "figures.steering_step:draw_all",
-        "save": "report.steering_step:save",
+        "save": "report.contact:save_steps",
     },
     "analysis.steady_map.SteadyMap": {"plot": "figures.single:steady_map"},
     "analysis.workspace.WorkspaceMap": {"plot": "figures.workspace:draw_all"},

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from infinivar._core.fields import value_at
-from infinivar._core.text import aligned, capitalise, counted
+from infinivar._core.text import aligned, capitalise, counted, few
 from infinivar.analysis.hanging import printed_lines
 from infinivar.analysis.robustness.verdicts import percent
 from infinivar.figures import sizing as figure
@@ -278,6 +278,7 @@ def html(sizing: Sizing, image: str) -> str:
         sizing=sizing,
         study=sizing.study,
         image=image,
+        notes=[f"{capitalise(one)}." for one in (*sizing.cautions, *_refused(sizing))],
         groups=[
             (group, title, designs, _limits(designs))
             for group, title, designs in (
@@ -308,10 +309,18 @@ def html(sizing: Sizing, image: str) -> str:
         needed_words=needed_words,
         present_words=present_words,
         ranges=_ranges,
-        parts={part.part: part for one in known for part in one.parts.values()},
+        bought={part.part: part for one in known for part in one.parts.values()},
         counted=counted,
         rounded=_rounded,
     )
+
+
+def _refused(sizing: Sizing) -> Iterator[str]:
+    """Yield what was refused of each set, with some reasons."""
+    for one in sizing.sets:
+        if one.refused:
+            were = "was" if len(one.refused) == 1 else "were"
+            yield f"{counted(len(one.refused), 'rows')} of {one.name} {were} refused: {few(one.refused, 3, '; ')}"
 
 
 def _part_in(design: SizedDrive, role: str) -> str | None:

@@ -23,6 +23,14 @@ def whole(payload: Mapping[str, Any], key: str, low: int, high: int, otherwise: 
     return value
 
 
+def flag(payload: Mapping[str, Any], key: str) -> bool:
+    """Yes or no."""
+    value = payload.get(key)
+    if not isinstance(value, bool):
+        raise RefusedError(f"{key} must be true or false")
+    return value
+
+
 def number(payload: Mapping[str, Any], key: str) -> float:
     """A finite number."""
     value = payload.get(key)

@@ -27,7 +27,28 @@ function hangingOf({ hangs }) {
   return [make("h3", {}, "What this verdict hangs on"), make("p", { className: "why" }, `${hangs.figure}; in brackets: infeasible`), tableElement(hangs.heads, hangs.rows)];
 }
 
+/** A folded form for the options of a computation, and what it states. */
+function formOf(rows) {
+  const inputs = rows.map((row) => {
+    const { name, type, choices, least, most, usual } = row;
+    const id = `option-${name}`;
+    const input = type === "choice" ? make("select", { id }, ...choices.map((one) => make("option", { value: one, selected: one === usual }, one)))
+      : type === "flag" ? make("input", { id, type: "checkbox" })
+      : make("input", { id, type: type === "text" ? "text" : "number", min: least, max: most, step: type === "number" ? "any" : undefined, placeholder: usual, maxLength: type === "text" ? 200 : undefined });
+    return { ...row, id, input };
+  });
+  const lines = inputs.map(({ id, label, help, input }) => make("p", {}, make("label", { htmlFor: id }, label), input, make("span", {}, help)));
+  const stated = ({ type, usual, input }) => (type === "flag" ? input.checked || undefined : input.value.trim() === "" || (type === "choice" && input.value === usual) ? undefined : type === "whole" || type === "number" ? Number(input.value) : input.value.trim());
+  return {
+    element: make("details", { className: "options" }, make("summary", {}, "Options"), ...lines),
+    valid: () => inputs.every(({ input }) => input.reportValidity()),
+    values: () => Object.fromEntries(inputs.map((row) => [row.name, stated(row)]).filter(([, value]) => value !== undefined)),
+  };
+}
+
 export function create(container, host) {
+  let forms = {};
+  const described = host.call("options").then(({ header }) => { forms = Object.fromEntries(Object.entries(header.jobs).map(([job, rows]) => [job, formOf(rows)])); }, console.error);
   let job = null;
   let ended = false;
   let buttons = [];
@@ -51,6 +72,7 @@ export function create(container, host) {
     offered = JSON.stringify(found);
     buttons = found.map(([asked, title, text]) => make("div", { className: "work" }, make("button", { type: "button", disabled: job !== null, on: { click: () => begin(asked) } }, title), make("span", {}, text)));
     choices.replaceChildren(...buttons);
+    described.then(() => { found.forEach(([{ job: kind }], k) => { if (kind in forms && buttons[k].isConnected) buttons[k].append(forms[kind].element); }); });
     if (job === null) result.replaceChildren();
   }
 
@@ -61,6 +83,8 @@ export function create(container, host) {
   }
 
   async function begin(asked) {
+    const form = forms[asked.job];
+    if (form && !form.valid()) return;
     for (const one of buttons) one.firstChild.disabled = true;
     result.replaceChildren();
     running.hidden = false;
@@ -70,7 +94,7 @@ export function create(container, host) {
     old.hidden = true;
     const mine = (job = { id: null, tables });
     try {
-      mine.id = (await host.plain("job", { ...asked, name, tables, drive })).id;
+      mine.id = (await host.plain("job", { ...asked, name, tables, drive, options: form?.values() })).id;
       if (job === mine) await follow(mine);
       else await host.plain("cancel", { id: mine.id });
     } catch (problem) {
