@@ -103,9 +103,9 @@ from infinivar.bondgraph.trace import Traced
 from infinivar.bondgraph.trace import clip as clip_traced
 from infinivar.bondgraph.trace import trace as trace_law
 from infinivar.calibration import fit as fitting
-from infinivar.calibration import gear_laws, misread, motor_map, pendulum, virtual_rig
 from infinivar.calibration import geared as geared_model
 from infinivar.calibration import laws as calibration_laws
+from infinivar.calibration import misread, pendulum, virtual_rig
 from infinivar.calibration import plan as calibration_plan
 from infinivar.calibration import reduce as reduced_data
 from infinivar.calibration import transmission as calibration_model
@@ -153,7 +153,6 @@ from infinivar.figures import losses as losses_figure
 from infinivar.figures import machine as machine_figure
 from infinivar.figures import machine_run as machine_run_figure
 from infinivar.figures import machine_tasks as machine_tasks_figure
-from infinivar.figures import measurements as measurements_figure
 from infinivar.figures import motion_summary as motion_summary_figure
 from infinivar.figures import pictures as pictures_figure
 from infinivar.figures import rolling_patch as rolling_patch_figure
