@@ -173,7 +173,6 @@ from infinivar.machines.control.controller import Plant as GuidedPlant
 from infinivar.machines.control.controller import begun as controllers_begun
 from infinivar.machines.control.impedance import wall_force
 from infinivar.machines.control.legs import nearest_within
-from infinivar.machines.control.planar import contact_turning_limit
 from infinivar.machines.control.planar_fixtures import PlanarFixtureGuide, PlanarHoldGuide, locking_headings
 from infinivar.machines.control.tasks import SETTLING_LENGTH, controller_of
 from infinivar.machines.course import on_path as course_on_path
@@ -373,7 +372,6 @@ from infinivar.transmission import legs, spin_law, turning
 from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.geometry import MEASURED_FULL_SLIP
 from infinivar.transmission.guiding import largest_turn_rate, overrun, stopping_distance
-from infinivar.transmission.jacobians import jacobian
 from infinivar.transmission.kinematics import Steering, contact_balance, relative_velocities
 from infinivar.transmission.legs import creep_drift, reflected_mass
 from infinivar.transmission.mechanism_forward import slopes
