@@ -137,7 +137,7 @@ from .study.sessions import ControllerSettings, SessionTask
 from .study.spreads import Uncertainty
 from .study.study import Study
 from .sweeps.builds import BuildsSweep, builds_sweep
-from .sweeps.cobotic import CoboticStudySweep, CoboticSweep, cobotic_study_sweep, cobotic_sweep
+from .sweeps.cobotic import CoboticStudySweep, cobotic_study_sweep
 from .sweeps.geared import GearedSweep, geared_sweep
 from .sweeps.sensitivity import SensitivitySweep, sensitivity_sweep
 from .sweeps.sessions import Sessions, SessionsSweep, sessions_sweep
@@ -182,7 +182,6 @@ __all__ = [
     "Coasting",
     "CoboticDrive",
     "CoboticStudySweep",
-    "CoboticSweep",
     "Commands",
     "CommonSpeed",
     "Comparison",
@@ -378,7 +377,6 @@ __all__ = [
     "check_parts",
     "choose_rollers",
     "cobotic_study_sweep",
-    "cobotic_sweep",
     "compare",
     "compare_displays",
     "component",
