@@ -43,7 +43,7 @@ from .analysis.sessions.stability import (
 from .analysis.sessions.z_width import ZWidth, swept_impedance, z_width
 from .analysis.shared_motor import SharedMotor, share_motor
 from .analysis.simulate import Simulation, simulate
-from .analysis.sphere_map import RollerChoice, SphereMap, choose_rollers, sphere_map
+from .analysis.sphere_map import SphereMap, sphere_map
 from .analysis.steady_map import SteadyMap, steady_map
 from .analysis.steering_step import SteeringStep, steering_steps
 from .analysis.workspace import StaticPoints, WorkspaceMap, static_points, workspace_map
@@ -296,7 +296,6 @@ __all__ = [
     "Result",
     "Rig",
     "Roller",
-    "RollerChoice",
     "RollingContact",
     "RollingForces",
     "RollingPatch",
@@ -375,7 +374,6 @@ __all__ = [
     "calibrate_geared",
     "check_fields",
     "check_parts",
-    "choose_rollers",
     "cobotic_study_sweep",
     "compare",
     "compare_displays",
