@@ -113,9 +113,9 @@ from infinivar.bondgraph.trace import Traced
 from infinivar.bondgraph.trace import clip as clip_traced
 from infinivar.bondgraph.trace import trace as trace_law
 from infinivar.calibration import fit as fitting
-from infinivar.calibration import gear_laws, misread, motor_map, pendulum, virtual_rig
 from infinivar.calibration import geared as geared_model
 from infinivar.calibration import laws as calibration_laws
+from infinivar.calibration import misread, pendulum, virtual_rig
 from infinivar.calibration import plan as calibration_plan
 from infinivar.calibration import reduce as reduced_data
 from infinivar.calibration import transmission as calibration_model
@@ -164,7 +164,6 @@ from infinivar.figures import losses as losses_figure
 from infinivar.figures import machine as machine_figure
 from infinivar.figures import machine_run as machine_run_figure
 from infinivar.figures import machine_tasks as machine_tasks_figure
-from infinivar.figures import measurements as measurements_figure
 from infinivar.figures import motion_summary as motion_summary_figure
 from infinivar.figures import pictures as pictures_figure
 from infinivar.figures import rolling_patch as rolling_patch_figure
@@ -185,7 +184,6 @@ from infinivar.machines.control.controller import Plant as GuidedPlant
 from infinivar.machines.control.controller import begun as controllers_begun
 from infinivar.machines.control.impedance import wall_force
 from infinivar.machines.control.legs import nearest_within
-from infinivar.machines.control.planar import contact_turning_limit
 from infinivar.machines.control.planar_fixtures import PlanarFixtureGuide, PlanarHoldGuide, locking_headings
 from infinivar.machines.control.tasks import SETTLING_LENGTH, controller_of
 from infinivar.machines.course import on_path as course_on_path
@@ -383,7 +381,6 @@ from infinivar.transmission import legs, spin_law, turning
 from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.geometry import MEASURED_FULL_SLIP
 from infinivar.transmission.guiding import largest_turn_rate, overrun, stopping_distance
-from infinivar.transmission.jacobians import jacobian
 from infinivar.transmission.kinematics import Steering, contact_balance, relative_velocities
 from infinivar.transmission.legs import creep_drift, reflected_mass
 from infinivar.transmission.mechanism_forward import slopes

@@ -446,7 +446,8 @@ def draw_measurements(app) -> None:
 
     import infinivar as iv
     from infinivar.calibration import virtual_rig
-    from infinivar.figures import calibration, measurements, sensitivity, style
+    from infinivar.figures import calibration, sensitivity, style
+    from measured import figures as measurements
 
     folder = Path(app.srcdir) / "reference" / "generated"
     study = shipped_study("faulring2006")

@@ -43,7 +43,7 @@ from .analysis.sessions.stability import (
 from .analysis.sessions.z_width import ZWidth, swept_impedance, z_width
 from .analysis.shared_motor import SharedMotor, share_motor
 from .analysis.simulate import Simulation, simulate
-from .analysis.sphere_map import RollerChoice, SphereMap, choose_rollers, sphere_map
+from .analysis.sphere_map import SphereMap, sphere_map
 from .analysis.steady_map import SteadyMap, steady_map
 from .analysis.steering_step import SteeringStep, steering_steps
 from .analysis.workspace import StaticPoints, WorkspaceMap, static_points, workspace_map
@@ -137,7 +137,7 @@ from .study.sessions import ControllerSettings, SessionTask
 from .study.spreads import Uncertainty
 from .study.study import Study
 from .sweeps.builds import BuildsSweep, builds_sweep
-from .sweeps.cobotic import CoboticStudySweep, CoboticSweep, cobotic_study_sweep, cobotic_sweep
+from .sweeps.cobotic import CoboticStudySweep, cobotic_study_sweep
 from .sweeps.geared import GearedSweep, geared_sweep
 from .sweeps.sensitivity import SensitivitySweep, sensitivity_sweep
 from .sweeps.sessions import Sessions, SessionsSweep, sessions_sweep
@@ -182,7 +182,6 @@ __all__ = [
     "Coasting",
     "CoboticDrive",
     "CoboticStudySweep",
-    "CoboticSweep",
     "Commands",
     "CommonSpeed",
     "Comparison",
@@ -297,7 +296,6 @@ __all__ = [
     "Result",
     "Rig",
     "Roller",
-    "RollerChoice",
     "RollingContact",
     "RollingForces",
     "RollingPatch",
@@ -376,9 +374,7 @@ __all__ = [
     "calibrate_geared",
     "check_fields",
     "check_parts",
-    "choose_rollers",
     "cobotic_study_sweep",
-    "cobotic_sweep",
     "compare",
     "compare_displays",
     "component",

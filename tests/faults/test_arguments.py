@@ -67,11 +67,6 @@ def share(**changed):
     return iv.share_motor(LEG, SEPARATE, **{"force": [1.0]} | changed)
 
 
-def chosen(**changed):
-    tasks = {"steering_angle": 0.1, "input_speed": 1.0, "output_torque": 0.1}
-    return iv.choose_rollers(SPHERE, **{"preload": [100.0], "wheel_radius": [0.01]} | tasks | changed)
-
-
 def common(motions=1, **changed):
     given = {"wrench": np.zeros((motions, 6)), "twist": np.full((motions, 6), 0.01)} | changed
     return iv.best_cylinder_speed(given.pop("drive", DRIVE), given.pop("configuration", HOME), **given)

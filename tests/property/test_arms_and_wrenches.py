@@ -13,7 +13,7 @@ from scipy.optimize import linprog
 
 import infinivar as iv
 from infinivar import Configuration, LeggedDrive, Legs, Limit, PlanarArm, Platform, WrenchSet
-from internals import jacobian
+from jacobians import jacobian
 from made import loaded
 
 LEG = loaded("hand_controller").drives["cobotic"]

@@ -14,7 +14,8 @@ import infinivar as iv
 from infinivar import Limit, PlanarCarriage, PlanarCobot
 from infinivar import array_namespace as namespace
 from infinivar.contact import creep
-from internals import drift, instant_centre, jacobian, turning
+from internals import drift, instant_centre, turning
+from jacobians import jacobian
 from made import loaded
 from sampled import examples
 

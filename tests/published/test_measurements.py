@@ -7,10 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from internals import gear_laws, motor_map
-from internals import measurements_figure as measurements
+from measured import figures as measurements
+from measured import gear_laws, motor_map
 
-MAP = motor_map.shipped()
+MAP = motor_map.published()
 NOISE = motor_map.noise(MAP)
 
 

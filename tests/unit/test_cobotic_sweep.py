@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from internals import size_cobotic
+from internals import CoboticRequest, size_cobotic
 from made import loaded
 from part_tables import part_tables
 
@@ -36,9 +36,16 @@ def arguments():
     }
 
 
+def prepared(starts=STARTS, **change):
+    """The sweep over the drives of a study, but with smaller tables."""
+    given = {**arguments(), **change}
+    problem = iv.cobotic_study_sweep(KNEE, starts=starts, sets="shipped", generations=given["generations"])
+    return replace(problem, request=CoboticRequest(template=DRIVE, ranges={}, top=50, **given))
+
+
 @pytest.fixture(scope="module")
 def problem():
-    return iv.cobotic_sweep(DRIVE, starts=STARTS, **arguments())
+    return prepared()
 
 
 @pytest.fixture(scope="module")
@@ -129,18 +136,14 @@ def test_more_starts_or_other_values_do_not_continue_a_sweep(swept):
         (STARTS, {"generations": 3}, "options: the content differs"),
         (STARTS, {"bearings": AXLES[:1]}, "parts: the content differs"),
     ):
-        other = iv.cobotic_sweep(DRIVE, starts=starts, **{**arguments(), **change})
+        other = prepared(starts, **change)
         with pytest.raises(iv.InputError, match=message):
             iv.sweep(other, swept.folder, resume=True)
 
 
-def test_arguments_that_are_missing_or_do_not_belong_are_named():
-    with pytest.raises(iv.ParameterError, match="motors is missing"):
-        iv.cobotic_sweep(DRIVE, starts=2)
-    with pytest.raises(iv.ParameterError, match="seed does not apply to a sweep"):
-        iv.cobotic_sweep(DRIVE, starts=2, **arguments(), seed=3)
+def test_a_sweep_has_a_start():
     with pytest.raises(iv.ParameterError, match="starts must be >= 1, got 0"):
-        iv.cobotic_sweep(DRIVE, starts=0, **arguments())
+        iv.cobotic_study_sweep(KNEE, starts=0)
 
 
 def test_a_study_is_searched_with_the_arguments_of_size(tmp_path):

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from internals import Dynamometer, NamedColumns, motor_map, pendulum, virtual_rig
+from internals import Dynamometer, NamedColumns, pendulum, virtual_rig
 from internals import calibration_plan as plan
 from internals import geared_model as model
 from internals import save_calibration_data as save_data
+from measured import motor_map
 
 NAME = "motor1-gear1"
 TRUE = {"resistance": 2.4, "torque_constant": 0.027, "friction": 0.015, "viscous": 1e-4, "load_share": 0.03}
@@ -166,7 +167,7 @@ def test_a_bench_without_the_gearhead_gives_the_motor(study):
 
 def test_the_map_of_a_real_motor_gives_the_fit_of_the_docs(study):
     """The same least squares by another path: efficiencies of equal weight, resistance and constant friction alone."""
-    whole = motor_map.shipped()
+    whole = motor_map.published()
     used = whole.loaded & (whole.efficiency > 0)
     data = Dynamometer(
         speed=whole.speed[used],

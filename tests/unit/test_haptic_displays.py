@@ -363,7 +363,7 @@ def test_other_malformed_arguments(drives, admittance, geared):
             "machine must be a CoboticDrive or a PlanarCobot",
         ),
         (lambda: iv.guidance_limits(replace(drives["cobotic"], link_mass=None), speed=1.0), "mass is missing"),
-        (lambda: overrun(1.0, 1.0, 4.0), "angle must be >= 0 and <= 3.14159 rad"),
+        (lambda: iv.guidance_limits(drives["cobotic"], speed=1.0, angle=4.0), "angle must be >= 0 and <= 3.14159 rad"),
     )
     for call, message in cases:
         with pytest.raises(iv.ParameterError, match=message):

@@ -95,9 +95,6 @@ MAKE = {
     "Passivity": lambda folder: iv.passivity(
         iv.ImpedanceDisplay(drive=SEPARATE, wall_stiffness=2000.0, viscous_friction=2.0)
     ),
-    "RollerChoice": lambda folder: iv.choose_rollers(
-        BALL, preload=[100.0, 200.0], wheel_radius=[0.01], steering_angle=0.1, input_speed=1.0, output_torque=0.1
-    ),
     "Session": lambda folder: machine_runs.slide(1),
     "Sessions": lambda folder: (lambda problem, swept: problem.result(swept))(*_swept(folder)),
     "SharedMotor": lambda folder: iv.share_motor(LEG, SEPARATE, force=[10.0], legs=[1, 2]),

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 import infinivar as iv
 from infinivar import CasterGuide, Commands, PathGuide, PlanarMachine, Sensing, WallGuide, session
-from internals import CoboticControl, contact_turning_limit
+from internals import CoboticControl, largest_turn_rate, overrun
 from machines import IDEAL_WHEEL, LEG, REAL_WHEEL, cart
 from reference_curves import Circle, Disc, HalfPlane, Line
 from sampled import sampled
@@ -167,10 +167,22 @@ def test_handle_beside_the_centre_follows_the_path():
 
 
 def test_wall_is_overrun_by_the_closed_form_if_the_wheel_turns_only_from_it_on():
+    """A controller of one's own reads the wall's distance, and turns with one rate until the wheel heads along the wall."""
     speed, rate, angle = 0.4, 8.0, 0.8
+    wall, begun = HalfPlane(), []
+
+    def late(measured):
+        if wall.distance(measured.position) <= 0.0 or begun:
+            begun.append(float(measured.time))
+        turned = rate * (measured.time + 5e-4 - begun[0]) if begun else 0.0
+        return Commands(
+            steering=np.array([min(turned, angle) - angle]), steering_rate=np.array([rate * (0.0 < turned < angle)])
+        )
+
     run = session(
         one_wheel(replace(STIFF, preload=1e5)),
-        controller=WallGuide(wall=HalfPlane(), anticipate=False, direction=-angle, largest_rate=rate),
+        controller=late,
+        wall=wall,
         duration=0.13,
         rates=[speed * math.cos(angle), -speed * math.sin(angle), 0.0],
         pose=[0.0, 0.004, 0.0],
@@ -178,8 +190,8 @@ def test_wall_is_overrun_by_the_closed_form_if_the_wheel_turns_only_from_it_on()
         sensing=Sensing(sample_rate=2000.0),
     )
     (touch,) = run.touches
-    # An arc of the radius u/W. The wheel looks one and a half samples ahead.
-    assert_allclose(touch.depth, speed / rate * (1.0 - math.cos(angle)), atol=2.0 * speed * math.sin(angle) / 2000.0)
+    # What is measured in a sample acts in the next one.
+    assert_allclose(touch.depth, overrun(speed, rate, angle), atol=2.0 * speed * math.sin(angle) / 2000.0)
     begin = 0.004 / (speed * math.sin(angle))
     assert_allclose(touch.start, begin, atol=1e-4)
 
@@ -214,7 +226,7 @@ def test_wall_ahead_is_not_overrun(wall, servos):
 def test_handle_that_is_too_fast_for_its_contact_goes_through_the_wall():
     weak = replace(REAL_WHEEL, preload=100.0)
     speed = 1.0
-    assert contact_turning_limit(weak.slip_force, 15.0, 10.0, speed) < 1.0
+    assert largest_turn_rate(weak.slip_force, 15.0, 10.0, speed) < 1.0
     run = session(
         one_wheel(weak),
         controller=WallGuide(wall=HalfPlane(), direction=-0.8),

@@ -1,4 +1,4 @@
-"""A sphere between rollers: map over steering angle and load, efficiency by ratio, and rollers with the least loss."""
+"""A sphere between rollers: map over steering angle and load, and efficiency by ratio."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from annotated_types import Gt
 
 from infinivar._core.array_namespace import finite_floats
 from infinivar._core.arrays import real_array, shown
 from infinivar._core.bounds import FINITE
 from infinivar._core.described import reported
-from infinivar._core.fields import check_instance, check_number, check_value
+from infinivar._core.fields import check_instance, check_number
 from infinivar._core.result import Result, result
-from infinivar.errors import InfinivarError, ParameterError, require
+from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit, codes
 from infinivar.transmission.spherical import SphericalIVT, SphericalPoint
 
@@ -149,87 +148,6 @@ def efficiency_by_ratio(ivt: SphericalIVT, ratio: Any, share: float, *, sphere_s
     load = share * ivt.drive.slip_force / np.where(sine == 0, np.nan, np.abs(sine))
     point = ivt.operate(steering_angle=angle, sphere_speed=sphere_speed, load=load * np.sign(sine))
     return efficiency_of(point)
-
-
-@result
-class RollerChoice(Result):
-    """Losses of variants of the rollers in given tasks, as returned by `choose_rollers`.
-
-    Attributes
-    ----------
-    preload : (p,)         Of the drive rollers; others in proportion. [N]
-    wheel_radius : (q,)    Of all rollers. [m]
-    loss : (p, q)          Mean over all tasks; nan where one is not feasible. [W]
-    limit : (p, q)         Tightest limit exceeded in any task, else OK.
-    variants               Transmissions, by preload and radius.
-    """
-
-    preload: np.ndarray
-    wheel_radius: np.ndarray
-    loss: np.ndarray
-    limit: np.ndarray
-    variants: tuple[tuple[SphericalIVT, ...], ...]
-
-    @property
-    def best(self) -> SphericalIVT:
-        """The feasible variant with the least loss.
-
-        Raises
-        ------
-        InfinivarError
-            If no variant is feasible; the message names the limits.
-        """
-        if not np.any(np.isfinite(self.loss)):
-            limits = ", ".join(Limit(int(code)).words for code in np.unique(self.limit))
-            raise InfinivarError(f"no variant of the rollers is feasible; limits exceeded: {limits}")
-        row, column = np.unravel_index(np.nanargmin(self.loss), self.loss.shape)
-        return self.variants[row][column]
-
-
-def choose_rollers(
-    ivt: SphericalIVT,
-    *,
-    preload: Any,
-    wheel_radius: Any,
-    steering_angle: Any,
-    input_speed: Any,
-    output_torque: Any,
-) -> RollerChoice:
-    """Preload and roller radius with the least mean loss in some tasks.
-
-    Parameters
-    ----------
-    ivt : SphericalIVT                Other fields of all variants; with measured contacts, values follow the preload alone.
-    preload : (p,) sequence           Of the drive rollers; those of the others change in proportion. [N]
-    wheel_radius : (q,) sequence      Of all rollers. [m]
-    steering_angle, input_speed, output_torque : (...,) float   Tasks, as for `SphericalIVT.operate`.
-
-    Returns
-    -------
-    RollerChoice
-
-    Raises
-    ------
-    ParameterError
-        If a preload or radius is not > 0, a task is no finite number, or it is another transmission.
-    """
-    check_instance("ivt", ivt, SphericalIVT)
-    preloads, radii = _row("preload", preload), _row("wheel_radius", wheel_radius)
-    check_value("preload", preloads, "N", Gt(0))
-    loss, limit = np.empty((len(preloads), len(radii))), np.empty((len(preloads), len(radii)), dtype=np.int8)
-    variants = []
-    for row, one in enumerate(preloads):
-        made = []
-        for column, radius in enumerate(radii):
-            variant = ivt.with_roller_radius(float(radius)).pressed(float(one) / ivt.drive.preload)
-            point = variant.operate(steering_angle=steering_angle, input_speed=input_speed, output_torque=output_torque)
-            worst = np.ravel(point.limit)[np.argmin(np.ravel(point.margin))]
-            limit[row, column] = worst
-            feasible = bool(np.all(point.limit == Limit.OK))
-            loss[row, column] = np.mean(sum(point.losses.values())) if feasible else np.nan
-            made.append(variant)
-        variants.append(tuple(made))
-    return RollerChoice(preload=preloads, wheel_radius=radii, loss=loss, limit=limit, variants=tuple(variants))
 
 
 def _row(name: str, values: Any) -> np.ndarray:

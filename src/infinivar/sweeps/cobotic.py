@@ -1,7 +1,4 @@
-"""Sweep over cobotic drives: the search of `size_cobotic` from many independent starts, and the best of all.
-
-Over the cobotic drives of a study its result is that of `size`.
-"""
+"""Sweep over the cobotic drives of a study: the search of `size` from many independent starts, and the best of all."""
 
 from __future__ import annotations
 
@@ -14,8 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from infinivar._core.text import counted
-from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.errors import ParameterError, require
+from infinivar.errors import require
 from infinivar.sizing.cobotic.bounds import Side
 from infinivar.sizing.cobotic.choice import NOT_CHOSEN
 from infinivar.sizing.cobotic.designs import design_of
@@ -61,20 +57,22 @@ class CoboticDesigns(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CoboticSweep(Problem):
-    """Independent starts of a search over cobotic drives, one in each chunk.
+class CoboticStudySweep(Problem):
+    """Independent starts of the search of `size` over cobotic drives, one in each chunk.
 
     Attributes
     ----------
-    label     Title for reports.
-    request   What a start searches, all but its seed.
-    starts    Number of starts; their seeds are 0, 1, 2, ...
+    label           Title for reports.
+    request         What a start searches, all but its seed.
+    starts          Number of starts; their seeds are 0, 1, 2, ...
+    study_request   Study, template, parts, objectives and options.
     """
 
     kind: ClassVar[str] = "cobotic drives"
     label: str
     request: CoboticRequest
     starts: int
+    study_request: StudyRequest
 
     @property
     def title(self) -> str:
@@ -141,110 +139,6 @@ class CoboticSweep(Problem):
         searched = searched_of(self.request)
         return CoboticDesigns(*(tuple(self.designs(searched, sweep.list(name))) for name in (TOP, FRONT)))
 
-    def designs(self, searched: Searched, rows: Mapping[str, np.ndarray]) -> Iterator[CoboticDesign]:
-        """Yield rows of a list as designs, with the demands and the power found by the start."""
-        for row in each(rows):
-            pair, bearing, steering = (int(row[name]) for name in _PARTS[:3])
-            chosen = [(searched.sides[0], pair)] if pair != NOT_CHOSEN else []
-            if steering != NOT_CHOSEN:
-                chosen.append((searched.sides[1], _steered(searched.sides[1], steering, float(row["ratio"]))))
-            yield design_of(
-                searched.space,
-                np.array([row[name] for name in FREE]),
-                bearing,
-                chosen,
-                mass=float(row["mass_kg"]),
-                power=float(row["power_W"]),
-                demands=demands_of(row),
-            )
-
-    @property
-    def _by_mass(self) -> bool:
-        return self.request.objective == "mass"
-
-    def _row(self, name: str, one: CoboticDesign, seed: int) -> dict[str, Any]:
-        parts = {part: getattr(one, part) for part in _PARTS}
-        return design_row(name, one, self._by_mass, {"seed": seed, **parts, **self._names(one), **one.values})
-
-    def _names(self, one: CoboticDesign) -> dict[str, str]:
-        """Names of the parts, where the tables have names; "" for one that is not chosen."""
-        rows = {"motor": ("motors", one.motor), "gearhead": ("gearheads", one.gearhead)}
-        rows["steering motor"] = ("steering_motors", one.steering)
-        tables = {part: (getattr(self.request, table), row) for part, (table, row) in rows.items()}
-        found = {
-            part: str(table["name"][row]) if row != NOT_CHOSEN else ""
-            for part, (table, row) in tables.items()
-            if "name" in table
-        }
-        return {**found, "axle bearing": str(self.request.bearings[one.bearing].name)}
-
-
-def cobotic_sweep(
-    template: CoboticDrive, *, starts: int, title: str = "cobotic drives", top: int = TOP_OF_CHUNK, **arguments: Any
-) -> CoboticSweep:
-    """Prepare a search over cobotic drives from many starts as a sweep.
-
-    Parameters
-    ----------
-    template : CoboticDrive   As for `size_cobotic`.
-    starts : int              Number of starts, each with a seed of its own.
-    title : str               For reports.
-    top : int                 Number of designs to keep, besides those of the front.
-    **arguments               All other arguments of `size_cobotic` but seed and progress, by name.
-
-    Raises
-    ------
-    ParameterError
-        If the number of starts is not above 0, or an argument is missing or does not belong.
-    """
-    _check_starts(starts)
-    missing = [name for name in (*_TABLES, "duty") if name not in arguments]
-    if missing:
-        raise ParameterError(f"{missing[0]} is missing: a sweep over cobotic drives has all arguments of size_cobotic")
-    for name in ("seed", "progress"):
-        if name in arguments:
-            raise ParameterError(f"{name} does not apply to a sweep: each start has a {name} of its own")
-    several = {name: tuple(arguments[name]) for name in ("steering_ratios", "bearings")}
-    given = {**arguments, **several, "ranges": arguments.get("ranges") or {}}
-    return CoboticSweep(label=title, request=CoboticRequest(template=template, top=top, **given), starts=starts)
-
-
-def _check_starts(starts: int) -> None:
-    require(isinstance(starts, int) and not isinstance(starts, bool) and starts >= 1, "starts", starts, ">= 1")
-
-
-def _counts(found: CoboticSizing) -> dict[str, Any]:
-    blocked: Mapping[Any, int] = found.blocked
-    return {
-        CANDIDATES: found.drives,
-        "wheels": found.wheels,
-        "rolled": found.rolled,
-        "sampled": found.sampled,
-        "blocked": {column_of(key): number for key, number in blocked.items()},
-    }
-
-
-def _steered(side: Side, motor: int, ratio: float) -> int:
-    """Row of a steering motor with a ratio among the candidates of a side."""
-    pairs, ratios = side.found.pairs, np.asarray(side.found.gearheads["ratio"])
-    return int(np.flatnonzero((pairs[:, 0] == motor) & (ratios[pairs[:, 1]] == ratio))[0])
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CoboticStudySweep(CoboticSweep):
-    """Independent starts of the search of `size` over cobotic drives, one in each chunk.
-
-    Attributes
-    ----------
-    study_request   Study, template, parts, objectives and options.
-    """
-
-    study_request: StudyRequest
-
-    @property
-    def _by_mass(self) -> bool:
-        return self.study_request.by_mass
-
     def sizing(self, sweep: Sweep) -> Sizing:
         """The best designs of all starts as `size` returns them; the cloud of the record has no others, and no history.
 
@@ -274,6 +168,60 @@ class CoboticStudySweep(CoboticSweep):
         request = self.study_request
         return sizing_of(request, {request.name: found_of(request, found)})
 
+    def designs(self, searched: Searched, rows: Mapping[str, np.ndarray]) -> Iterator[CoboticDesign]:
+        """Yield rows of a list as designs, with the demands and the power found by the start."""
+        for row in each(rows):
+            pair, bearing, steering = (int(row[name]) for name in _PARTS[:3])
+            chosen = [(searched.sides[0], pair)] if pair != NOT_CHOSEN else []
+            if steering != NOT_CHOSEN:
+                chosen.append((searched.sides[1], _steered(searched.sides[1], steering, float(row["ratio"]))))
+            yield design_of(
+                searched.space,
+                np.array([row[name] for name in FREE]),
+                bearing,
+                chosen,
+                mass=float(row["mass_kg"]),
+                power=float(row["power_W"]),
+                demands=demands_of(row),
+            )
+
+    @property
+    def _by_mass(self) -> bool:
+        return self.study_request.by_mass
+
+    def _row(self, name: str, one: CoboticDesign, seed: int) -> dict[str, Any]:
+        parts = {part: getattr(one, part) for part in _PARTS}
+        return design_row(name, one, self._by_mass, {"seed": seed, **parts, **self._names(one), **one.values})
+
+    def _names(self, one: CoboticDesign) -> dict[str, str]:
+        """Names of the parts, where the tables have names; "" for one that is not chosen."""
+        rows = {"motor": ("motors", one.motor), "gearhead": ("gearheads", one.gearhead)}
+        rows["steering motor"] = ("steering_motors", one.steering)
+        tables = {part: (getattr(self.request, table), row) for part, (table, row) in rows.items()}
+        found = {
+            part: str(table["name"][row]) if row != NOT_CHOSEN else ""
+            for part, (table, row) in tables.items()
+            if "name" in table
+        }
+        return {**found, "axle bearing": str(self.request.bearings[one.bearing].name)}
+
+
+def _counts(found: CoboticSizing) -> dict[str, Any]:
+    blocked: Mapping[Any, int] = found.blocked
+    return {
+        CANDIDATES: found.drives,
+        "wheels": found.wheels,
+        "rolled": found.rolled,
+        "sampled": found.sampled,
+        "blocked": {column_of(key): number for key, number in blocked.items()},
+    }
+
+
+def _steered(side: Side, motor: int, ratio: float) -> int:
+    """Row of a steering motor with a ratio among the candidates of a side."""
+    pairs, ratios = side.found.pairs, np.asarray(side.found.gearheads["ratio"])
+    return int(np.flatnonzero((pairs[:, 0] == motor) & (ratios[pairs[:, 1]] == ratio))[0])
+
 
 def cobotic_study_sweep(
     study: Study,
@@ -296,7 +244,7 @@ def cobotic_study_sweep(
     InputError
         As `size` does.
     """
-    _check_starts(starts)
+    require(isinstance(starts, int) and not isinstance(starts, bool) and starts >= 1, "starts", starts, ">= 1")
     request = request_of(
         study,
         "cobotic",

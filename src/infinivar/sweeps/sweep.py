@@ -142,7 +142,7 @@ def sweep(
 
     Parameters
     ----------
-    problem : Problem   Such as `GearedSweep`, `CoboticSweep` or `BuildsSweep`.
+    problem : Problem   Such as `GearedSweep`, `CoboticStudySweep` or `BuildsSweep`.
     folder : path       Created if there is none; must be empty, or hold this sweep and `resume` be True.
     workers : int       Processes on this machine, by joblib; by default the chunks are computed in this process.
     dask : str          Address of the scheduler of a Dask cluster, such as "tcp://10.0.0.1:8786", instead.

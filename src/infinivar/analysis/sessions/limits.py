@@ -146,5 +146,5 @@ def guidance_limits(
         leak_speed=rolling * creepage if push < slip_force else math.nan,
         leak_per_angle=max(turned) if turned else math.nan,
         turn_rate=rate if bodily else math.nan,
-        overrun=float(overrun(speed, rate, angle) if bodily else stopping_distance(slip_force, push, moving, speed)),
+        overrun=overrun(speed, rate, angle) if bodily else stopping_distance(slip_force, push, moving, speed),
     )

@@ -20,10 +20,14 @@ from infinivar.errors import ParameterError
 from infinivar.machines.control.controller import Law, Measured, Plant
 from infinivar.machines.control.loops import Commands
 from infinivar.machines.hand import BodyGrip
+from infinivar.transmission.guiding import largest_turn_rate
 from infinivar.transmission.planar import PlanarCobot, drift
 
 _NEVER_SLIPS = 0.95
 """Most of the slip force for which a slip angle is fed forward."""
+
+_RETURN = 5.0
+"""With which a body on several wheels returns to its orientation as it moves. [m^-1]"""
 
 _WITHIN = 0.6
 """Share of the fastest turn from which a wheel begins to turn off a wall ahead."""
@@ -137,9 +141,6 @@ class _Guided:
     slip_feedforward: bool = component("Whether slip angles of the wheels are fed forward", default=True)
     largest_rate: float = quantity("rad/s", Gt(0), "Fastest turn of the direction of motion", default=20.0)
     rest_speed: float = quantity("m/s", Gt(0), "Speed below which the handle counts as at rest", default=1e-3)
-    orientation_gain: float = quantity(
-        "1/m", Ge(0), "Per metre, with which a body on several wheels returns to its orientation", default=5.0
-    )
 
     def _law(
         self, plant: Plant, turning: Turning, usual: Callable[[Measured], float], attitude: Attitude = _kept
@@ -215,7 +216,7 @@ class _Steering:
             return 0.0
         spin, turned = self.attitude(going)
         off = float(measured.configuration[2]) - self.orientation - turned
-        return spin - math.copysign(self.settings.orientation_gain * off, going.speed * off)
+        return spin - math.copysign(_RETURN * off, going.speed * off)
 
     def _twist(self, direction: float, spin: float, angle: float) -> np.ndarray:
         """Twist of the body, in its axes, for a unit speed of the handle along a direction."""
@@ -292,9 +293,6 @@ class PathGuide(_Guided):
     k1: float = quantity(
         "1/m^2", Gt(0), "Gain of the offset: the inverse square of a length in which it decays", default=400.0
     )
-    k2: float | None = quantity(
-        "1/m", Gt(0), "Gain of the angle; by default 2 sqrt(k1), which is critically damped", default=None
-    )
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -305,7 +303,6 @@ class PathGuide(_Guided):
     def begin(self, plant: Plant, attitude: Attitude = _kept) -> Law:
         """The law of one session, of a body that keeps its orientation unless stated otherwise."""
         near: list[Any] = [None]
-        k2 = given(self.k2, 2.0 * math.sqrt(self.k1))
 
         def turning(going: Going) -> float:
             if abs(going.speed) < self.rest_speed:
@@ -320,7 +317,7 @@ class PathGuide(_Guided):
             sense = way * back
             # Wheels cannot stop the handle: past an end of an open path it goes straight on.
             bend = 0.0 if getattr(there, "beyond", 0.0) else float(there.curvature)
-            by_metre = path_turning(sense * bend, sense * float(there.offset), off, self.k1, k2)
+            by_metre = path_turning(sense * bend, sense * float(there.offset), off, self.k1)
             return abs(going.speed) * by_metre
 
         def usual(measured: Measured) -> float:
@@ -382,9 +379,8 @@ def _towards_force(measured: Measured) -> float:
 class WallGuide(_Guided):
     """A wall by steering: free on one side, and along the wall where the user pushes into it.
 
-    Ahead of the wall the direction of motion turns on an arc that ends along it, unless `anticipate` is false: then it turns
-    from the wall on, and overruns it by ``(u/W)(1 - cos(theta))``. It turns no faster than the contacts allow,
-    `contact_turning_limit`: a handle that is too fast, or pushed too hard, goes through.
+    Ahead of the wall the direction of motion turns on an arc that ends along it, no faster than the contacts allow
+    (`infinivar.transmission.guiding.largest_turn_rate`): a handle that is too fast, or pushed too hard, goes through.
 
     Raises
     ------
@@ -396,7 +392,6 @@ class WallGuide(_Guided):
     mass: float | None = quantity(
         "kg", Gt(0), "Virtual mass M in free motion; by default the machine's own", default=None
     )
-    anticipate: bool = component("Whether to turn ahead of the wall", default=True)
     k1: float = quantity("1/m^2", Gt(0), "Gain of the distance along the wall", default=2500.0)
     margin: float = quantity("m", Ge(0), "Distance at which the wall begins to lead", default=5e-4)
     share: float = quantity("1", Interval(gt=0, le=1), "Share of the slip force that turning may use", default=0.9)
@@ -434,18 +429,16 @@ class WallGuide(_Guided):
             # Turning with this sign leads away from the wall.
             sense = way * (1.0 if float(normal @ going.left) >= 0.0 else -1.0)
             speed = abs(going.speed)
-            fastest = contact_turning_limit(self.share * held, max(pushed, 0.0), body, speed)
+            fastest = float(largest_turn_rate(self.share * held, max(pushed, 0.0), body, speed))
             fastest = min(fastest, self.largest_rate)
             least = -math.inf
-            if distance <= (self.margin if self.anticipate else 0.0):
+            if distance <= self.margin:
                 angle = math.asin(min(max(away, -1.0), 1.0))
                 along = moves - away * normal
                 bend = -float(along @ np.asarray(self.wall.hessian(going.position)) @ along)
                 # Seen with the wall to the right: the free side is to the left.
-                least = speed * path_turning(bend, distance, angle, self.k1, 2.0 * math.sqrt(self.k1))
-                if not self.anticipate and away < 0.0:
-                    least = fastest
-            elif self.anticipate and away < 0.0:
+                least = speed * path_turning(bend, distance, angle, self.k1)
+            elif away < 0.0:
                 arc = speed * (1.0 - math.sqrt(max(1.0 - away * away, 0.0))) / (distance - 0.5 * self.margin)
                 least = arc if arc >= _WITHIN * fastest else -math.inf
             demanded = max(sense * freely, min(least, fastest))
@@ -454,12 +447,12 @@ class WallGuide(_Guided):
         return self._law(plant, turning, _towards_force)
 
 
-def path_turning(curvature: float, offset: float, angle: float, k1: float, k2: float) -> float:
+def path_turning(curvature: float, offset: float, angle: float, k1: float) -> float:
     r"""Turning per metre that leads a point back to a path.
 
-    .. math:: \frac{d\psi}{ds} = \frac{\kappa \cos e}{1 - \kappa d} - k_1 d - k_2 e
+    .. math:: \frac{d\psi}{ds} = \frac{\kappa \cos e}{1 - \kappa d} - k_1 d - 2\sqrt{k_1} e
 
-    Near the path ``d'' + k2 d' + k1 d = 0`` by travelled length, critically damped for ``k2 = 2 sqrt(k1)``.
+    Near the path ``d'' + 2 sqrt(k1) d' + k1 d = 0`` by travelled length, which is critically damped.
 
     Parameters
     ----------
@@ -467,7 +460,6 @@ def path_turning(curvature: float, offset: float, angle: float, k1: float, k2: f
     offset : float      d, of the point to the left of the path; below the radius of curvature. [m]
     angle : float       e, from the path's tangent to the direction of motion. [rad]
     k1 : float          [m^-2]
-    k2 : float          [m^-1]
 
     Returns
     -------
@@ -476,7 +468,7 @@ def path_turning(curvature: float, offset: float, angle: float, k1: float, k2: f
     Source: kinematics of a point beside a curve.
     """
     beside = max(1.0 - curvature * offset, 0.1)  # beyond the centre of curvature there is no way around
-    return curvature * math.cos(angle) / beside - k1 * offset - k2 * angle
+    return curvature * math.cos(angle) / beside - k1 * offset - 2.0 * math.sqrt(k1) * angle
 
 
 def caster_rate(force: float, mass: float, speed: float) -> float:
@@ -493,22 +485,3 @@ def caster_rate(force: float, mass: float, speed: float) -> float:
     Source: Newton.
     """
     return force / (mass * speed)
-
-
-def contact_turning_limit(slip_force: float, force: float, mass: float, speed: float) -> float:
-    r"""Fastest turn of a wheel that carries the body, :math:`(\mu P - F_n)/(m |u|)`; beyond it, the wheel slips. [rad s^-1]
-
-    Parameters
-    ----------
-    slip_force : float   mu P. [N]
-    force : float        F_n, of the user against the turn, >= 0 where it takes from the turn. [N]
-    mass : float         m, that the wheel turns. [kg]
-    speed : float        u, not 0. [m s^-1]
-
-    Returns
-    -------
-    float   0 where the user's force alone exceeds the slip force.
-
-    Source: Newton, with mu P as the largest lateral force.
-    """
-    return max(slip_force - force, 0.0) / (mass * abs(speed))

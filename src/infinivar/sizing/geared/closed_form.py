@@ -1,4 +1,4 @@
-r"""Demands and energy of many candidates at one stage, without sampling.
+r"""Demands of many candidates at one stage, without sampling.
 
 With the sign s of the speed and ``x = (torque s, acceleration s, |speed|)`` at the gear's output, the current of a candidate
 is linear where the gear drives and where it is driven:
@@ -73,8 +73,6 @@ class Moments(NamedTuple):
 
     all: np.ndarray
     """(5, 5)"""
-    driving: np.ndarray
-    """The same with the instants in which the motor drives only. (5, 5)"""
     resting: np.ndarray
     """Torques at rest in rising order. (m,) [N m]"""
     sums: np.ndarray
@@ -117,7 +115,7 @@ def moments(signals: StageSignals) -> Moments:
     rest = signals.resting
     powers = np.stack([np.ones_like(rest), rest, rest * rest], axis=-1)
     sums = np.concatenate([np.cumsum(powers[::-1], axis=0)[::-1], np.zeros((1, 3))])
-    return Moments(columns @ columns.T / count, (columns * drives) @ columns.T / count, rest, sums, count)
+    return Moments(columns @ columns.T / count, rest, sums, count)
 
 
 def squares(current: Linear, made: Moments) -> tuple[np.ndarray, np.ndarray]:
@@ -138,26 +136,6 @@ def resting_square(made: Moments, slope: np.ndarray, friction: np.ndarray) -> np
         np.maximum(slope * slope * square - 2.0 * slope * friction * torque + friction * friction * number, 0.0)
         / made.instants
     )
-
-
-def mean_power(current: Linear, made: Moments, resistance: np.ndarray, *, driving: bool) -> np.ndarray:
-    """Mean electrical power of the motor, of all instants or of rest and those in which the motor drives. (k,) [W]"""
-    factors = np.stack([current.drive, current.brake, current.inertia, current.viscous, current.friction], axis=-1)
-    matrix = made.driving if driving else made.all
-    by_factor = factors @ matrix
-    winding = np.einsum("ki,ki->k", by_factor, factors) + resting_square(made, current.brake, current.friction)
-    return resistance * winding + current.back_emf * by_factor[:, 3]
-
-
-def least_power(drive: ConventionalDrive, current: Linear, made: Moments, resistance: np.ndarray) -> np.ndarray:
-    """Lower bound of the mean power from the supply, exact where all power is fed back without loss. (k,) [W]
-
-    What the supply gives exceeds what it would with everything fed back, and so does the sum over any choice of instants of the
-    power without its negative part: here those in which the motor drives.
-    """
-    everything = mean_power(current, made, resistance, driving=False)
-    given_out = np.maximum(everything, mean_power(current, made, resistance, driving=True))
-    return supplied(drive.amplifier, everything, np.maximum(given_out, 0.0))
 
 
 def supplied(amplifier: Amplifier, everything: np.ndarray, drawn: np.ndarray) -> np.ndarray:

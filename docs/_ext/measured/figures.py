@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.calibration import gear_laws, motor_map
 from infinivar.figures import style
+from measured import gear_laws, motor_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +26,7 @@ _DRAWN = ("erob80_50", "mx64")
 
 def map_data() -> dict[str, Any]:
     """Speed [rpm] and torque [N m] of the loaded points, noise of the efficiency, and residuals in points by model."""
-    measured = motor_map.shipped()
+    measured = motor_map.published()
     loaded, sigma = measured.loaded, motor_map.noise(measured)
     fits = {name: motor_map.fit(measured, extra, sigma if extra[1:] else None) for name, extra in MODELS.items()}
     return {

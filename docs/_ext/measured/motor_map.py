@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import itertools
 import math
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, result
-from infinivar.parts import catalogue
+
+_MAP = Path(__file__).with_name("motor_map_d5065.toml")
 
 LIGHT = 0.1
 """Shaft torque below which a point counts as unloaded: its efficiency mostly shows the zero of the torque sensor. [N m]"""
@@ -46,12 +49,12 @@ class MotorMap(Frozen):
         return self.torque > LIGHT
 
 
-def shipped() -> MotorMap:
-    """The shipped map of a brushless motor with its controller: 341 points.
+def published() -> MotorMap:
+    """A published map of a brushless motor with its controller: 341 points.
 
     Source: parsons2019.
     """
-    raw = catalogue.data("motor_map_d5065")
+    raw = tomllib.loads(_MAP.read_text("utf-8"))
     speed: np.ndarray = np.asarray(raw["speed_rpm"], dtype=float) * (math.pi / 30.0)
     torque: np.ndarray = np.asarray(raw["torque_Nm"], dtype=float)
     nominal: np.ndarray = np.asarray(speed * (0.3 / math.pi)).round()
