@@ -267,6 +267,7 @@ from infinivar.parts.tables.table import part_set
 from infinivar.parts.tables.table import table as part_table
 from infinivar.power import audit as power_audit
 from infinivar.report import numbers as report_numbers
+from infinivar.report import page as report_page
 from infinivar.report import saving as report_saving
 from infinivar.report import video
 from infinivar.report.calibration import save_data as save_calibration_data

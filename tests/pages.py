@@ -70,10 +70,41 @@ def needs_no_network(path):
     assert "url(http" not in text
 
 
+def reads_from_the_top(text):
+    """The verdict comes before all else, notes are one list, and tables and figures can be reached, are named and print whole."""
+    body = text.partition("<main>")[2]
+    first = body.find('class="headline')
+    assert first > 0
+    assert all(not 0 <= body.find(f'class="{later}"') < first for later in ("note", "soft", "scroll"))
+    assert body.count('class="note"') <= 1
+    scrolling = re.findall(r'<div class="scroll"[^>]*>', body)
+    assert scrolling
+    assert all(re.search(r'tabindex="0" role="region" aria-label="[^"]+"', one) for one in scrolling)
+    assert not re.search(r"<table[^>]*>\s*<tr>\s*<th", body)
+    assert all('scope="col"' in one for one in re.findall(r"<thead>.*?</thead>", body, re.DOTALL))
+    printed = text.partition("@media print")[2].partition("</style>")[0]
+    for rule in (
+        "thead { display: table-header-group; }",
+        "h2, h3,",
+        "break-after: avoid",
+        "details-content",
+        "overflow: visible",
+    ):
+        assert rule in printed, rule
+
+
+def losses_have_their_colour(text, colour_of):
+    """Every loss that a table names has a mark in the colour of figures and of the explorer."""
+    marked = re.findall(r'<span class="loss" style="--of: (#\w+)">([^<]+)</span>', text)
+    assert marked
+    assert all(colour == colour_of(name) for colour, name in marked)
+
+
 def is_set_well(folder):
     """No padded exponents, no line that ends before a unit, percent signs that stand apart; wide parts scroll inside."""
     for path in folder.glob("*.html"):
         text = path.read_text("utf-8")
+        reads_from_the_top(text)
         found = Page(text)
         padded = re.findall(r".{20}\de[+-]?0\d.{10}|.{20}\de\+\d.{10}", found.text)
         assert not padded, (path, padded)

@@ -8,6 +8,7 @@ import pytest
 import infinivar as iv
 from folders import results
 from infinivar import Limit, contact_sheets
+from pages import is_set_well, needs_no_network, pages
 
 STUDY = Path(__file__).parents[2] / "studies" / "hand_controller.toml"
 
@@ -44,9 +45,20 @@ def test_sheet_of_the_shipped_study(infinivar, tmp_path):
     assert max(map(len, done.out.splitlines()[:-1])) < 200
     names = [f"contact-{drive}{part}" for drive in ("cobotic", "cobotic-b") for part in ("", "-trends")]
     expected = [f"{name}.{kind}" for name in names for kind in ("png", "svg", "pdf")]
-    expected += ["contact-cobotic.txt", "contact-cobotic-b.txt"]
+    expected += ["contact-cobotic.txt", "contact-cobotic-b.txt", "contact.html"]
     assert results(tmp_path) == sorted(expected)
     assert (tmp_path / "contact-cobotic.txt").read_text("utf-8") in done.out
+    assert done.out.splitlines()[-1] == f"Report: {tmp_path / 'contact.html'}"
+    needs_no_network(tmp_path / "contact.html")
+    is_set_well(tmp_path)
+    page = pages(tmp_path)["contact.html"].text.replace("\u00a0", " ")
+    for said in (
+        "Within stress limits; tightest limit: contact yield (margin 1.10).",
+        "2.929 GPa",
+        "C/(mu P)",
+        "III-B.2",
+    ):
+        assert said in page, said
 
 
 def test_sheet_agrees_with_the_element(sheet):
@@ -68,7 +80,7 @@ def test_json(infinivar, tmp_path, sheet):
     done = infinivar("contact", STUDY, "--drive", "cobotic", "--json", "--out", tmp_path)
     printed = json.loads(done.out)
     (found,) = printed["sheets"]
-    assert [Path(file).exists() for file in printed["files"]] == [True] * 7
+    assert [Path(file).exists() for file in printed["files"]] == [True] * 8
     assert found["drive"] == "cobotic"
     assert found["verdict"] == sheet.verdict
     assert found["utilisation"]["YIELD"] == pytest.approx(0.91, abs=0.005)
@@ -109,7 +121,7 @@ def test_measured_groups_have_a_shorter_sheet(infinivar, write, tmp_path):
     assert "creep group                K                217.9" in done.out
     assert "assumed for law exact, with Poisson's ratio 0.3" in done.out
     assert "Patch" not in done.out
-    assert results(tmp_path / "sheet") == ["contact-mine.txt"]
+    assert results(tmp_path / "sheet") == ["contact-mine.txt", "contact.html"]
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from folders import results
+from pages import pages
 
 STUDY = Path(__file__).parents[2] / "studies" / "hand_controller.toml"
 MEASURED = """[requirement]
@@ -35,7 +36,11 @@ def test_terminal_and_files(infinivar, tmp_path):
         assert said in done.out, said
     assert max(map(len, done.out.splitlines()[:-1])) < 130
     name = "contact-cobotic-transient"
-    assert results(tmp_path / "out") == sorted(f"{name}.{kind}" for kind in ("txt", "png", "svg", "pdf"))
+    files = ["contact-transient.html", *(f"{name}.{kind}" for kind in ("txt", "png", "svg", "pdf"))]
+    assert results(tmp_path / "out") == sorted(files)
+    page = pages(tmp_path / "out")["contact-transient.html"].text.replace("\u00a0", " ")
+    assert "Relaxation length 0.492 mm (1.49 a)" in page
+    assert "0.598 mm" in page
     assert (tmp_path / "out" / f"{name}.txt").read_text("utf-8") in done.out
     assert "slip angle" in (tmp_path / "out" / f"{name}.svg").read_text("utf-8")
 

@@ -236,7 +236,7 @@ def test_a_file_in_place_of_a_folder_is_said_to_be_one(infinivar, write, tmp_pat
 def test_names_of_files_stay_within_their_line(infinivar, write, tmp_path):
     write(study(base="cobotic"))
     done = infinivar("contact", "study.toml", "--out", "a\nb")
-    assert "Files written to a\\nb: " in done.out.splitlines()[-1]
+    assert "Report: a\\nb/contact.html" in done.out.splitlines()[-1]
     assert refused(infinivar("check", "no\nsuch.toml"), "no\\nsuch.toml: no such file")
     (tmp_path / "taken").write_text("a file")
     assert refused(

@@ -7,7 +7,8 @@ import sys
 
 import pytest
 
-from pages import is_set_well, pages
+from internals import finished, report_page, style
+from pages import is_set_well, losses_have_their_colour, pages
 
 NUMBER = re.compile(r"(?<![\w.])\d[\d.]*e[+-]?\d+")
 
@@ -30,6 +31,35 @@ def test_every_page_is_set_well(compared, walked):
     for folder in (compared[1], walked[1]):
         assert pages(folder)
         is_set_well(folder)
+        losses_have_their_colour((folder / "report.html").read_text("utf-8"), style.loss_colour)
+
+
+def test_notes_are_one_list_which_names_what_is_to_be_checked():
+    """A single note stands as it is; several are folded, unless one is to be checked."""
+    page = "{% import 'parts.html' as parts %}{{ parts.notes(reconstruction, checks, others) }}"
+    template = report_page._environment("infinivar.report").from_string(page)
+
+    def notes(*groups):
+        return template.render(**dict(zip(("reconstruction", "checks", "others"), groups, strict=True))).strip()
+
+    assert notes((), (), ()) == ""
+    one = notes((), (), ("Only <this>.",))
+    assert "<details" not in one
+    assert "Only &lt;this&gt;." in one
+    folded = notes(("Of a paper.",), (), ("First.", "Second."))
+    assert '<details class="note"><summary>3 notes; the machine is a reconstruction</summary>' in folded
+    assert folded.count("<li>") == 3
+    assert '<details class="note" open><summary>2 notes, 1 to check</summary>' in notes((), ("Too thin.",), ("First.",))
+
+
+def test_parts_that_scroll_have_the_name_of_their_heading():
+    found = finished(
+        '<h2>Loss &amp; <i>size</i></h2><div class="scroll"><table><tr><th>a</th><th class="number">b</th></tr>'
+        "<tr><td>1</td></tr><tr><th>c</th></tr></table></div>"
+    )
+    assert 'tabindex="0" role="region" aria-label="Loss &amp; size"' in found
+    assert '<table><thead><tr><th scope="col">a</th><th scope="col" class="number">b</th></tr></thead><tr><td>' in found
+    assert found.count("<thead>") == 1
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from infinivar import __version__
-from infinivar.cli import catalogue, files, motions, rigs, runs, sessions, sizing, studies, sweeps, web
+from infinivar.cli import catalogue, files, motions, rigs, runs, sessions, studies, sweeps
 from infinivar.console import run, say
 
 app = typer.Typer(
@@ -22,9 +22,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 for command in (
-    *(files.init, studies.check, studies.compare, sizing.size, studies.contact, motions.motion),
+    *(files.init, studies.check, studies.compare, studies.size, studies.contact, motions.motion),
     *(runs.simulate, sessions.session, runs.sensitivity, runs.graph, rigs.rig, rigs.calibrate),
-    *(files.reproduce, files.schema, web.serve),
+    *(files.reproduce, files.schema, files.serve),
 ):
     app.command()(command)
 app.add_typer(catalogue.app, name="catalogue")

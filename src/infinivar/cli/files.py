@@ -1,4 +1,4 @@
-"""Commands that need no study: init, schema, reproduce."""
+"""Commands that need no study: init, schema, reproduce, serve."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import typer
 
 from infinivar.cli.arguments import Json, Out
 from infinivar.cli.shared import print_json
-from infinivar.console import complain, progress_bar, say, write
+from infinivar.console import complain, flush, progress_bar, say, write
 from infinivar.errors import InputError, nearest, printable
 
 _SCHEMA_FILE = "infinivar.schema.json"
@@ -115,3 +115,41 @@ def reproduce(
         if figure is None and (missing := left_out()):
             say(missing)
         say(f"Report: {files[0]}")
+
+
+def serve(
+    study: Annotated[
+        str | None,
+        typer.Argument(metavar="STUDY", help="Study file, or the name of a shipped study; by default hand_controller."),
+    ] = None,
+    port: Annotated[
+        int | None,
+        typer.Option(
+            "--port", min=1, max=65535, help="Port; by default 8642, or a free one if it is taken.", show_default=False
+        ),
+    ] = None,
+    host: Annotated[
+        str,
+        typer.Option("--host", help="Address to listen on; wider than this machine, the printed address has a token."),
+    ] = "127.0.0.1",
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")] = True,
+) -> None:
+    """Explore a study in the browser.
+
+    Move a slider, and maps, powers and motions follow.
+    Needs the extra web: pip install 'infinivar[web]'. Prints the address of the page; Ctrl-C stops.
+    """
+    from infinivar.web.server.start import serve as run
+
+    def show(line: str) -> None:
+        say(line)
+        flush()
+
+    run(study, host=host, port=port, say=show, opened=_open if browser else None)
+
+
+def _open(address: str) -> None:
+    """Open a browser, if there is one; the address is on the terminal in any case."""
+    import webbrowser
+
+    webbrowser.open(address)

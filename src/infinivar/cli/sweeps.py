@@ -281,7 +281,7 @@ def show(
     raise typer.Exit(0 if found.finished else NOT_FEASIBLE)
 
 
-def _keep_apart(study: Study, folder: Path, out: Path | None, sets: Sequence[str] | None) -> None:
+def _keep_apart(study: Study, folder: Path, out: Path | None, sets: Sequence[str | Path] | None) -> None:
     """Refuse a folder of results that is that of the sweep, or whose new files would replace one that the search reads."""
     from infinivar.report.sizing import keep_inputs
 

@@ -69,7 +69,7 @@ def save(sizing: Sizing, directory: Path) -> list[Path]:
     return [directory / name for name in (*names, *(file.name for file in drawn))]
 
 
-def keep_inputs(study: Study, directory: Path, sets: Iterable[str] | None = None) -> None:
+def keep_inputs(study: Study, directory: Path, sets: Iterable[str | Path] | None = None) -> None:
     """Raise an error if the results of a search would replace a file that it reads.
 
     Parameters

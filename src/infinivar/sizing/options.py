@@ -77,7 +77,7 @@ class SizeOptions(Options):
         usual="energy,mass; mass for a study without motions",
     )
     top: int = option("Number of designs to list, besides those of the front.", int, least=1, default=20)
-    sets: str | Path | Sequence[str | Path] | None = option(
+    sets: Sequence[str | Path] | None = option(
         "Search only this set, by name or as a file; repeat for more sets.",
         list[str],
         name="set",

@@ -104,7 +104,7 @@ def size(
     options = SizeOptions(
         objective=objective,
         top=top,
-        sets=sets,
+        sets=[sets] if isinstance(sets, str | Path) else sets,
         radius=radius,
         leads=leads,
         ranges=ranges,

@@ -61,7 +61,7 @@ def _path(found: Session) -> Iterator[Measure]:
     offset = np.abs(found.path_offset)
     yield Measure("offset_largest_mm", "largest offset from the path", 1e3 * float(np.max(offset)), "mm")
     square = _mean(found.time, offset**2)
-    yield Measure("offset_rms_mm", "rms offset from the path", 1e3 * float(np.sqrt(square)), "mm")
+    yield Measure("offset_rms_mm", "RMS offset from the path", 1e3 * float(np.sqrt(square)), "mm")
     farthest = max([one.distance for one in found.overruns], default=0.0)
     if farthest:
         yield Measure("past_end_mm", "farthest past the end of the path", 1e3 * farthest, "mm")

@@ -23,7 +23,7 @@ from infinivar.study.study import Study
 from infinivar.transmission.geometry import PressedContact
 from infinivar.transmission.operating_point import OperatingPoint
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
-from infinivar.web.answers import drawing_machines, drawing_wheels, shapes, words
+from infinivar.web.answers import drawing_machines, shapes, words
 from infinivar.web.answers.contact import element_point
 from infinivar.web.answers.places import Place, place_of
 from infinivar.web.answers.shapes import Shape
@@ -108,9 +108,9 @@ def _cobotic(drive: CoboticDrive, speed: float, force: float, travel: float | No
     moving = float(point.link_speed)
     slides = {"link": shapes.slide((1.0, 0.0), MM * moving, span)}
     above = [
-        *drawing_wheels.cylinder_from_above(element, drive.cylinder_speed, span + 2.0 * MM * element.cylinder_radius)
+        *drawing_machines.cylinder_from_above(element, drive.cylinder_speed, span + 2.0 * MM * element.cylinder_radius)
     ]
-    above += shapes.sliding(drawing_wheels.wheel_from_above(element, point, 0.0), "link")
+    above += shapes.sliding(drawing_machines.wheel_from_above(element, point, 0.0), "link")
     above += _link(element, span, moving, force)
     scenes = [shapes.scene("Seen from above, the wheel on top", above)]
     scenes.append(shapes.scene("Seen along the cylinder", _end_view(element, drive.cylinder_speed, point)))
