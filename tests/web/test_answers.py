@@ -430,7 +430,9 @@ def test_long_computations():
     study = iv.Study.from_dict(asked["tables"], name="small")
     assert found["verdict"] == iv.compare(study).verdict
     assert told
-    sized = worked({**asked, "job": "size", "options": {"top": 3}}, lambda share, words: told.append((share, words))).header
+    sized = worked(
+        {**asked, "job": "size", "options": {"top": 3}}, lambda share, words: told.append((share, words))
+    ).header
     assert sized["designs"][0]["title"] == iv.size(study, top=3, sets="shipped").designs[0].title
     with pytest.raises(RefusedError):
         worked({**asked, "job": "mine"}, lambda share, words: None)
