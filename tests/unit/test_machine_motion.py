@@ -253,6 +253,28 @@ def test_balance_closes_with_other_laws_and_with_spin(law):
     assert ("spin" in run.lost) == (law == "exact")
 
 
+def test_steering_without_a_patch_names_it():
+    roller = iv.RollingContact(
+        wheel_radius=0.02,
+        preload=300.0,
+        friction=0.1,
+        creep_stiffness=6e3,
+        rolling_torque=0.01,
+        bearing_torque=0.01,
+        surface="sphere",
+        surface_radius=0.05,
+    )
+    machine = iv.SphereMachine(
+        ivt=iv.SphericalIVT(sphere_radius=0.05, drive=roller),
+        input_inertia=5e-4,
+        output_inertia=2e-3,
+        sphere_inertia=1e-3,
+        steering=LEG.steering,
+    )
+    with pytest.raises(iv.InputError, match=r"steering\.patch_half_length is missing: give it, or the geometry"):
+        simulate_machine(machine, MachineScenario(duration=0.02, source="none", steering=lambda time: [0.7]))
+
+
 @sampled("layout", ["cubic", "tetrahedral"], every=2)
 def test_spheres_with_spin_close_their_balance(layout):
     roller = iv.RollingContact(

@@ -70,6 +70,11 @@ class SteeringPlant:
         -------
         dict   "patch" and "bell", magnitudes of the torques. [N m]
 
+        Raises
+        ------
+        ParameterError
+            If neither the half-length of the patch nor the geometry of the wheel is known.
+
         Source: faulring2006, section V-B; `infinivar.contact.spin`.
         """
         preload = transmission.preload
@@ -78,6 +83,8 @@ class SteeringPlant:
             friction = transmission.friction if transmission.turns_with_spin else self.sliding_friction
             turning = spin.ellipse_moment(preload, patch.a, patch.b, friction)
         else:
+            if self.patch_half_length is None:
+                raise ParameterError("steering.patch_half_length is missing: give it, or the geometry of the wheel")
             turning = spin.line_moment(preload, self.patch_half_length, self.sliding_friction)
         measured = given(self.bell_friction, 0.0) * preload
         bell = measured if self.bell_bearing is None else self.bell_bearing.starting_moment(0.0, preload)
