@@ -7,8 +7,8 @@ import pytest
 import typer
 
 import infinivar as iv
+from infinivar import InputError
 from infinivar.cli import app
-from infinivar.errors import InputError
 from internals import (
     DERIVATIVE_METHODS,
     CalibrateOptions,
