@@ -30,7 +30,7 @@ COMMANDS = {
     "check": (["check", "knee_walking"], "no faults found"),
     "compare": (["compare", "hand_controller", "--drive", "motor2-gear4", "--quick"], "covers"),
     "size": (["size", "knee_walking", "--drive", "geared", "--set", "few.toml", "--builds", "0"], "energy of "),
-    "contact": (["contact", "knee_walking"], "cobotic"),
+    "contact": (["contact", "knee_walking"], "contact.html"),
     "motion": (["motion", "recorded.csv"], "recorded.csv: time, position in 401 rows"),
     "simulate": (["simulate", "hand_controller", "--scenario", "push", "--drive", "motor2-gear4"], "J from the supply"),
     "session": (["session", "one_axis_display", "--task", "hold"], "J "),
