@@ -76,7 +76,7 @@ def test_margins_of_many_designs_are_in_tables_that_fit_a_page(infinivar, folder
     shown = {}
     for table in section.split("<table")[1:]:
         _, heading, *rows = table.split("<tr>")
-        names = re.findall(r'<th class="number">(.*?)</th>', heading)
+        names = re.findall(r'<th scope="col" class="number">(.*?)</th>', heading)
         assert len(names) <= 8
         for row in rows:
             (limit,) = re.findall(r"<td>(.*?)</td>", row)
