@@ -78,11 +78,7 @@ def amount(help: str, unit: str, **known: Any) -> Any:
 
 def amounts(help: str, unit: str, **known: Any) -> Any:
     """Field of an option such as "2 mm, 5 mm"; its values are in SI."""
-
-    def read(name: str, said: str) -> tuple[float, ...]:
-        return tuple(quantity(name, part.strip(), unit) for part in said.split(","))
-
-    return option(help, str, read, unit=unit, **known)
+    return option(help, str, lambda name, said: quantities(name, said, unit), unit=unit, **known)
 
 
 def numbers(help: str, *, default: tuple[float, ...] | None = None, **known: Any) -> Any:
@@ -136,6 +132,11 @@ def quantity(name: str, said: str, unit: str) -> float:
         return units.parse(said, unit)
     except InputError as problem:
         raise InputError(f"{name} {said!r} {problem}") from None
+
+
+def quantities(name: str, said: str, unit: str) -> tuple[float, ...]:
+    """SI values of an option such as "2 mm, 5 mm"."""
+    return tuple(quantity(name, part.strip(), unit) for part in said.split(","))
 
 
 def span(name: str, said: str, low: str, high: str, unit: str) -> tuple[float, float]:

@@ -202,6 +202,18 @@ def test_values_that_exclude_each_other_are_refused(changed, message):
         replace(GEAR, strain_wave=replace(SAID, **changed))
 
 
+def test_a_row_of_a_table_is_excluded_for_what_a_gear_is_refused_for():
+    stated = {name: getattr(SAID, name) for name in ("efficiency", "rated_torque", "starting_torque", "running_torque")}
+    stated |= {"momentary_torque": 0.5 * RATED, "ratcheting_torque": 0.4 * RATED}
+    row = {"ratio": RATIO, **{f"strain_wave.{name}": value for name, value in stated.items()}}
+    faults = type(GEAR.law()).contradictions(lambda name, otherwise=np.nan: np.array([row.get(name, otherwise)]))
+    assert [why for why, bad in faults if bad[0]] == [
+        "gearhead strain_wave.momentary_torque below its rated torque",
+        "gearhead strain_wave.ratcheting_torque below its rated torque",
+        "gearhead strain_wave.ratcheting_torque below its momentary torque",
+    ]
+
+
 def test_a_spring_that_softens_is_refused():
     with pytest.raises(iv.InputError, match=r"stiffness must be <= .* N m/rad, that beyond the first corner"):
         replace(springy(), stiffness=1.01 * springy().strain_wave.stiffness_2)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from infinivar.errors import InputError
-from infinivar.options import Options, amount, choice, flag, headings, option, quantity, words
+from infinivar.options import Options, amount, choice, flag, headings, option, quantities, words
 
 if TYPE_CHECKING:
     from infinivar._core.engine import Engine
@@ -60,7 +60,7 @@ class StepOptions(Options):
 
 
 def _window(name: str, said: str) -> tuple[float, ...]:
-    parts = tuple(quantity(name, part.strip(), "s") for part in said.split(","))
+    parts = quantities(name, said, "s")
     if len(parts) != 2:
         raise InputError(f'{name} {said!r} must be a start and an end, such as "2 s, 12 s"')
     return parts

@@ -45,6 +45,14 @@ REFERENCE = 293.15
 THINNING = 0.02
 """Relative fall of friction without load per kelvin; assumed. [K^-1]"""
 
+_RISING = (
+    ("starting_torque", "running_torque", "N m"),
+    ("rated_torque", "momentary_torque", "N m"),
+    ("rated_torque", "ratcheting_torque", "N m"),
+    ("momentary_torque", "ratcheting_torque", "N m"),
+)
+"""Pairs of torques of which the second is at least the first, with their unit."""
+
 _UNBOUNDED = 1e300
 """Upper bound of the larger of two values, so that a bond graph's equations have no branch."""
 
@@ -93,9 +101,6 @@ class StrainWave:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
-        if isinstance(self.starting_torque + self.running_torque, (int, float)):
-            least = f">= starting_torque, {plain(self.starting_torque, 4)} N m"
-            require(self.running_torque >= self.starting_torque, "running_torque", self.running_torque, least)
         for corner, beyond in (("torque_1", "stiffness_2"), ("torque_2", "stiffness_3")):
             if (getattr(self, corner) is None) != (getattr(self, beyond) is None):
                 missing, other = (corner, beyond) if getattr(self, corner) is None else (beyond, corner)
@@ -104,12 +109,7 @@ class StrainWave:
             raise ParameterError("torque_1 is missing: torque_2 needs it")
         if isinstance(self.torque_1, (int, float)) and isinstance(self.torque_2, (int, float)):
             require(self.torque_2 > self.torque_1, "torque_2", self.torque_2, f"> torque_1, {self.torque_1:g} N m")
-        for less, more, unit in (
-            ("stiffness_2", "stiffness_3", "N m/rad"),
-            ("rated_torque", "momentary_torque", "N m"),
-            ("rated_torque", "ratcheting_torque", "N m"),
-            ("momentary_torque", "ratcheting_torque", "N m"),
-        ):
+        for less, more, unit in (*_RISING, ("stiffness_2", "stiffness_3", "N m/rad")):
             low, high = getattr(self, less), getattr(self, more)
             if isinstance(low, (int, float)) and isinstance(high, (int, float)):
                 require(high >= low, more, high, f">= {less}, {plain(low, 4)} {unit}")
@@ -261,7 +261,13 @@ class StrainWaveLaw(GearLaw):
         ratio, (efficiency, rated, starting, running) = column("ratio"), map(column, cls.SEARCHED)
         with np.errstate(divide="ignore", invalid="ignore"):
             return [
-                ("gearhead strain_wave.running_torque below its starting torque", running < starting),
+                *(
+                    (
+                        f"gearhead strain_wave.{more} below its {less.replace('_', ' ')}",
+                        column(f"strain_wave.{more}") < column(f"strain_wave.{less}"),
+                    )
+                    for less, more, _ in _RISING
+                ),
                 (
                     "gearhead strain_wave.efficiency above what its running torque leaves",
                     1.0 / efficiency - ratio * running / rated < 1.0 - 1e-12,
