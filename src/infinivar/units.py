@@ -31,7 +31,7 @@ _STANDARD = {
     "ohms": "ohm",
     "-": "1",
 }
-"""Units as they are spelt in files, where that is not how studies spell them."""
+"""Units as files write them, where studies write them otherwise."""
 
 _FORCE_TIMES_LENGTH = re.compile(r"(?<![A-Za-z])([munkM]?N)(?:[-_.*·⋅ ]?([mc]?m)|([mc]?m)(s))(?![A-Za-z])")
 _MASS_TIMES_AREA = re.compile(r"(?<![A-Za-z])(k?g)[-_.*·⋅ ]?([mc]?m)(?:\^?2|²)")

@@ -341,12 +341,17 @@ class TestSensitivity:
             assert found[words].verdict == "no effect"
         assert sensitivity(study, "motor2-gear4", "loss", samples=0).conclusions == ()
 
-    def test_what_nothing_changes_is_said(self, study):
+    def test_what_nothing_changes_is_said(self, study, tmp_path):
         small = replace(study.requirement, force=5.0, speed=0.1, power=0.4)
         found = sensitivity(replace(study, requirement=small), "cobotic", "coverage", samples=64)
         assert found.value == pytest.approx(1.0)
         assert found.influences == ()
-        assert found.remarks == ("No parameter affects the outcome over its range.",)
+        assert found.remarks == (found.answer,) == ("No parameter affects the outcome over its range.",)
+        page, *_ = iv.save(replace(found, beyond="wheel slip"), tmp_path)
+        text = page.read_text("utf-8")
+        assert f'<p class="headline">{found.answer}</p>' in text
+        assert text.count(found.answer) == 1
+        assert "The drive exceeds its limits: wheel slip." in text
 
     def test_a_recommendation_is_a_change_of_design(self, study):
         """Followed by a thousandth: friction up with the preload down."""

@@ -224,7 +224,7 @@ def in_processes(job: Job, numbers: Sequence[int], *, workers: int) -> Generator
             lost += 1
             if lost == _LOST_IN_A_ROW:
                 raise InputError(
-                    f"workers were lost {lost} times in a row, perhaps for want of memory: {len(left)} chunks are left; "
+                    f"workers were lost {lost} times in a row, perhaps because memory ran out: {len(left)} chunks are left; "
                     "continue with --resume (resume=True) and fewer workers"
                 ) from problem
 
@@ -338,7 +338,7 @@ def _received(future: Any, address: str) -> Done:
         return future.result()
     except distributed.KilledWorker as problem:
         raise InputError(
-            f"a chunk lost one worker of the cluster after another, perhaps for want of memory: {printable(problem)}"
+            f"a chunk lost one worker of the cluster after another, perhaps because memory ran out: {printable(problem)}"
         ) from problem
     except (distributed.CancelledError, CommClosedError) as problem:
         raise InputError(

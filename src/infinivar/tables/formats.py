@@ -62,7 +62,7 @@ _USUAL_UNITS = {
     "mm/s", "rad/s", "deg/s", "m/s^2", "V", "mV", "A", "mA", "W", "K", "degC", "°C", "Hz", "g", "kg", "Pa",
     "kPa", "bar", "%", "1", "N m", "mN m", "kN m",
 }  # fmt: skip
-"""Units by which a row of units is told from a row of headings."""
+"""Units that tell a row of units from a row of headings."""
 
 
 def opened(file: str | Path, known: Known) -> Source:

@@ -36,7 +36,7 @@ class Named(NamedTuple):
 
 
 def read_named(
-    file: str | Path, wanted: Mapping[str, str], required: Sequence[str], columns: Mapping[str, str] | None = None
+    file: str | Path, si_units: Mapping[str, str], required: Sequence[str], columns: Mapping[str, str] | None = None
 ) -> Named:
     """Read columns by their exact names, each with its unit in the heading; other columns are ignored.
 
@@ -45,7 +45,7 @@ def read_named(
     Parameters
     ----------
     file : str or Path
-    wanted : mapping      SI unit of each column to read, by its name.
+    si_units : mapping    SI unit of each column to read, by its name.
     required : sequence   Names of columns that the file must have.
     columns : mapping     Headings by name, where they differ: ``{"mass": "m [kg]"}``.
 
@@ -59,8 +59,10 @@ def read_named(
         If the file is invalid; the message names file, line and column.
     """
     requested = {folded(text) for entry in (columns or {}).values() for text in (entry, bracketed(entry).name)}
-    source = opened(file, lambda one: name_of(one) in wanted or bool(requested & {folded(one.text), folded(one.name)}))
-    found = named_columns(source, wanted, columns)
+    source = opened(
+        file, lambda one: name_of(one) in si_units or bool(requested & {folded(one.text), folded(one.name)})
+    )
+    found = named_columns(source, si_units, columns)
     missing = [name for name in required if name not in found]
     if missing:
         plural = "" if len(required) == 1 else "s"
@@ -75,14 +77,14 @@ def read_named(
 
 
 def named_columns(
-    source: Headed, wanted: Mapping[str, str | None], columns: Mapping[str, str] | None = None, *, bare: bool = False
+    source: Headed, si_units: Mapping[str, str | None], columns: Mapping[str, str] | None = None, *, bare: bool = False
 ) -> dict[str, NamedColumn]:
     """Find columns by their names.
 
     Parameters
     ----------
     source : Headed
-    wanted : mapping      SI unit of each column, by its name; None for a column of texts.
+    si_units : mapping    SI unit of each column, by its name; None for a column of texts.
     columns : mapping     Headings by name, where they differ.
     bare : bool           Whether a pure number needs no unit.
 
@@ -91,18 +93,18 @@ def named_columns(
     InputError
         If a column is there twice, or its unit is missing, unknown or of another quantity.
     """
-    known_names("columns", columns or {}, tuple(wanted))
+    known_names("columns", columns or {}, tuple(si_units))
     requested = {
         place: (name, unit) for name, entry in (columns or {}).items() for place, unit in [place_of(source, entry)]
     }
     found: dict[str, NamedColumn] = {}
     for place, heading in enumerate(source.headings):
         name, unit = requested.get(place, (name_of(heading), None))
-        if name not in wanted or (place not in requested and name in (columns or {})):
+        if name not in si_units or (place not in requested and name in (columns or {})):
             continue
         if name in found:
             refuse(source, [place], "stands there twice")
-        measured = wanted[name]
+        measured = si_units[name]
         if measured is None:
             found[name] = NamedColumn(place, "", 1.0)
             continue

@@ -16,6 +16,7 @@ from infinivar._core.engine import Engine
 from infinivar._core.engine import check as check_engine
 from infinivar._core.fields import quantities_of, value_at
 from infinivar._core.result import Frozen, Result, result
+from infinivar._core.text import capitalise
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.robustness import outcomes
 from infinivar.analysis.robustness.derivatives import Method, gradient, values_of
@@ -48,6 +49,8 @@ _NONE = 1e-9
 
 _POINTS = ("efficiency", "loss")
 """Outcomes at a single point, which are not worth compiling."""
+
+_IDLE = "No parameter affects the outcome over its range."
 
 _LEFT_OUT = ("control.",)
 """Prefixes of fields that affect neither steady operation nor cycles."""
@@ -182,6 +185,11 @@ class Sensitivity(Result):
         """The largest influences, one sentence each."""
         return tuple(_sentence(self, place, row) for place, row in enumerate(self.influences[:LARGEST]))
 
+    @property
+    def answer(self) -> str:
+        """Which parameter has most influence, in one sentence."""
+        return f"{capitalise(self.ranking[0].removeprefix('1. '))}." if self.influences else _IDLE
+
     @derived()
     def remarks(self) -> tuple[str, ...]:
         """Remarks on limits, ranges and indices."""
@@ -194,7 +202,7 @@ class Sensitivity(Result):
 
     def _on_ranges(self) -> Iterator[str]:
         if not self.influences:
-            yield "No parameter affects the outcome over its range."
+            yield _IDLE
         assumed = [row for row in self.influences if not row.stated]
         if assumed:
             share = "All parameters" if len(assumed) == len(self.influences) else f"{len(assumed)} parameters"

@@ -29,7 +29,7 @@ ANSWERS: dict[str, str] = {
     "plane": "infinivar.web.answers.motion:plane",
     "drawing": "infinivar.web.answers.drawing:drawing",
 }
-"""Function of each answer, "module:function", loaded when first asked: from the payload of a request to an `Answer`."""
+"""Function of each answer, "module:function", imported by the first request: from the payload of a request to an `Answer`."""
 
 OF_STUDY = frozenset({"point", "contact", "motion", "plane", "drawing"})
 """Answers about one study: their functions take the study and the payload, and return an `Answer` or its header."""

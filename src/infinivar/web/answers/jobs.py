@@ -18,7 +18,7 @@ from infinivar.web.answers.document import study_of
 from infinivar.web.answers.payload import flag, number, text, whole, word
 
 JOBS = frozenset({"job"})
-"""Names under which a process is asked for a long computation."""
+"""Names of the long computations that a process can do."""
 
 _KINDS = ("size", "compare", "session")
 
@@ -38,7 +38,7 @@ Report = Callable[[float, str], None]
 
 
 def worked(payload: Mapping[str, Any], report: Report) -> Answer:
-    """Do the work; `report` is told the share done and what is being done."""
+    """Do the work; `report` receives the share done and the current step."""
     kind = word(payload, "job", _KINDS)
     try:
         study = study_of(payload)

@@ -1,4 +1,4 @@
-// The first questions of the page, asked while the rest of it still loads.
+// The first requests of the page, sent while the rest of it still loads.
 import { remembered } from "./theme.js";
 import { createTransport } from "./transport.js";
 
@@ -39,7 +39,7 @@ export function keep(now, opened, valid) {
 function early(ask) {
   if (!own) return null;
   const asked = started.then(async ({ header, arrays }) => ({ tables: header.study.tables, ...(await ask(header, arrays)) }));
-  asked.catch(() => {});  // told by who waits for it
+  asked.catch(() => {});  // reported by the caller
   return asked;
 }
 

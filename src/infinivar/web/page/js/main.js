@@ -1,4 +1,4 @@
-// The page: what is asked when, and what each part shows of the answers.
+// The page: which request is sent when, and what each part shows of the answers.
 import { byId, download, make, say, tooltips } from "./dom.js";
 import { createFields } from "./fields.js";
 import { COUNT, firstMaps, firstShown, firstStudy, keep, resumed, started, transport } from "./first.js";
@@ -37,7 +37,7 @@ let welcomed = false;
 let waiting = null;  // what was being typed when the page was left, until the last valid state is shown
 let disk = null;  // the state of the study's files that the page knows
 let own = null;  // name of the study with which the program was started
-let mapped = null;  // what the maps shown were asked with: what is typed may be no study
+let mapped = null;  // the request behind the maps shown: what is typed may be no study
 let tasked = null;  // the last answer about tasks
 let firstSeen;
 // The fields are many: they come after the first maps, or soon where there are none.
@@ -58,7 +58,7 @@ const payload = () => ({ name: store.document.name, tables: store.document.table
 
 // --- asking -----------------------------------------------------------------------------------------------------------------
 
-/** Ask the maps of the drives shown, and paint them; the time from `stamp` to the painted maps is told. */
+/** Request the maps of the drives shown, and paint them; the time from `stamp` to the painted maps is reported. */
 async function askMaps(stamp = performance.now()) {
   if (model !== null && model.plane === null) { await askTasks(); return; }
   if (!view.shown.length) { plots.setDrives([]); plots.blank("Tick a drive on the left to see its map."); return; }
@@ -91,7 +91,7 @@ async function askMaps(stamp = performance.now()) {
 
 const early = { maps: firstMaps, study: firstStudy };
 
-/** What was asked while the page loaded, if it is still what is wanted; each is taken once. */
+/** The answer to a request sent while the page loaded, if it is still current; each is taken once. */
 async function taken(what) {
   const asking = early[what];
   early[what] = null;
@@ -551,7 +551,7 @@ byId("count").addEventListener("change", () => {
 store.subscribe((why) => {
   if (why === "pin") { tellModes(); plots.setBefore(store.before?.maps ?? null, view.mode); return; }
   changed(performance.now(), why === "edit" ? STUDY_DELAY : 0);
-  setTimeout(() => keep(store.document, store.opened, store.valid));  // after the maps are asked for
+  setTimeout(() => keep(store.document, store.opened, store.valid));  // after the request for maps
 });
 
 /** Open the study that the address holds. */
