@@ -40,6 +40,7 @@ def edited(measured, folder, change):
     return folder / "rig.csv"
 
 
+@pytest.mark.slow
 def test_from_the_rig_to_a_calibrated_study(infinivar, tmp_path):
     done = infinivar("rig", STUDY, "--drive", "cobotic", "--ratios", "8", "--loads", "0.2,0.5", "--out", "rig.csv")
     assert done.code == 0, done.err
@@ -166,7 +167,11 @@ def heading(name, text):
         (heading("duration", "duration [ms]"), "rad/s at most"),
         (scaled("duration", 1e3), "check the units of both headings"),
         (scaled("motor_current", 1.2, slice(4, None, 2)), "too many for outliers"),
-        (scaled("motor_current", -1.0, slice(4, None)), "the link receives work but the cylinder supplies none"),
+        pytest.param(
+            scaled("motor_current", -1.0, slice(4, None)),
+            "the link receives work but the cylinder supplies none",
+            marks=pytest.mark.slow,
+        ),
         (lambda rows: rows.__delitem__(slice(1, None)), "at least two rows of numbers"),
         (lambda rows: rows.__setitem__(0, [";".join(rows[0])]), "line 1 has 8 headings, this line 1 cell"),
     ],

@@ -285,6 +285,7 @@ def test_output_may_be_cut_short(tmp_path, command):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full, which only Linux has")
+@pytest.mark.slow
 def test_a_full_disk_is_one_message(tmp_path):
     done = bash("infinivar schema > /dev/full", tmp_path)
     assert done.returncode == 2

@@ -130,6 +130,7 @@ def test_samples_in_chunks(infinivar, folder):
     assert "64 candidates" in infinivar("sweep", "show", "b").out
 
 
+@pytest.mark.slow
 def test_indices_in_chunks(infinivar, folder):
     (folder / "spread.toml").write_text(SLIDE + SPREADS, "utf-8")
     command = (

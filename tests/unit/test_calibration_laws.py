@@ -335,6 +335,7 @@ def test_intervals_contain_the_truth_where_an_approximation_is_the_truth(drive, 
     assert all(count < stats.binom.isf(0.01, sessions, 0.05) + 0.5 for count in missed.values())
 
 
+@pytest.mark.slow
 def test_an_approximation_is_no_rival_of_the_law_that_it_approximates(drive, study):
     """It is listed beside it, its difference is in the interval; as the study's law it is kept, and named as what it is."""
     data = session(under(drive, "exact"), 1, ratios=(20.0, 2.0), loads=(0.4, 0.8))
@@ -368,6 +369,7 @@ def test_an_approximation_is_no_rival_of_the_law_that_it_approximates(drive, stu
     assert alone.undecided == alone.left
 
 
+@pytest.mark.slow
 def test_the_patch_that_a_calibrated_study_loses_is_named(drive, study):
     """The difference of forces, by the fitted patch and by the calibrated element, on slender patches only."""
     said = {}

@@ -64,7 +64,8 @@ def test_twenty_rows_of_a_cosine(column, closed, cutoff):
 
 @pytest.mark.parametrize("count", [25, pytest.param(100, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
-    ("column", "closed"), [("position", True), ("position", False), ("speed", True), ("speed", False)]
+    ("column", "closed"),
+    [("position", True), pytest.param("position", False, marks=pytest.mark.slow), ("speed", True), ("speed", False)],
 )
 def test_an_acceleration_is_within_ten_percent_or_named(count, column, closed):
     """Known motions at 10 to 50 rows a cycle; runs of one to three cycles that end anywhere."""
@@ -112,7 +113,7 @@ def noisy(seed, *, shares, count, closed=True, gap=False, column="position"):
 @pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("column", "closed"),
-    [("position", True), pytest.param("position", False, marks=pytest.mark.slow), ("speed", True)],
+    [("speed", True), *(pytest.param("position", closed, marks=pytest.mark.slow) for closed in (True, False))],
 )
 def test_noise_that_spoils_the_acceleration_is_named(column, closed, count):
     """Noise of 0.03 to 1 % of the range: at most 1 in 20 that are wrong goes unnamed, as the estimate promises."""
@@ -222,7 +223,8 @@ def test_a_coarse_cycle_does_not_kink_at_its_join():
             assert not any("jumps" in one for one in read(period, rows, motion).warnings)
 
 
-@pytest.mark.parametrize("rows", [19, *(pytest.param(rows, marks=pytest.mark.slow) for rows in (10, 12, 20, 30, 50))])
+@pytest.mark.parametrize("rows", [19, 10, 12, 20, 30, 50])
+@pytest.mark.slow
 def test_the_sized_motor_does_not_change_with_the_rows(rows):
     """60 kg moved by a cosine: of the shipped parts the lightest pair, by its shape and from 10 to 50 rows a cycle."""
     knee = iv.load_study("knee_walking")

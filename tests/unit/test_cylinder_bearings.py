@@ -187,13 +187,8 @@ def test_passive_in_four_quadrants_at_many_points(kind):
     check_passive(200_000, kind)
 
 
-EVERY_DAY = [
-    "backing rollers",
-    *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("coefficient", "maker's model")),
-]
-
-
-@pytest.mark.parametrize("kind", EVERY_DAY)
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["coefficient", "maker's model", "backing rollers"])
 def test_prescribed_and_simulated_losses_agree(kind):
     found = two_ways(held(BARE, kind), WALKING)
     # The controlled link passes reversals of its force at other instants.
@@ -252,7 +247,8 @@ def test_formulas_use_the_array_standard_only(kind):
         assert_allclose(np.asarray(strict), known, rtol=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["maker's model", *(pytest.param(one, marks=pytest.mark.slow) for one in KINDS)])
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
 def test_formulas_run_on_jax(kind):
     jax = pytest.importorskip("jax")
     jax.config.update("jax_enable_x64", True)

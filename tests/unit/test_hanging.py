@@ -265,6 +265,7 @@ def test_friction_of_slow_parts_of_a_path_is_a_row(found):
         )
 
 
+@pytest.mark.slow
 def test_answers_beyond_ten_are_counted(shipped):
     knee = iv.compare(shipped["knee_walking"], quick=True).hangs_on
     assert len(knee.rows) == 10

@@ -414,6 +414,7 @@ def test_mixed_use_names_its_limit_and_the_energy_per_metre():
     assert " in Stand (margin 0." in hard.verdict
 
 
+@pytest.mark.slow
 def test_mixed_use_of_many_cycles_is_short():
     duty = {f"h{k}": replace(HOLD, title=f"Hold {k}", force=-1.0 - k, time_share=0.1) for k in range(10)}
     found = iv.compare(replace(MIXED, duty=duty), quick=True)

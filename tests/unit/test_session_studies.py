@@ -241,7 +241,7 @@ WALLS = [
 ]
 
 
-@sampled(("stiffness", "damping"), WALLS, every=8)
+@sampled(("stiffness", "damping"), WALLS, every=24)
 def test_the_stiffness_rendered_is_that_of_the_wall_whatever_its_damping(stiffness, damping):
     """Damper, inertia, friction and delay of the loop are no part of it; 1 % for the resolution of the encoder."""
     assert at_a_wall(stiffness, damping).rendered_stiffness == pytest.approx(1e3 * stiffness, rel=0.01)

@@ -133,6 +133,7 @@ def test_every_flipped_byte_is_noticed_or_harmless(whole):
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="counts the threads of a process as Linux lists them")
+@pytest.mark.slow
 def test_chunk_files_are_read_and_written_without_threads():
     """A thread of pyarrow that is at work while the interpreter ends aborts the process, after the right result."""
     code = """
@@ -308,6 +309,7 @@ CONTENT = (
 )
 
 
+@pytest.mark.slow
 def test_equal_contents_have_equal_fingerprints_in_every_process():
     code = "from test_sweeps import CONTENT, fingerprint; print(fingerprint(CONTENT))"
     found = {

@@ -151,7 +151,10 @@ A_HUNDRED = [
 ]
 
 
-@pytest.mark.parametrize(("kind", "seeds"), [("geared", (3, 34, 70)), ("cobotic", (8, 17)), *A_HUNDRED])
+@pytest.mark.parametrize(
+    ("kind", "seeds"),
+    [("geared", (3, 34, 70)), pytest.param("cobotic", (8, 17), marks=pytest.mark.slow), *A_HUNDRED],
+)
 def test_a_motion_that_is_tracked_takes_the_same_both_ways(kind, seeds):
     """2 %, where the load follows within 1 %: cylinder speed, rest, and coming to rest explain the rest of the difference.
 

@@ -159,6 +159,7 @@ STUDY = {
 }
 
 
+@pytest.mark.slow
 def test_a_real_process_answers_refuses_and_is_ended():
     async def scene():
         worker = Worker("knee_walking")
