@@ -51,6 +51,7 @@ _POINTS = ("efficiency", "loss")
 """Outcomes at a single point, which are not worth compiling."""
 
 _IDLE = "No parameter affects the outcome over its range."
+"""The answer where there is no influence."""
 
 _LEFT_OUT = ("control.",)
 """Prefixes of fields that affect neither steady operation nor cycles."""
@@ -183,12 +184,12 @@ class Sensitivity(Result):
     @derived()
     def ranking(self) -> tuple[str, ...]:
         """The largest influences, one sentence each."""
-        return tuple(_sentence(self, place, row) for place, row in enumerate(self.influences[:LARGEST]))
+        return tuple(f"{place}. {_sentence(self, row)}" for place, row in enumerate(self.influences[:LARGEST], 1))
 
     @property
     def answer(self) -> str:
         """Which parameter has most influence, in one sentence."""
-        return f"{capitalise(self.ranking[0].removeprefix('1. '))}." if self.influences else _IDLE
+        return f"{capitalise(_sentence(self, self.influences[0]))}." if self.influences else _IDLE
 
     @derived()
     def remarks(self) -> tuple[str, ...]:
@@ -463,7 +464,7 @@ def sobol(first: np.ndarray, second: np.ndarray, mixed: np.ndarray) -> tuple[np.
     return np.atleast_1d(np.squeeze(found.first_order)), np.atleast_1d(np.squeeze(found.total_order))
 
 
-def _sentence(found: Sensitivity, place: int, row: Influence) -> str:
+def _sentence(found: Sensitivity, row: Influence) -> str:
     from infinivar import units
 
     change = "raises" if row.elasticity > 0 else "lowers"
@@ -475,7 +476,7 @@ def _sentence(found: Sensitivity, place: int, row: Influence) -> str:
     share = "" if row.total is None or math.isnan(row.total) else f"; {100 * max(row.total, 0.0):.0f} % of the variance"
     outcome = "temperature rise" if found.outcome.name == "temperature" else found.outcome.name
     effect = f"+1 % {change} the {outcome} by {plain(abs(row.elasticity), 3)} %"
-    return f"{place + 1}. {row.words}: {effect}; {span}{share}"
+    return f"{row.words}: {effect}; {span}{share}"
 
 
 def conclusions(outcome: Outcome, elasticities: Mapping[str, float], drive: AnyDrive) -> tuple[Conclusion, ...]:

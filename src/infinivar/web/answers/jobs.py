@@ -18,7 +18,7 @@ from infinivar.web.answers.document import study_of
 from infinivar.web.answers.payload import flag, number, text, whole, word
 
 JOBS = frozenset({"job"})
-"""Names of the long computations that a process can do."""
+"""Names of requests for long computations."""
 
 _KINDS = ("size", "compare", "session")
 

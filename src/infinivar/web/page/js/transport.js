@@ -1,5 +1,5 @@
-// The only module that knows how requests reach the program. Another transport with the same `call`, for example one that runs the
-// answers in a worker, serves the page as well.
+// The only module that knows how requests reach the program. Another transport with the same `call`, for example one that runs
+// the answers in a worker, serves the page as well.
 
 /** A newer question of the same kind took the place of this one. */
 export class Superseded extends Error {}
