@@ -21,8 +21,8 @@ def main(folder):
         table = tomllib.loads(path.read_text("utf-8"))
         for place in places(table):
             for words, value in FAULTS.items():
-                print(f"{path.stem} {'.'.join(map(str, place))} {words}: {told(faulty(table, place, value))}")
-            print(f"{path.stem} {'.'.join(map(str, place))} misspelt: {told(misspelt(table, place))}")
+                print(f"{path.stem} {'.'.join(map(str, place))} {words}: {message_of(faulty(table, place, value))}")
+            print(f"{path.stem} {'.'.join(map(str, place))} misspelt: {message_of(misspelt(table, place))}")
 
 
 def places(table, above=()):
@@ -56,7 +56,7 @@ def holding(table, place):
     return table
 
 
-def told(table):
+def message_of(table):
     try:
         iv.Study.from_dict(table, name="study")
     except iv.InputError as fault:

@@ -1,7 +1,7 @@
 """Reading a recording of a minute at 1 kHz, four columns, with comma and point or semicolon and comma, against NumPy's reader.
 
-The other side reads the numbers below a known heading with `numpy.loadtxt`, told which marks the file uses. Ours finds out marks,
-units and columns and keeps the number of each line.
+The other side reads the numbers below a known heading with `numpy.loadtxt`, which is given the marks that the file uses. Ours
+finds out marks, units and columns and keeps the number of each line.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ drive = study.drives["cobotic"]
 settings = virtual_rig.protocol(drive, study.rig)
 measured = virtual_rig.experiment(drive, study.rig, settings, simulated=False).data
 found = iv.calibrate(study, "cobotic", measured)
-print(found.fit.told)
+print(found.fit.identifiable)
 
 # %%
 # Measured efficiencies with their 95 % intervals, and the calibrated drive:

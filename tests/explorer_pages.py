@@ -42,7 +42,7 @@ class Page:
         self.requests: list[str] = []
         self.page.on("pageerror", lambda problem: self.problems.append(str(problem)))
         self.page.on("console", lambda said: said.type == "error" and self.problems.append(said.text))
-        self.page.on("request", lambda asked: self.requests.append(asked.url))
+        self.page.on("request", lambda request: self.requests.append(request.url))
         self.page.goto(address)
 
     def __enter__(self) -> Page:

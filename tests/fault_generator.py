@@ -148,9 +148,9 @@ def mutated(table, random):
                 other = found[random.integers(len(found))]
                 holder[key] = deepcopy(at(table, other)[other[-1]]) if other[: len(path)] != path else 1
             case 5:
-                spelt = [*key]
-                spelt[random.integers(len(spelt))] = str(random.choice([*"aez_-.9 "]))
-                holder["".join(spelt)] = holder.pop(key)
+                letters = [*key]
+                letters[random.integers(len(letters))] = str(random.choice([*"aez_-.9 "]))
+                holder["".join(letters)] = holder.pop(key)
             case 6:
                 holder[key] = f"{10 ** random.uniform(-6, 6):.4g} {random.choice(UNITS)}"
             case _:

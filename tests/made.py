@@ -75,8 +75,8 @@ def kept(function):
 
     @functools.cache
     def once(*arguments, **options):
-        asked = repr((file.stem, function.__qualname__, arguments, sorted(options.items()), file.read_bytes()))
-        path = folder() / f"{function.__name__}-{named(hashlib.sha256(asked.encode()))}"
+        identity = repr((file.stem, function.__qualname__, arguments, sorted(options.items()), file.read_bytes()))
+        path = folder() / f"{function.__name__}-{named(hashlib.sha256(identity.encode()))}"
         with filelock.FileLock(f"{path}.lock"):
             if path.exists():
                 return pickle.loads(path.read_bytes())

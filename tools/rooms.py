@@ -30,10 +30,10 @@ def main() -> None:
     print(f"{'together':<14}{sum(lines.values()):>7} code lines{sum(files.values()):>5} files")
     kinds = {name for file, tree in trees.items() if within(file, *KINDS) for name in classes(tree)}
     kinds -= {name for file, tree in trees.items() if not within(file, *KINDS) for name in classes(tree)}
-    asked = {file: questions(tree, kinds) for file, tree in trees.items() if not within(file, MACHINES)}
-    asked = {file: count for file, count in asked.items() if count}
-    print(f"questions about kinds of machine outside their room: {sum(asked.values())} in {len(asked)} files")
-    for file, count in sorted(asked.items(), key=lambda pair: -pair[1]):
+    counts = {file: questions(tree, kinds) for file, tree in trees.items() if not within(file, MACHINES)}
+    counts = {file: count for file, count in counts.items() if count}
+    print(f"questions about kinds of machine outside their room: {sum(counts.values())} in {len(counts)} files")
+    for file, count in sorted(counts.items(), key=lambda pair: -pair[1]):
         print(f"{count:>5}  {file.relative_to(PACKAGE)}")
 
 

@@ -84,8 +84,8 @@ def rewrite(app, what: str, name: str, obj: object, options: object, lines: list
         # Napoleon reads text before a colon as the type of the property.
         lines[0] = lines[0].replace(": ", "; ")
     if what == "class" and isinstance(obj, type) and dataclasses.is_dataclass(obj):
-        told = issubclass(obj, Frozen) and "Fields" in lines  # in the docstring of a result
-        lines += [] if told else describe_fields(obj)
+        listed = issubclass(obj, Frozen) and "Fields" in lines  # in the docstring of a result
+        lines += [] if listed else describe_fields(obj)
 
 
 def unlink_common_words(app, doctree: nodes.document) -> None:

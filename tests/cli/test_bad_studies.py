@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from faults.rows import PIECES, told, with_value
+from faults.rows import PIECES, check_lines, with_value
 from folders import results
 from sampled import sampled
 
@@ -73,7 +73,7 @@ def test_extremes_are_refused_or_computed(infinivar, write, tmp_path, field, val
     """No overflow, no warning (warnings are errors here), no share beyond 1, no nan passed on as an answer."""
     outcome = infinivar("compare", write(with_value(field, value)), "--json")
     if outcome.code == 2:
-        told(outcome, [field, str(value)])
+        check_lines(outcome, [field, str(value)])
         assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
         return
     assert outcome.err == ""

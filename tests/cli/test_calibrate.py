@@ -47,21 +47,23 @@ def test_from_the_rig_to_a_calibrated_study(infinivar, tmp_path):
     assert "7 runs written to rig.csv" in done.out
     found = infinivar("calibrate", "rig.csv", *DRIVE, "--out", "out", "--json")
     assert found.code == 1  # one preload does not tell hysteresis from bearing friction
-    told = json.loads(found.out)
-    assert told["not_told_apart"][0]["weights"].keys() == {"rolling_torque", "bearing_torque"}
-    assert told["parameters"]["creep_stiffness"]["told"]
-    assert told["parameters"]["rolling_torque"]["standard_deviation"] is None
-    assert all((tmp_path / file).exists() for file in told["files"])
+    report = json.loads(found.out)
+    assert report["combinations"][0]["weights"].keys() == {"rolling_torque", "bearing_torque"}
+    assert report["parameters"]["creep_stiffness"]["identifiable"]
+    assert report["parameters"]["rolling_torque"]["standard_deviation"] is None
+    assert all((tmp_path / file).exists() for file in report["files"])
     page = (tmp_path / "out" / "calibration.html").read_text("utf-8")
     assert "Not identifiable separately: rolling_torque and bearing_torque." in page
 
     study = iv.load_study(tmp_path / "out" / "calibrated.toml")
     fitted = {row.field: row for row in study.provenance if row.owner == "cobotic" and row.kind == "fitted"}
     assert fitted.keys() == {"transmission.creep_stiffness", "guideway.coefficient", "gearhead.efficiency"}
-    assert fitted["transmission.creep_stiffness"].value == pytest.approx(told["parameters"]["creep_stiffness"]["value"])
+    assert fitted["transmission.creep_stiffness"].value == pytest.approx(
+        report["parameters"]["creep_stiffness"]["value"]
+    )
     assert fitted["transmission.creep_stiffness"].where == "rig.csv, 7 runs"
     spreads = {spread.path: spread for spread in study.uncertainty.spreads["cobotic"]}
-    deviation = told["parameters"]["creep_stiffness"]["standard_deviation"]
+    deviation = report["parameters"]["creep_stiffness"]["standard_deviation"]
     assert spreads["transmission.creep_stiffness"].deviation == pytest.approx(deviation, rel=1e-5)
     assert "transmission.bearing_torque" in spreads  # carries the interval of the sum
     assert iv.load_study(STUDY).drives.keys() == study.drives.keys()
@@ -211,16 +213,16 @@ def test_single_readings_that_no_rig_can_give_are_left_out(infinivar, measured, 
     file = edited(measured, tmp_path, change)
     outcome = infinivar("calibrate", file, *DRIVE, "--out", "out", "--json")
     assert outcome.code == 1
-    told = json.loads(outcome.out)
-    assert [one["line"] for one in told["left_out_lines"]] == lines
+    report = json.loads(outcome.out)
+    assert [one["line"] for one in report["left_out_lines"]] == lines
     assert f"excluded: line {lines[0]}: " in outcome.err
     assert said in outcome.err
     page = (tmp_path / "out" / "calibration.html").read_text("utf-8").replace("\N{NO-BREAK SPACE}", " ")
-    assert all(one["reason"] in page for one in told["left_out_lines"])
+    assert all(one["reason"] in page for one in report["left_out_lines"])
     options = [word for line in lines for word in ("--leave-out", str(line))]
     without = json.loads(infinivar("calibrate", file, *DRIVE, *options, "--json").out)
     for name, one in without["parameters"].items():
-        assert told["parameters"][name]["value"] == pytest.approx(one["value"], rel=1e-4)
+        assert report["parameters"][name]["value"] == pytest.approx(one["value"], rel=1e-4)
 
 
 def test_a_pattern_of_readings_that_no_rig_can_give_is_refused(infinivar, measured, tmp_path):

@@ -31,20 +31,20 @@ def bench(tmp_path):
 def test_from_the_bench_to_a_calibrated_study(infinivar, bench, tmp_path):
     done = infinivar("calibrate", bench, *DRIVE, "--out", "out", "--json")
     assert done.code == 0, done.err
-    told = json.loads(done.out)
-    assert told["kind"] == "dynamometer"
-    assert all((tmp_path / file).exists() for file in told["files"])
+    report = json.loads(done.out)
+    assert report["kind"] == "dynamometer"
+    assert all((tmp_path / file).exists() for file in report["files"])
     page = (tmp_path / "out" / "calibration.html").read_text("utf-8")
     assert "load share" in page
 
     study = iv.load_study(tmp_path / "out" / "calibrated.toml")
     gear = study.drives[NAME].gearhead
     assert gear.loss_model == "stribeck"
-    assert gear.friction.load_motor == pytest.approx(told["parameters"]["load_share"]["value"], rel=1e-6, abs=1e-9)
+    assert gear.friction.load_motor == pytest.approx(report["parameters"]["load_share"]["value"], rel=1e-6, abs=1e-9)
     fitted = {row.field: row for row in study.provenance if row.owner == NAME and row.kind == "fitted"}
     assert fitted["motor.resistance"].where == "bench.csv, dynamometer, 18 rows"
     spreads = {spread.path: spread for spread in study.uncertainty.spreads[NAME]}
-    deviation = told["parameters"]["resistance"]["standard_deviation"]
+    deviation = report["parameters"]["resistance"]["standard_deviation"]
     assert spreads["motor.resistance"].deviation == pytest.approx(deviation, rel=1e-5)
     again = infinivar("calibrate", bench, "--study", "out/calibrated.toml", "--drive", NAME, "--out", "out2")
     assert again.code == 0, again.err
@@ -148,9 +148,9 @@ def swinging(tmp_path):
 def test_from_a_pendulum_to_a_calibrated_study(infinivar, swinging, tmp_path):
     done = infinivar("calibrate", swinging, "--study", "swing.toml", "--drive", NAME, "--out", "out", "--json")
     assert done.code == 0, done.err
-    told = json.loads(done.out)
-    assert told["kind"] == "pendulum"
-    low, high = told["parameters"]["load_share"]["interval_95"]
+    report = json.loads(done.out)
+    assert report["kind"] == "pendulum"
+    low, high = report["parameters"]["load_share"]["interval_95"]
     assert low < 0.03 < high
     assert iv.load_study(tmp_path / "out" / "calibrated.toml").drives[NAME].gearhead.loss_model == "stribeck"
     assert "pendulum" in (tmp_path / "out" / "calibration.html").read_text("utf-8")

@@ -83,14 +83,14 @@ def code_of(infinivar, folder, rig_data, seed):
     )
     arguments, before = command(made, random), contents(folder)
     done = infinivar(*arguments, folder=folder)
-    told = f"{seed}: {arguments}: {done.code}\n{done.out[-500:]}\n{done.err[-2000:]}"
-    assert done.code in DOCUMENTED, told
-    assert "Traceback" not in done.err, told
-    assert "Warning" not in done.err, told
-    assert "\x1b[31m" not in done.out + done.err, told
+    context = f"{seed}: {arguments}: {done.code}\n{done.out[-500:]}\n{done.err[-2000:]}"
+    assert done.code in DOCUMENTED, context
+    assert "Traceback" not in done.err, context
+    assert "Warning" not in done.err, context
+    assert "\x1b[31m" not in done.out + done.err, context
     if done.code == 2:
-        assert contents(folder) == before, told
-        assert 0 < len(done.err.splitlines()) < 12, told
+        assert contents(folder) == before, context
+        assert 0 < len(done.err.splitlines()) < 12, context
     return done.code
 
 

@@ -295,11 +295,15 @@ def test_a_full_disk_is_one_message(tmp_path):
 
 def completions(folder, *words):
     """What a shell offers when TAB is pressed behind the last word."""
-    asked = {"_INFINIVAR_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1)}
+    completion = {
+        "_INFINIVAR_COMPLETE": "complete_bash",
+        "COMP_WORDS": " ".join(words),
+        "COMP_CWORD": str(len(words) - 1),
+    }
     command = Path(sys.executable).parent / "infinivar"
     if not command.exists():
         pytest.skip("the command is not installed")
-    done = subprocess.run([command], cwd=folder, capture_output=True, text=True, env={**os.environ, **asked})
+    done = subprocess.run([command], cwd=folder, capture_output=True, text=True, env={**os.environ, **completion})
     assert done.stderr == ""
     return done.stdout.split()
 

@@ -50,8 +50,8 @@ base = "faulring2006.motor1-gear2"
 
 def test_a_ranking_beyond_the_limits_is_labelled(infinivar, write, tmp_path):
     """A ranking at an efficiency of 4e-8 was printed without a word."""
-    asked = ("sensitivity", write(GEARED), "--of", "efficiency", "--force", "1e9 N", "--out", "out")
-    done = infinivar(*asked)
+    command = ("sensitivity", write(GEARED), "--of", "efficiency", "--force", "1e9 N", "--out", "out")
+    done = infinivar(*command)
     assert done.code == 1, done.err
     assert "limit exceeded" in done.out
     assert "The drive exceeds its limits, so these numbers describe an infeasible operation: " in done.out
@@ -59,7 +59,7 @@ def test_a_ranking_beyond_the_limits_is_labelled(infinivar, write, tmp_path):
     assert "The drive exceeds its limits, so these numbers describe an infeasible operation: " in (
         tmp_path / "out" / "sensitivity-efficiency.html"
     ).read_text("utf-8")
-    assert "supply voltage" in json.loads(infinivar(*asked, "--json").out)["beyond_limits"]
+    assert "supply voltage" in json.loads(infinivar(*command, "--json").out)["beyond_limits"]
 
 
 WEAK = GEARED.replace("gear2", "gear1")
@@ -107,8 +107,8 @@ resistance = "60 %%"
 
 def test_a_temperature_without_end(infinivar, write, tmp_path):
     """The figure was to be drawn to infinity: a fault of the program."""
-    asked = ("sensitivity", write(HOT % 600), "--of", "temperature", "--out", "out")
-    done = infinivar(*asked)
+    command = ("sensitivity", write(HOT % 600), "--of", "temperature", "--out", "out")
+    done = infinivar(*command)
     assert done.code == 2
     assert "unbounded, so parameters cannot be ranked: " in done.err
     assert "motor winding temperature grows without bound; limit 155 °C exceeded after " in done.err

@@ -52,12 +52,12 @@ def test_builds_are_in_terminal_files_and_report(infinivar, folder):
 
 
 def test_no_builds_and_wrong_numbers_of_builds(infinivar, folder):
-    asked = ("size", "slide.toml", "--set", "shelf.toml", "--top", "1", "--objective", "mass", "--out", "out")
-    done = infinivar(*asked, "--builds", "0", "--json")
+    command = ("size", "slide.toml", "--set", "shelf.toml", "--top", "1", "--objective", "mass", "--out", "out")
+    done = infinivar(*command, "--builds", "0", "--json")
     assert done.code == 0
     assert "doubt" not in json.loads(done.out)
     assert "Builds within" not in (folder / "out" / "sizing.html").read_text("utf-8")
-    refused = infinivar(*asked, "--builds", "100")
+    refused = infinivar(*command, "--builds", "100")
     assert refused.code == 2
     assert "builds must be a power of two from 16 to 1048576, got 100" in refused.err
     assert infinivar("size", "slide.toml", "--builds", "-1").code == 2

@@ -48,16 +48,16 @@ def test_a_search_in_chunks_continues_shows_and_reports(infinivar, folder):
     assert "1 of 2 chunks done; 7 candidates" in shown.out
     resumed = sweep(infinivar, "slide.toml", *GRID, "--objective", "mass", "--resume", "--out", "out", "--json")
     assert resumed.code == 0
-    told = json.loads(resumed.out)
-    assert told["sweep"]["finished"]
-    assert told["designs"][0]["parts"]["motor"]["part"].startswith("shelf:")
+    report = json.loads(resumed.out)
+    assert report["sweep"]["finished"]
+    assert report["designs"][0]["parts"]["motor"]["part"].startswith("shelf:")
     assert (folder / "out" / "sizing.html").is_file()
     assert (folder / "out" / "design-01.toml").is_file()
     shown = infinivar("sweep", "show", "s", "--json", "--top", "2")
     assert shown.code == 0
     lists = json.loads(shown.out)["lists"]
     assert list(lists) == ["top"]
-    assert [row["mass_kg"] for row in lists["top"]] == [one["mass_kg"] for one in told["designs"][:2]]
+    assert [row["mass_kg"] for row in lists["top"]] == [one["mass_kg"] for one in report["designs"][:2]]
     text = infinivar("sweep", "show", "s").out
     assert re.search(r"^Best, \d+ designs:\n  1\. shelf:\w+; shelf:\w+; radius \d+ mm; .*; margin ", text, re.MULTILINE)
     assert "  motor peak torque: 12" in text  # two of the 14 state no mass
@@ -123,9 +123,9 @@ def test_samples_in_chunks(infinivar, folder):
     low, high = map(float, re.findall(r"(\S+) to (\S+) J per cycle", done.out)[0])
     study = iv.load_study(folder / "slide.toml")
     assert 0.99 * low <= iv.duty_cycle(study.drives["geared"], study.duty["shake"]).energy <= 1.01 * high < 1.05 * low
-    told = json.loads(infinivar(*command, "--resume", "--json").out)
-    assert told["builds"] == told["sweep"]["candidates"] == 64
-    assert told["sweep"]["finished"]
+    report = json.loads(infinivar(*command, "--resume", "--json").out)
+    assert report["builds"] == report["sweep"]["candidates"] == 64
+    assert report["sweep"]["finished"]
     assert infinivar("sweep", "builds", "slide.toml", "--folder", "c").code == 2
     assert "64 candidates" in infinivar("sweep", "show", "b").out
 
@@ -150,9 +150,9 @@ def test_indices_in_chunks(infinivar, folder):
     assert (done.code, done.err) == (0, "")
     assert done.out.startswith("1. ")
     assert "of the variance" in done.out
-    told = json.loads(infinivar(*command, "--resume", "--json").out)
-    assert told["sweep"]["chunks"] == 1
-    assert told["parameters"][0]["sobol_total"] > 0.0
+    report = json.loads(infinivar(*command, "--resume", "--json").out)
+    assert report["sweep"]["chunks"] == 1
+    assert report["parameters"][0]["sobol_total"] > 0.0
 
 
 @pytest.mark.slow
@@ -174,10 +174,10 @@ def test_starts_of_a_cobotic_search_are_reported(infinivar, tmp_path, monkeypatc
     done = infinivar(*command, *options, "--resume", "--out", "out")
     assert (done.code, done.err) == (0, "")
     assert done.out == f"{plain.out}Report: out/sizing.html\n"
-    told = json.loads(infinivar(*command, *options, "--resume", "--out", "out", "--json").out)
-    assert {Path(one).name for one in told["files"]} >= {"sizing.html", "sizing.json", "design-01.toml"}
+    report = json.loads(infinivar(*command, *options, "--resume", "--out", "out", "--json").out)
+    assert {Path(one).name for one in report["files"]} >= {"sizing.html", "sizing.json", "design-01.toml"}
     best = json.loads((tmp_path / "out" / "sizing.json").read_text("utf-8"))["designs"][0]
-    assert best["power_W"] == told["lists"]["top"][0]["power_W"]
+    assert best["power_W"] == report["lists"]["top"][0]["power_W"]
 
 
 def test_a_study_without_a_cobotic_drive_has_no_such_sweep(infinivar, folder):

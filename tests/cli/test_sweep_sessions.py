@@ -17,7 +17,7 @@ def test_sessions_are_told_by_parameter(infinivar, tmp_path):
     again = infinivar("sweep", "sessions", "hand_controller", "--folder", folder, *OPTIONS, "--resume", "--json")
     parameters = json.loads(again.out)["parameters"]
     assert parameters["creep_stiffness"]["unit"] == "N"
-    assert parameters["rolling_torque + bearing_torque"]["told"] == 1.0
+    assert parameters["rolling_torque + bearing_torque"]["identifiable"] == 1.0
 
 
 def test_wrong_options_are_named_and_nothing_is_written(infinivar, tmp_path):

@@ -65,15 +65,15 @@ def with_value(field, value):
     return PIECES["requirement"] + PIECES["mine"] + ("" if owner == "drives.mine" else f"[{owner}]\n") + line
 
 
-def told(outcome, words, begins=""):
+def check_lines(outcome, words, begins=""):
     """Assert exit code 2 and a message of so many short lines, each of which names the file and holds its words."""
     said = outcome.err.removeprefix("infinivar: ").splitlines()
-    wanted = words if isinstance(words[0], list) else [words]
+    expected = words if isinstance(words[0], list) else [words]
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err.startswith("infinivar: ")
-    assert len(said) == len(wanted), outcome.err
+    assert len(said) == len(expected), outcome.err
     assert len(outcome.err) < 500 * len(said)
-    for line, held in zip(said, wanted, strict=True):
+    for line, held in zip(said, expected, strict=True):
         assert line.startswith("study.toml: " + begins), line
         assert line.isprintable(), line
         missing = [word for word in held if word not in line]
@@ -85,5 +85,5 @@ def refused(folder, command, files, words, begins=""):
     files = {name: content if isinstance(content, bytes) else content.encode() for name, content in files.items()}
     for name, content in files.items():
         (folder / name).write_bytes(content)
-    told(run(*command.split(), folder=folder), words, begins)
+    check_lines(run(*command.split(), folder=folder), words, begins)
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == files

@@ -106,8 +106,8 @@ LIMITS = CALLS.pop("limits")
 def test_the_message_names_the_argument(error, call, said):
     with pytest.raises(getattr(iv, error)) as caught:
         eval(call)
-    told = str(caught.value)
-    assert told.startswith(said[:-1]) if said.endswith("…") else told == said
+    message = str(caught.value)
+    assert message.startswith(said[:-1]) if said.endswith("…") else message == said
 
 
 @pytest.mark.parametrize(("limit", "call"), LIMITS.values(), ids=LIMITS)

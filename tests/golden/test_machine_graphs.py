@@ -58,8 +58,8 @@ def _values(graph, element):
 
 
 def test_graphs_are_those_pinned():
-    wanted, found = PINNED.read_text("utf-8").splitlines(), list(lines())
-    assert found == wanted
+    expected, found = PINNED.read_text("utf-8").splitlines(), list(lines())
+    assert found == expected
 
 
 if __name__ == "__main__":

@@ -32,10 +32,10 @@ def nans(value, path=""):
 
 def check_comparison(found):
     """Energies, margins and temperatures are numbers but where the verdict says that the drive cannot do it."""
-    told = json.loads(json.dumps(found.to_dict()))
-    for result in told["drives"].values():
+    report = json.loads(json.dumps(found.to_dict()))
+    for result in report["drives"].values():
         assert not nans(result) or result["coverage"] == 0.0, result
-    for cycle in told.get("duty", {}).values():
+    for cycle in report.get("duty", {}).values():
         for result in cycle["drives"].values():
             if result["feasible"]:
                 alternatives = result.pop("cylinder", [])
@@ -46,9 +46,9 @@ def check_comparison(found):
                 assert not nans(result["verdict"])
 
 
-def check_message(told):
-    assert "\x1b" not in told
-    assert "study.toml" in told or "recording.csv" in told
+def check_message(message):
+    assert "\x1b" not in message
+    assert "study.toml" in message or "recording.csv" in message
 
 
 def work(folder, seed):

@@ -291,8 +291,8 @@ def test_slopes_of_a_contact(law):
         step = size * np.eye(3)[place]
         turned = [spin if spin is None else spin + sign * step[2] for sign in (1, -1)]
         high, low = (forces(u + s * step[0], v + s * step[1], t) for s, t in zip((1, -1), turned, strict=True))
-        for wanted, got in zip((high - low) / (2 * size), (found[place], found[3 + place]), strict=True):
-            assert_allclose(got, wanted, rtol=1e-3, atol=1e-4 * np.abs(wanted).max() + 1e-12)
+        for expected, got in zip((high - low) / (2 * size), (found[place], found[3 + place]), strict=True):
+            assert_allclose(got, expected, rtol=1e-3, atol=1e-4 * np.abs(expected).max() + 1e-12)
 
 
 def test_slopes_of_a_patch_that_turns_on_the_spot():

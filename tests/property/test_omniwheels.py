@@ -49,11 +49,11 @@ def test_powers_balance_in_all_quadrants(seed):
     angle, twist, wrench = rng.uniform(-4.0, 4.0, _POINTS), rng.normal(size=(_POINTS, 3)), rng.normal(size=(_POINTS, 3))
     here = wheels.at(angle)
     delivered = np.sum(here.link_forces(wrench) * here.link_speeds(twist), axis=-1)
-    wanted = np.sum(wrench * twist, axis=-1)
+    expected = np.sum(wrench * twist, axis=-1)
     assert {(a, b) for a in (-1, 1) for b in (-1, 1)} == set(
         map(tuple, np.sign(wrench[:, :2] * twist[:, :2]).astype(int))
     )
-    np.testing.assert_allclose(delivered, wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max())
+    np.testing.assert_allclose(delivered, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
 def test_a_ring_of_omniwheels_turns_all_rims_alike_and_its_rollers_not():

@@ -99,8 +99,8 @@ def test_wheels_whose_normals_meet_can_roll(seed):
     free = cobot.freedom(heading)
     assert np.all(free.misalignment < 1e-14)
     found = free.twist / np.linalg.norm(free.twist, axis=-1, keepdims=True)
-    wanted = twist / np.linalg.norm(twist, axis=-1, keepdims=True)
-    assert_allclose(found, wanted, rtol=0, atol=1e-9)
+    expected = twist / np.linalg.norm(twist, axis=-1, keepdims=True)
+    assert_allclose(found, expected, rtol=0, atol=1e-9)
     x, y = instant_centre(twist)
     turns = twist[:, 2] != 0
     assert np.all(np.isinf(x[~turns]) & np.isinf(y[~turns]))
@@ -261,9 +261,9 @@ def test_the_strict_array_library_computes_the_same(law):
     jacobian_, spin = (strict.asarray(np.asarray(part)) for part in (machine.jacobian, machine.spin))
     other = iv.Mechanism(contacts=wheel(law), jacobian=jacobian_, spin=spin, coordinates=machine.coordinates)
     point = other.operate(rates=strict.asarray(twist), heading=strict.asarray(heading + 1e-3))
-    wanted = machine.operate(rates=twist, heading=heading + 1e-3)
-    assert_allclose(np.asarray(point.applied), wanted.applied, rtol=1e-12, atol=1e-12)
-    assert_array_equal(np.asarray(point.limit), wanted.limit)
+    expected = machine.operate(rates=twist, heading=heading + 1e-3)
+    assert_allclose(np.asarray(point.applied), expected.applied, rtol=1e-12, atol=1e-12)
+    assert_array_equal(np.asarray(point.limit), expected.limit)
     loads = {"y": np.full(5, 3.0), "angle": np.full(5, 0.2)}
     given_ = {name: strict.asarray(load) for name, load in loads.items()}
     steered = other.steer(rates=strict.asarray(twist), applied=given_)
@@ -282,11 +282,11 @@ def test_jax_computes_the_same():
     jax = pytest.importorskip("jax")
     cobot, twist = body(), twists(np.random.default_rng(4), 20)
     heading = cobot.headings(twist)
-    wanted = cobot.mechanism.operate(rates=twist, heading=heading + 1e-3)
+    expected = cobot.mechanism.operate(rates=twist, heading=heading + 1e-3)
     with in_float64(jax):
         point = cobot.mechanism.operate(rates=jax.numpy.asarray(twist), heading=jax.numpy.asarray(heading + 1e-3))
         steered = cobot.mechanism.steer(rates=jax.numpy.asarray(twist))
-    assert_allclose(np.asarray(point.applied), wanted.applied, rtol=1e-9, atol=1e-9)
+    assert_allclose(np.asarray(point.applied), expected.applied, rtol=1e-9, atol=1e-9)
     assert_allclose(np.arctan2(np.asarray(steered[1]), np.asarray(steered[0])), heading, atol=1e-12)
 
 

@@ -57,10 +57,10 @@ def test_filtered_noise_is_told_and_a_resolution_helps(tmp_path, clean):
     (warning,) = duty.warnings
     assert 'set resolution = "' in warning
     advised = float(warning.rpartition('"')[0].rpartition('"')[2].removesuffix(" mm"))
-    told = DutyCycle(motion=replace(duty.motion, resolution=1e-3 * advised), load_mass=REACH.load_mass)
-    assert not told.warnings
-    assert told.resting == pytest.approx(2.0, abs=0.2)
-    assert energies(told) == pytest.approx(clean, rel=0.03)  # the noise of the moves steers the wheel
+    finer = DutyCycle(motion=replace(duty.motion, resolution=1e-3 * advised), load_mass=REACH.load_mass)
+    assert not finer.warnings
+    assert finer.resting == pytest.approx(2.0, abs=0.2)
+    assert energies(finer) == pytest.approx(clean, rel=0.03)  # the noise of the moves steers the wheel
 
 
 def test_motions_without_stays_are_not_warned_about(tmp_path):

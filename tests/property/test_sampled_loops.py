@@ -100,19 +100,19 @@ class ByHand:
             total = show.virtual_mass / self.period + damping + show.wall_stiffness * self.period
             pull = show.wall_stiffness * self.place
         speed = (show.virtual_mass / self.period * self.before + force - pull) / total
-        wanted_acceleration, self.before = (speed - self.before) / self.period, speed
+        target_acceleration, self.before = (speed - self.before) / self.period, speed
         if not measured:
             self.place += self.period * speed
             gain = 2.0 * math.pi * show.drive.control.link_bandwidth
-            wanted, wanted_acceleration = (
+            target, target_acceleration = (
                 speed + gain * (self.place - state[0]),
-                wanted_acceleration + gain * (speed - state[1]),
+                target_acceleration + gain * (speed - state[1]),
             )
         else:
-            wanted = speed
+            target = speed
         pole = 2.0 * math.pi * show.drive.control.steering_bandwidth
-        rate = -wanted_acceleration / self.surface if show.rate_feedforward else 0.0
-        error = -wanted / self.surface - state[2]
+        rate = -target_acceleration / self.surface if show.rate_feedforward else 0.0
+        error = -target / self.surface - state[2]
         return self.bell / self.pull * (pole**2 * error + 2.0 * pole * (rate - state[3]))
 
     def run(self, samples):

@@ -228,14 +228,14 @@ def test_both_directions_are_alike(seed):
 @pytest.mark.parametrize("drive", ["cobotic", "cobotic-b", "motor2-gear4"])
 @sampled("scenario", SHIPPED.scenarios, every=3)
 def test_every_shipped_scenario_closes(drive, scenario):
-    wanted = SHIPPED.scenarios[scenario]
-    wheel = wanted.steering != "controlled" or wanted.cylinder != "running"
+    expected = SHIPPED.scenarios[scenario]
+    wheel = expected.steering != "controlled" or expected.cylinder != "running"
     if drive == "motor2-gear4" and wheel:
         with pytest.raises(ValueError, match="requires a cobotic drive"):
-            iv.simulate(SHIPPED.drives[drive], wanted)
+            iv.simulate(SHIPPED.drives[drive], expected)
         return
-    result = iv.simulate(SHIPPED.drives[drive], wanted)
+    result = iv.simulate(SHIPPED.drives[drive], expected)
     assert result.complete
     assert result.trajectory.closure < 1e-6
-    if wanted.motion is not None:
+    if expected.motion is not None:
         assert abs(result.columns["position_m"][-1] - result.columns["wanted_position_m"][-1]) < 2e-3

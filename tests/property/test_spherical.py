@@ -72,13 +72,13 @@ def test_without_load_the_sphere_rolls_without_creep(layout):
 
 def test_spin_of_the_rollers():
     """Drive rollers spin at Omega cos and Omega sin, steered ones at Omega (cos + sin)/2 or not at all."""
-    wanted = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=-1)
+    expected = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=-1)
     spin = sphere().operate(steering_angle=ANGLES, sphere_speed=20.0, load=0.0).spin / 20.0
-    assert_allclose(np.abs(spin[:, :2]), np.abs(wanted), atol=1e-9)
-    steered = np.abs(wanted.sum(axis=-1, keepdims=True) / 2)
+    assert_allclose(np.abs(spin[:, :2]), np.abs(expected), atol=1e-9)
+    steered = np.abs(expected.sum(axis=-1, keepdims=True) / 2)
     assert_allclose(np.abs(spin[:, 2:]), np.concatenate([steered, steered], axis=-1), atol=1e-9)
     spin = sphere("cubic").operate(steering_angle=ANGLES, sphere_speed=20.0, load=0.0).spin / 20.0
-    assert_allclose(np.abs(spin[:, :4]), np.abs(np.concatenate([wanted, wanted], axis=-1)), atol=1e-9)
+    assert_allclose(np.abs(spin[:, :4]), np.abs(np.concatenate([expected, expected], axis=-1)), atol=1e-9)
     assert_allclose(spin[:, 4:], 0.0, atol=1e-9)
 
 
@@ -86,9 +86,9 @@ def test_speed_of_the_steered_rollers():
     """Their rolling loss is proportional to it."""
     ivt = sphere(rolling_torque=1e-6)
     point = ivt.operate(steering_angle=ANGLES, sphere_speed=20.0, load=0.0)
-    wanted = 1e-6 * 20.0 * RADIUS / WHEEL * steering_speed(ANGLES)
+    expected = 1e-6 * 20.0 * RADIUS / WHEEL * steering_speed(ANGLES)
     for place in (2, 3):
-        assert_allclose(point.roller_losses["rolling"][:, place], wanted, rtol=1e-6)
+        assert_allclose(point.roller_losses["rolling"][:, place], expected, rtol=1e-6)
 
 
 # ---- loads and elastic slip
@@ -114,8 +114,8 @@ def test_elastic_slip_has_its_closed_form(layout):
     point = sphere(layout).operate(steering_angle=ANGLES, sphere_speed=20.0, load=load)
     steered = 2.0 * steering_speed(ANGLES) ** 3 if layout == "tetrahedral" else 1.0
     drives = (np.abs(np.cos(ANGLES)) + np.abs(np.sin(ANGLES))) / DRIVE
-    wanted = load * (drives + steered / (STEER * np.abs(np.sin(2.0 * ANGLES))))
-    assert_allclose(np.abs(point.slip), wanted, rtol=1e-3)
+    expected = load * (drives + steered / (STEER * np.abs(np.sin(2.0 * ANGLES))))
+    assert_allclose(np.abs(point.slip), expected, rtol=1e-3)
     assert np.all(np.sign(point.slip) == np.sign(np.sin(2.0 * ANGLES)))
     assert np.all(np.sign(point.power_in) == np.sign(point.slip))
 
@@ -309,9 +309,9 @@ def test_a_loaded_roller_of_a_locked_shaft_creeps_by_spin(layout):
     assert_allclose(point.input_torque, WHEEL * share * ivt.drive.slip_force, rtol=1e-6)
     rolled = WHEEL * np.abs(point.input_speed)
     force = np.abs(share) - loss / rolled / ivt.drive.slip_force  # less what turns the shaft in its bearings
-    wanted = 8.0 / (3.0 * np.pi) * force * a * np.abs(point.spin[:, 0])
-    assert_allclose(creep[:3], wanted[:3], rtol=0.01)
-    assert_allclose(creep[3], wanted[3] / 0.97, rtol=0.01)
+    expected = 8.0 / (3.0 * np.pi) * force * a * np.abs(point.spin[:, 0])
+    assert_allclose(creep[:3], expected[:3], rtol=0.01)
+    assert_allclose(creep[3], expected[3] / 0.97, rtol=0.01)
 
 
 def test_a_driven_contact_without_spin_is_that_of_the_wheel():

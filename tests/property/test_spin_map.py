@@ -145,8 +145,8 @@ def test_small_creepages_are_those_of_the_linear_theory():
     for ratio, poisson in [*_patches(rng, 5), (0.05, 0.0), (20.0, 0.5)]:
         linear = kalker.coefficients(ratio, poisson)
         _, gradient = iv.spin_map(ratio, poisson).forces_and_gradient(0.0, 0.0)
-        wanted = (linear.c22, linear.c23, -linear.c23, linear.c33)
-        assert_allclose(gradient, wanted, rtol=1e-12)
+        expected = (linear.c22, linear.c23, -linear.c23, linear.c33)
+        assert_allclose(gradient, expected, rtol=1e-12)
         small = 1e-7
         assert_allclose(iv.spin_map(ratio, poisson).forces(small, 0.0).fy, linear.c22 * small, rtol=1e-5)
 

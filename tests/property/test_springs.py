@@ -51,8 +51,8 @@ def test_derivatives_and_energy_of_springs(name):
     at = np.linspace(-0.02, 0.035, 37) + 1e-5
     found = [np.broadcast_to(row, at.shape) for row in spring.derivatives(at, 5)]
     for order, row in enumerate(found[1:]):
-        wanted = difference(lambda x, order=order: spring.derivatives(x, order)[order], at, 1e-5)
-        assert_allclose(row, wanted, rtol=1e-6, atol=1e-6 * np.max(np.abs(row)) + 1e-3)
+        expected = difference(lambda x, order=order: spring.derivatives(x, order)[order], at, 1e-5)
+        assert_allclose(row, expected, rtol=1e-6, atol=1e-6 * np.max(np.abs(row)) + 1e-3)
     assert_allclose(difference(spring.energy, at, 1e-5), found[0], atol=1e-7 * np.max(np.abs(found[0])))
     assert np.all(np.diff(found[0]) >= 0)
 
@@ -66,8 +66,8 @@ def test_deflection_is_the_inverse_of_force(name):
     found = [np.broadcast_to(row, at.shape) for row in spring.deflection_derivatives(force, 4)]
     for order, row in enumerate(found[1:]):
         step = 1e-4 * force
-        wanted = difference(lambda f, order=order: spring.deflection_derivatives(f, order)[order], force, step)
-        assert_allclose(row, wanted, rtol=1e-5, atol=1e-6 * np.max(np.abs(row)) + 1e-15)
+        expected = difference(lambda f, order=order: spring.deflection_derivatives(f, order)[order], force, step)
+        assert_allclose(row, expected, rtol=1e-5, atol=1e-6 * np.max(np.abs(row)) + 1e-15)
 
 
 def test_a_table_is_followed_and_continued_along_its_tangents():
@@ -201,8 +201,8 @@ def test_derivatives_of_linkages(name):
     assert np.all(found[1] > 0)
     assert np.all(linkage.demand(at) < 1)
     for order, row in enumerate(found[1:]):
-        wanted = difference(lambda x, order=order: linkage.derivatives(x, order)[order] + 0.0 * x, at, 1e-4)
-        assert_allclose(row, wanted, rtol=1e-6, atol=1e-7 * np.max(np.abs(row)) + 1e-9 + 2e-5 * (name == "table"))
+        expected = difference(lambda x, order=order: linkage.derivatives(x, order)[order] + 0.0 * x, at, 1e-4)
+        assert_allclose(row, expected, rtol=1e-6, atol=1e-7 * np.max(np.abs(row)) + 1e-9 + 2e-5 * (name == "table"))
 
 
 def test_a_linkage_ends_at_its_dead_centre():
@@ -352,8 +352,8 @@ def test_motion_on_the_drives_side_has_its_own_derivatives(name):
     ):
         even = Series.through(duty.period, np.asarray(rows[0]), 120 / duty.period)
         shift = 0.5 * duty.period / 2000
-        wanted = even.derivatives(instants.time - shift, len(rows) - 1)
-        for row, truth in zip(rows, wanted, strict=True):
+        expected = even.derivatives(instants.time - shift, len(rows) - 1)
+        for row, truth in zip(rows, expected, strict=True):
             assert_allclose(row, truth, atol=1e-5 * np.max(np.abs(truth)))
 
 

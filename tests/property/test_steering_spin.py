@@ -219,9 +219,9 @@ def test_generated_code_calls_the_same_map():
     patch = iv.spin_map(0.6, 0.3)
     scale = patch.scale
     forces = patch.forces(x / scale.c22, y / (scale.c22 * scale.lever))
-    wanted = (forces.fy, forces.mz / scale.lever)
+    expected = (forces.fy, forces.mz / scale.lever)
     calls = (spin_calls.force_ratio, spin_calls.moment_ratio)
-    for call, values in zip(calls, wanted, strict=True):
+    for call, values in zip(calls, expected, strict=True):
         assert_allclose([call(a, b, 0.6, 0.3) for a, b in zip(x.tolist(), y.tolist(), strict=True)], values, atol=1e-13)
         assert_allclose(call(x, y, 0.6, 0.3), values, atol=1e-13)
         assert call(0.0, 0.0, 0.6, 0.3) == 0.0
@@ -230,7 +230,7 @@ def test_generated_code_calls_the_same_map():
     one, two = casadi.SX.sym("x"), casadi.SX.sym("y")
     found = casadi.Function("f", [one, two], [call(one, two, 0.6, 0.3) for call in calls])
     assert_allclose(
-        [[float(value) for value in found(a, b)] for a, b in zip(x, y, strict=True)], np.transpose(wanted), atol=1e-13
+        [[float(value) for value in found(a, b)] for a, b in zip(x, y, strict=True)], np.transpose(expected), atol=1e-13
     )
     assert [float(value) for value in found(0.0, 0.0)] == [0.0, 0.0]
 

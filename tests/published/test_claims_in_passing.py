@@ -192,9 +192,9 @@ def test_energy_put_into_elastic_gear_trains(found, machine):
     share, works = plants._wound(machine, "cobotic")
     row, column = 10, 3
     assert works[row, column]
-    frequency, wanted = plane.frequency[row], plane.fraction[column] * machine.power
+    frequency, expected = plane.frequency[row], plane.fraction[column] * machine.power
     turn, count = 2.0 * math.pi * frequency, 20_000
-    size = math.sqrt(2.0 * math.sqrt(2.0) * wanted / (machine.load_mass * turn**3))
+    size = math.sqrt(2.0 * math.sqrt(2.0) * expected / (machine.load_mass * turn**3))
     phase = 2.0 * math.pi * (np.arange(count) + 0.5) / count
     speed, acceleration = size * turn * np.cos(phase), -size * turn**2 * np.sin(phase)
     drag = drive.guideway.friction_force(drive.transmission.preload) * np.sign(speed)

@@ -218,5 +218,5 @@ def test_a_smooth_reach_has_four_derivatives_that_vanish_at_its_ends():
     for order in range(6):
         step = 1e-4
         above, below = (reach.derivatives(time + way, order)[order] for way in (step, -step))
-        wanted = (above - below) / (2 * step)
-        assert_allclose(reach.derivatives(time, order + 1)[order + 1], wanted, atol=2e-5 * np.max(np.abs(wanted)))
+        expected = (above - below) / (2 * step)
+        assert_allclose(reach.derivatives(time, order + 1)[order + 1], expected, atol=2e-5 * np.max(np.abs(expected)))

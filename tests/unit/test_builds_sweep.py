@@ -76,9 +76,9 @@ def test_what_is_kept_can_be_read_without_the_study(slide, swept):
     _, found = swept
     rows = iv.load_sweep(found.folder).rows
     spreads = slide.uncertainty.spreads["geared"]
-    wanted = draw(spreads, slide.uncertainty.correlation("geared"), 128)
+    expected = draw(spreads, slide.uncertainty.correlation("geared"), 128)
     for place, spread in enumerate(spreads):
-        np.testing.assert_allclose(rows[f"value: {spread.path}"], wanted[:, place], rtol=1e-13)
+        np.testing.assert_allclose(rows[f"value: {spread.path}"], expected[:, place], rtol=1e-13)
     np.testing.assert_array_equal(rows["draw"], np.arange(128))
 
 

@@ -96,7 +96,7 @@ def test_a_study_that_knows_of_no_loss_finds_all_of_them(drive, exact):
     assert [model.known_values(bare)[name] for name in sought[1:]] == [0.0, 0.0, 0.0]
     found = fit(Problem.of(bare, RIG, exact.data, sought))
     expected = {**known, "rolling_torque": known["rolling_torque"] + known["bearing_torque"]}
-    assert found.told == sought
+    assert found.identifiable == sought
     assert_allclose([found.values[name] for name in sought], [expected[name] for name in sought], rtol=1e-5)
 
 
@@ -112,12 +112,12 @@ def test_intervals_contain_the_truth_as_often_as_they_say(drive, sessions, low, 
     an interval are twice as many as chance leaves in one of twenty.
     """
     known = model.known_values(drive)
-    told = ("creep_stiffness", "guideway_friction", "nominal_torque")
-    hits, chi_square = dict.fromkeys((*told, "sum"), 0), []
+    identifiable = ("creep_stiffness", "guideway_friction", "nominal_torque")
+    hits, chi_square = dict.fromkeys((*identifiable, "sum"), 0), []
     for seed in range(sessions):
         found = fit(Problem.of(drive, RIG, session(drive, seed), model.USUAL))
-        assert found.told == told
-        for name in told:
+        assert found.identifiable == identifiable
+        for name in identifiable:
             ends = found.interval(name)
             hits[name] += ends[0] <= known[name] <= ends[1]
         (combination,) = found.combinations
@@ -172,11 +172,11 @@ def test_losses_at_other_preloads_are_those_of_the_geometry(drive, friction):
     drive = replace(drive, transmission=replace(drive.transmission, geometry=replace(geometry, axle_bearing=bearing)))
     settings = virtual_rig.protocol(drive, RIG, ratios=RATIOS, preloads=(0.4, 1.6))
     truth = virtual_rig.experiment(drive, RIG, settings, exact=True, simulated=False).data
-    told = model.predict(drive, RIG, truth, model.known_values(drive))
+    identifiable = model.predict(drive, RIG, truth, model.known_values(drive))
     assert len(set(truth.preload)) == 3
-    assert_allclose(told.link_travel, truth.link_travel, rtol=1e-9, atol=1e-12)
-    assert_allclose(told.motor_current, truth.motor_current, rtol=1e-9)
-    assert_allclose(told.motor_voltage, truth.motor_voltage, rtol=1e-9)
+    assert_allclose(identifiable.link_travel, truth.link_travel, rtol=1e-9, atol=1e-12)
+    assert_allclose(identifiable.motor_current, truth.motor_current, rtol=1e-9)
+    assert_allclose(identifiable.motor_voltage, truth.motor_voltage, rtol=1e-9)
 
 
 def test_loads_and_slip_are_of_the_friction_at_the_speed_of_the_rig(drive):
@@ -190,9 +190,9 @@ def test_loads_and_slip_are_of_the_friction_at_the_speed_of_the_rig(drive):
     assert max(one.mass for one in settings) * RIG.gravity == pytest.approx(max(virtual_rig.LOADS) * slips)
     made = virtual_rig.experiment(drive, RIG, settings, exact=True, simulated=False)
     assert not made.left_out
-    told = model.predict(drive, RIG, made.data, model.known_values(drive))
-    assert_allclose(told.link_travel, made.data.link_travel, rtol=1e-9, atol=1e-12)
-    assert_allclose(told.motor_current, made.data.motor_current, rtol=1e-9)
+    identifiable = model.predict(drive, RIG, made.data, model.known_values(drive))
+    assert_allclose(identifiable.link_travel, made.data.link_travel, rtol=1e-9, atol=1e-12)
+    assert_allclose(identifiable.motor_current, made.data.motor_current, rtol=1e-9)
 
 
 def test_a_proportional_gearhead_is_taken_into_account(study):
@@ -200,8 +200,8 @@ def test_a_proportional_gearhead_is_taken_into_account(study):
     truth = virtual_rig.experiment(
         drive, RIG, virtual_rig.protocol(drive, RIG, ratios=RATIOS), exact=True, simulated=False
     ).data
-    told = model.predict(drive, RIG, truth, model.known_values(drive))
-    assert_allclose(told.motor_current, truth.motor_current, rtol=1e-9)
+    identifiable = model.predict(drive, RIG, truth, model.known_values(drive))
+    assert_allclose(identifiable.motor_current, truth.motor_current, rtol=1e-9)
     found = calibrate(study, "cobotic-b", session(drive))
     assert any("proportional to its load" in remark for remark in found.remarks)
 
@@ -214,7 +214,7 @@ def test_preloads_apart_tell_what_one_preload_cannot(drive):
     data = session(drive, 3, rig, preloads=(0.3, 1.0, 2.0))
     names = ("creep_stiffness", "rolling_torque", "bearing_torque", "guideway_friction", "nominal_torque")
     found, known = fit(Problem.of(drive, rig, data, names)), model.known_values(drive)
-    assert found.told == names
+    assert found.identifiable == names
     assert not found.combinations
     for name in names:
         assert abs(found.values[name] - known[name]) < 3.5 * found.deviations[name]

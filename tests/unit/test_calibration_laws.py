@@ -55,19 +55,21 @@ def contains(choice, known, name="creep_stiffness"):
 def test_data_of_each_law_are_attributed_to_it_or_left_open(drive, law, sessions):
     """A wrong law is preferred in one session of 1300 at most: none of 500 with a probability of 0.7."""
     known = model.known_values(drive)
-    alone = wrong = hits = told = 0
+    alone = wrong = hits = contradicted = 0
     for seed in range(sessions):
         choice = chosen(drive, session(under(drive, law), seed))
         wrong += law not in choice.left
         alone += choice.left == (law,)
         hits += contains(choice, known)
-        told += choice.contradicted
+        contradicted += choice.contradicted
         assert choice.fit.law == ("linear" if "linear" in choice.left else choice.undecided[0])
         assert not choice.misfit
-    print(f"{law}: alone {alone}, wrongly excluded {wrong}, study's law contradicted {told}, interval holds {hits}")
+    print(
+        f"{law}: alone {alone}, wrongly excluded {wrong}, study's law contradicted {contradicted}, interval holds {hits}"
+    )
     assert wrong <= sessions // 100
     assert hits >= 0.9 * sessions - 1
-    assert told == (0 if law == "linear" else sessions)
+    assert contradicted == (0 if law == "linear" else sessions)
 
 
 @pytest.mark.slow

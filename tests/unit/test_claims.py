@@ -203,10 +203,15 @@ def test_cells_count_by_area(machine):
         dynamic_map(drive, frequency, PLANES["fine", "linear"].fraction, power=12.0, load_mass=0.8, samples=80)
         for drive in drives
     )
-    for drive, part, asked, other in (("cobotic", "steering", ours, theirs), ("conventional", "winding", theirs, ours)):
-        losses = {name: loss for name, loss in asked.losses.items() if name != "amplifier"}
+    for drive, part, better, other in (
+        ("cobotic", "steering", ours, theirs),
+        ("conventional", "winding", theirs, ours),
+    ):
+        losses = {name: loss for name, loss in better.losses.items() if name != "amplifier"}
         share = sum(loss for name, loss in losses.items() if name.startswith(part)) / sum(losses.values())
-        where = (asked.fraction > 0.1)[None, :] & (asked.binding == 0) & ((asked.binding == 0) | (other.binding == 0))
+        where = (
+            (better.fraction > 0.1)[None, :] & (better.binding == 0) & ((better.binding == 0) | (other.binding == 0))
+        )
         found = plane_measures.most_lost(weighted, drive, part).computed
         assert float(found.split(" %")[0].split("%")[0]) / 100 == pytest.approx(np.mean(share[where]), abs=0.012)
 

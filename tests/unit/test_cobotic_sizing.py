@@ -149,9 +149,9 @@ def test_demands_are_those_of_duty_cycle_and_compare(template, loss_model):
             for group in (static, wheels.demands, *(one.demands for one in done))
             for key, values in group.items()
         }
-        for limit, wanted in drive.transmission.utilisation.items():
+        for limit, expected in drive.transmission.utilisation.items():
             part = AXLE if limit == Limit.BEARING else "wheel"
-            assert total[CONTACT, limit, part] == pytest.approx(wanted, rel=1e-9)
+            assert total[CONTACT, limit, part] == pytest.approx(expected, rel=1e-9)
         power, slips = 0.0, False
         for task in evaluation.tasks:
             if isinstance(task, MotionTask):
@@ -168,9 +168,9 @@ def test_demands_are_those_of_duty_cycle_and_compare(template, loss_model):
                 for limit, demand in drive.operate(speed=speed, force=force).utilisation.items():
                     part = next(key[2] for key in total if key[:2] == (REQUIREMENT, limit))
                     found[limit, part] = float(np.max(demand))
-            for key, wanted in found.items():
-                if math.isfinite(wanted):
-                    assert total[task.name, *key] == pytest.approx(wanted, rel=1e-9, abs=1e-12), (task.name, key)
+            for key, expected in found.items():
+                if math.isfinite(expected):
+                    assert total[task.name, *key] == pytest.approx(expected, rel=1e-9, abs=1e-12), (task.name, key)
                     seen.add(key)
         assert slips == bool(wheels.slipping[place] > 0.0)
         if not slips:
@@ -245,8 +245,8 @@ def test_life_wanted_against_the_turns_of_the_wheel():
         turns = np.mean(rolling) / element.wheel_radius / (2.0 * np.pi) * 7.2e6
         lateral = element.geometry.lateral_share * element.slip_force
         reached = element.geometry.axle.life(element.preload, lateral, element.wheel_radius)
-        wanted = (turns / float(reached)) ** (1.0 / 3.0)
-        assert wheels.demands["walk", Limit.LIFE, AXLE][place] == pytest.approx(wanted, rel=1e-6)
+        expected = (turns / float(reached)) ** (1.0 / 3.0)
+        assert wheels.demands["walk", Limit.LIFE, AXLE][place] == pytest.approx(expected, rel=1e-6)
 
 
 def some_candidates(seed, count=40, size=60):

@@ -82,10 +82,10 @@ def test_another_first_objective_does_not_continue_a_sweep(shelf):
 def test_of_several_starts_the_nearest_miss_is_kept(tmp_path, monkeypatch):
     """Where none is feasible: the nearest of what the starts find alone, whichever of them finds it."""
     (tmp_path / "weak.toml").write_text(SLOW.replace('voltage = "24 V"', 'voltage = "3 V"'), "utf-8")
-    asked = {**ASKED, "sets": tmp_path / "weak.toml", "objective": "energy"}
-    alone = [iv.size(WALKING, drive="cobotic", seed=seed, **asked).nearest for seed in range(2)]
+    chosen = {**ASKED, "sets": tmp_path / "weak.toml", "objective": "energy"}
+    alone = [iv.size(WALKING, drive="cobotic", seed=seed, **chosen).nearest for seed in range(2)]
     assert len({one.margin for one in alone}) == 2
-    problem = iv.cobotic_study_sweep(WALKING, starts=2, **asked)
+    problem = iv.cobotic_study_sweep(WALKING, starts=2, **chosen)
     found = swept(problem, tmp_path / "s", monkeypatch)
     assert not found.feasible
     assert found.nearest == max(alone, key=lambda one: one.margin)
@@ -100,10 +100,10 @@ def test_of_several_starts_the_nearest_miss_is_kept(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_a_wheel_that_slips_has_no_motors_to_name(shelf, tmp_path, monkeypatch):
-    asked = {**ASKED, "ranges": {**RANGES, "preload": (300.0, 400.0)}, "sets": shelf, "objective": "energy"}
-    problem = iv.cobotic_study_sweep(WALKING, starts=2, **asked)
+    chosen = {**ASKED, "ranges": {**RANGES, "preload": (300.0, 400.0)}, "sets": shelf, "objective": "energy"}
+    problem = iv.cobotic_study_sweep(WALKING, starts=2, **chosen)
     found = swept(problem, tmp_path / "s", monkeypatch)
-    alone = [iv.size(WALKING, drive="cobotic", seed=seed, **asked).nearest for seed in range(2)]
+    alone = [iv.size(WALKING, drive="cobotic", seed=seed, **chosen).nearest for seed in range(2)]
     assert found.nearest in alone
     assert found.nearest.title == "wheel with any motors"
     assert found.what_if["cobotic"].slips

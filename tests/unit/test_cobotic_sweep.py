@@ -65,12 +65,12 @@ def parts_of(one):
 @pytest.mark.slow
 def test_designs_are_the_best_of_each_start(problem, swept, alone):
     found = problem.result(swept)
-    wanted = {}
+    expected = {}
     for one in sorted((one for start in alone for one in start.designs), key=lambda one: one.power):
-        wanted.setdefault(parts_of(one), one)
+        expected.setdefault(parts_of(one), one)
     assert len({one.power for start in alone for one in start.designs[:1]}) == STARTS
-    assert [parts_of(one) for one in found.designs] == list(wanted)
-    for one, other in zip(found.designs, wanted.values(), strict=True):
+    assert [parts_of(one) for one in found.designs] == list(expected)
+    for one, other in zip(found.designs, expected.values(), strict=True):
         assert (one.mass, one.power) == pytest.approx((other.mass, other.power), rel=1e-12)
         assert one.values == pytest.approx(other.values, rel=1e-12)
         assert one.demands == pytest.approx(other.demands, rel=1e-9)
@@ -125,8 +125,8 @@ def test_designs_and_counts_are_in_words_with_units(problem, swept):
     assert f"{swept.candidates:,} candidates" in verdict
     assert "infeasible wheel designs by their tightest limit:" in lines
     blocked = swept.counts["blocked"]
-    told = [line for line in lines if re.match(r"  (wheel slip|contact yield|bearing)", line)]
-    assert [int(line.rpartition(": ")[2].replace(",", "")) for line in told] == list(blocked.values())
+    counted = [line for line in lines if re.match(r"  (wheel slip|contact yield|bearing)", line)]
+    assert [int(line.rpartition(": ")[2].replace(",", "")) for line in counted] == list(blocked.values())
     assert not re.search(r"demand|YIELD|SLIP|_", "".join(lines))
 
 
@@ -156,9 +156,9 @@ def test_a_study_is_searched_with_the_arguments_of_size(tmp_path):
     assert given.generations == 3
     assert len(given.steering_ratios) == 5
     assert len(given.bearings) > 5
-    asked = {"ranges": {"preload": (800.0, 3000.0)}, "steering_ratios": (8.0, 12.0), "slip_margin": 1.3, "life": 3.6e6}
-    given = iv.cobotic_study_sweep(KNEE, starts=2, sets="shipped", **asked).request
-    assert {name: getattr(given, name) for name in asked} == asked
+    chosen = {"ranges": {"preload": (800.0, 3000.0)}, "steering_ratios": (8.0, 12.0), "slip_margin": 1.3, "life": 3.6e6}
+    given = iv.cobotic_study_sweep(KNEE, starts=2, sets="shipped", **chosen).request
+    assert {name: getattr(given, name) for name in chosen} == chosen
     for wrong, message in (
         ({"ranges": {"preloads": (1.0, 2.0)}}, r"unknown entry 'preloads' \(did you mean 'preload'\?\)"),
         ({"ranges": {"preload": (2.0, 1.0)}}, r"ranges\['preload'\] must be a range above 0"),

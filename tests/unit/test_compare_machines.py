@@ -219,7 +219,7 @@ def test_effects_on_an_arm_of_one_joint_are_those_on_its_leg(tmp_path):
 def test_effects_on_a_platform_agree_with_those_of_its_leg(studies):
     """Six locked legs at no load on one cylinder: the motor's effects are those of a drive with six times the friction."""
     study = studies["platform"]
-    found = machine_sensitivity(study, "cobotic", "loss", asked="hold")
+    found = machine_sensitivity(study, "cobotic", "loss", task="hold")
     effects = {one.path: one.elasticity for one in found.influences}
     changed = replace(study.drives["cobotic"], leg=replace(study.drives["cobotic"].leg, cylinder_speed=14.0 * 1.01))
     ratio = iv.perform_task(changed, study.tasks["hold"]).mean_power / found.value

@@ -78,8 +78,8 @@ def test_the_largest_stable_bandwidth_separates_decay_from_growth(share, grows):
     drive = elastic(speed_bandwidth=share * stable, link_bandwidth=0.16 * share * stable)
     start = iv.Scenario(duration=0.6, motion=SWING, load_inertia=0.02)
     speed = np.abs(iv.simulate(drive, start).trajectory.signals["motor_speed"])
-    wanted = 10 * 0.4 * 2 * math.pi * 0.8
-    assert (np.max(speed[600:]) > 3 * wanted) == grows
+    expected = 10 * 0.4 * 2 * math.pi * 0.8
+    assert (np.max(speed[600:]) > 3 * expected) == grows
 
 
 def test_a_stated_bandwidth_that_is_unstable_is_named_in_the_verdicts():

@@ -418,9 +418,9 @@ def test_rig_has_them_and_calibration_knows_them(kind):
     rig = iv.Rig()
     settings = protocol(leg, rig, ratios=(20.0, 4.0), loads=(0.3,))
     found = experiment(leg, rig, settings, exact=True, simulated=False)
-    told = predict(leg, rig, found.data, known_values(leg))
-    assert_allclose(told.motor_current, found.data.motor_current, rtol=1e-9)
-    assert_allclose(told.link_travel, found.data.link_travel, rtol=1e-6, atol=1e-12)
+    predicted = predict(leg, rig, found.data, known_values(leg))
+    assert_allclose(predicted.motor_current, found.data.motor_current, rtol=1e-9)
+    assert_allclose(predicted.link_travel, found.data.link_travel, rtol=1e-6, atol=1e-12)
     # Lifted off, only what does not depend on the preload is left.
     lifted = float(found.data.motor_current[0] * leg.motor.torque_constant)
     beside = {"measured": 0.033 / 57.0}.get(kind, 0.0)

@@ -75,7 +75,7 @@ class Told(Result):
     history: np.ndarray = reported("N", convert=finite)
     bare: Bare | None = reported(optional=True, default=None)
     notes: tuple[str, ...] = reported(optional=True, default=())
-    hidden: str = "not told"
+    hidden: str = "not shown"
 
     _also = (at("bare.corner.margin", key="margin"), at("lap", key="lap_seconds", convert=lambda lap: lap.time))
 
@@ -89,7 +89,7 @@ class Told(Result):
         return {"least_W": 1.0, "largest_W": 2.0}
 
 
-def told(**fields):
+def sample_run(**fields):
     usual = {
         "name": "one",
         "mean_loss": 3.0,
@@ -107,7 +107,7 @@ def told(**fields):
 
 
 def test_the_dictionary_follows_from_the_fields():
-    assert told().to_dict() == {
+    assert sample_run().to_dict() == {
         "drive": "one",
         "mean_loss_W": 3.0,
         "rate_rad_s": 4.0,
@@ -126,22 +126,22 @@ def test_the_dictionary_follows_from_the_fields():
         "margin": 9.0,
         "lap_seconds": 2.0,
     }
-    assert told(notes=("a",)).to_dict()["notes"] == ["a"]
+    assert sample_run(notes=("a",)).to_dict()["notes"] == ["a"]
 
 
 def test_a_table_of_rows_follows_from_the_fields():
     pytest.importorskip("pandas")
-    made = told().to_dataframe()
+    made = sample_run().to_dataframe()
     assert made.index.name == "time_s"
     assert made.index.tolist() == [2.0, 3.0]
     assert made["laps"].tolist() == [1, 2]
-    assert told().to_xarray()["laps"].dims == ("time_s",)
+    assert sample_run().to_xarray()["laps"].dims == ("time_s",)
 
 
 def test_properties_that_take_part_are_properties():
     assert isinstance(Told.energy, property)
     assert Told.energy.__doc__ == "Twice the loss. [J]"
-    assert told().energy == 6.0
+    assert sample_run().energy == 6.0
 
 
 @result
@@ -280,7 +280,7 @@ def test_what_states_nothing_says_so(tmp_path):
     with pytest.raises(TypeError, match="there is no dictionary of Point"):
         Point(one=1.0, other=np.ones(2)).to_dict()
     with pytest.raises(TypeError, match="there is no data set of Told: its fields state no dimensions"):
-        told().to_netcdf(tmp_path / "told.nc")
+        sample_run().to_netcdf(tmp_path / "run.nc")
     assert dictionary(Bare("x", Corner(Limit.OK, 1.0))) == {"name": "x", "corner": {"limit": "OK", "margin": 1.0}}
 
 

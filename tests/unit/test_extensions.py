@@ -154,15 +154,15 @@ def test_without_packages_the_schema_is_that_of_the_program():
 
 
 def test_packages_are_asked_only_for_unknown_words(monkeypatch, load):
-    asked = []
-    monkeypatch.setattr(metadata, "entry_points", lambda **said: asked.append(said) or ())
+    groups = []
+    monkeypatch.setattr(metadata, "entry_points", lambda **said: groups.append(said) or ())
     plugins._found.cache_clear()
     iv.load_study("hand_controller")
     iv.load_study("knee_walking")
-    assert asked == []
+    assert groups == []
     with pytest.raises(iv.InputError, match="must be one of cobotic, conventional"):
         load(MINE)
-    assert {said["group"] for said in asked} == {
+    assert {said["group"] for said in groups} == {
         "infinivar.creep_laws",
         "infinivar.drives",
         "infinivar.motions",

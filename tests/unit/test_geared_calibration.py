@@ -46,7 +46,7 @@ def test_truth_is_within_the_intervals(found):
     # 3.3 standard deviations: one in a thousand for each of five.
     for name, value in TRUE.items():
         assert abs(found.fit.values[name] - value) < 3.3 * found.fit.deviations[name], name
-    assert found.fit.told == tuple(TRUE)
+    assert found.fit.combination == tuple(TRUE)
     for signal, size in BOTH.items():
         assert found.to_dict()["noise"][signal] == pytest.approx(size, rel=0.35)  # 42 rows: 11 %, three times
 
@@ -89,20 +89,20 @@ def test_intervals_cover_the_truth_in_95_percent_of_sessions(study):
 def test_load_dependent_friction_needs_several_loads(study):
     speed = np.linspace(10.0, 60.0, 30)
     found = iv.calibrate(study, NAME, measured(study, points=(speed, np.full(30, 0.2))))
-    assert {"friction", "load_share"}.isdisjoint(found.fit.told)
+    assert {"friction", "load_share"}.isdisjoint(found.fit.combination)
     said = " ".join(found.remarks)
     assert "Not identifiable separately: friction and load_share." in said
     assert "the same points at half the load" in said
-    (told,) = (one for one in found.fit.combinations if len(one.weights) > 1)
+    (combination,) = (one for one in found.fit.combinations if len(one.weights) > 1)
     # At one load T they act as F + 2 k T/(1 - k), here linearised; the sum is as known as a single friction.
-    true = TRUE["friction"] + told.weights["load_share"] * TRUE["load_share"]
-    assert told.weights["load_share"] == pytest.approx(0.42, rel=0.05)
-    assert abs(told.value - true) < 4.0 * told.deviation
+    true = TRUE["friction"] + combination.weights["load_share"] * TRUE["load_share"]
+    assert combination.weights["load_share"] == pytest.approx(0.42, rel=0.05)
+    assert abs(combination.value - true) < 4.0 * combination.deviation
 
 
 def test_torque_constant_needs_voltage_or_current(study):
     found = iv.calibrate(study, NAME, measured(study, noise={"power": 0.05}))
-    assert {"resistance", "torque_constant"}.isdisjoint(found.fit.told)
+    assert {"resistance", "torque_constant"}.isdisjoint(found.fit.combination)
     said = " ".join(found.remarks)
     assert "The data determine only resistance / torque_constant^2" in said
     assert "a column of voltage, or a column of current" in said
@@ -124,7 +124,7 @@ def test_advised_data_identify_what_they_promise(study):
     left = {}
     for said, further in more.items():
         both = tuple(np.concatenate(pair) for pair in zip(points, further, strict=True))
-        left[said] = iv.calibrate(study, NAME, measured(study, points=both)).fit.untold.shape[1]
+        left[said] = iv.calibrate(study, NAME, measured(study, points=both)).fit.unidentifiable.shape[1]
     least = min(left.values())
     assert least < max(left.values())
     assert advised == {said: one for said, one in left.items() if one == least}
@@ -132,10 +132,10 @@ def test_advised_data_identify_what_they_promise(study):
 
 def test_current_alone_tells_torque_constant_from_load_share_only_if_the_load_drives(study):
     one_way = iv.calibrate(study, NAME, measured(study, noise={"current": 0.005}, points=driving()))
-    assert {"torque_constant", "load_share"}.isdisjoint(one_way.fit.told)
+    assert {"torque_constant", "load_share"}.isdisjoint(one_way.fit.combination)
     assert "the same points while the load drives" in " ".join(one_way.remarks)
     both_ways = iv.calibrate(study, NAME, measured(study, noise={"current": 0.005}))
-    assert {"torque_constant", "load_share"} <= set(both_ways.fit.told)
+    assert {"torque_constant", "load_share"} <= set(both_ways.fit.combination)
 
 
 def test_resistance_needs_more_than_the_current(study):
@@ -272,7 +272,7 @@ def test_a_pendulum_gives_the_truth_by_the_weak_form_and_by_inverse_dynamics(stu
     columns = swung(own, seed=4)
     found = {one: iv.calibrate_geared(own, NAME, windows(own, columns, one)).fit for one in ("weak", "inverse")}
     for fit in found.values():
-        assert fit.told == tuple(SWUNG)
+        assert fit.combination == tuple(SWUNG)
         for name, value in SWUNG.items():
             assert abs(fit.values[name] - value) < 3.3 * fit.deviations[name], name
     for name in SWUNG:  # the same readings: the two differ by less than one interval's half

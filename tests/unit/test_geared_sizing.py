@@ -120,12 +120,12 @@ def test_demands_are_those_of_duty_cycle_and_steady_map(template, loss_model):
     seen = set()
     for (name, limit, part), values in done.demands.items():
         for place, row in enumerate(rows):
-            wanted = demands.get((name, limit, None if name == REQUIREMENT else part, int(row)))
-            if wanted is None:
+            expected = demands.get((name, limit, None if name == REQUIREMENT else part, int(row)))
+            if expected is None:
                 stated = found.stated((limit, part), rows[place : place + 1])[0]
                 assert not stated or values[place] == UNCHECKED
-            elif math.isfinite(wanted):
-                assert values[place] == pytest.approx(wanted, rel=1e-9), (name, limit)
+            elif math.isfinite(expected):
+                assert values[place] == pytest.approx(expected, rel=1e-9), (name, limit)
                 seen.add((name, limit))
     assert {limit for _, limit in seen} >= {
         Limit.THERMAL,
@@ -193,9 +193,9 @@ def test_screws_behind_linkages_and_springs(name):
         np.testing.assert_allclose(done.power["walking"], power["walking"], rtol=1e-9)
         for (task, limit, part), values in done.demands.items():
             for place, row in enumerate(rows):
-                wanted = demands.get((task, limit, part, int(row)))
-                if wanted is not None and math.isfinite(wanted):
-                    assert values[place] == pytest.approx(wanted, rel=1e-9), limit
+                expected = demands.get((task, limit, part, int(row)))
+                if expected is not None and math.isfinite(expected):
+                    assert values[place] == pytest.approx(expected, rel=1e-9), limit
         heated = found.stated((Limit.TEMPERATURE, "motor"), rows)
         for (limit, part), values in closed_forms(found, tasks[0], stage):
             sampled = done.demands["walking", limit, part]

@@ -79,9 +79,9 @@ def test_candidates_left_are_those_evaluated_where_stages_are_given(tmp_path):
     swept = problem.result(iv.sweep(problem, tmp_path / "s")).searches["geared"]
     screws = [iv.Screw(lead=lead, diameter=0.01, friction_coefficient=0.05) for lead in (0.01, 0.02, 0.03)]
     study = replace(WALKING, drives={"screw": replace(WALKING.drives["geared"], pulley=None, screw=screws[0])})
-    asked = {"sets": tmp_path / "hot.toml", "objective": "mass"}
-    sized = iv.size(study, leads=[one.lead for one in screws], **asked).searches["screw"]
-    same = iv.geared_sweep(study, stages=screws, **asked)
+    chosen = {"sets": tmp_path / "hot.toml", "objective": "mass"}
+    sized = iv.size(study, leads=[one.lead for one in screws], **chosen).searches["screw"]
+    same = iv.geared_sweep(study, stages=screws, **chosen)
     assert same.result(iv.sweep(same, tmp_path / "t")).searches["screw"].left == sized.left
     for record in (swept, sized):
         hot = sum(one.first for one in record.counts if one.limit == Limit.TEMPERATURE)

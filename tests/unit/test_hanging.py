@@ -186,10 +186,10 @@ def test_both_answers_are_compared_with_a_standby_that_is_only_assumed(shipped):
 
 def test_the_table_is_in_the_dictionary_and_in_lines(found):
     hanging = found["two_joint_arm"].hangs_on
-    told = found["two_joint_arm"].to_dict()["hangs_on"]
-    assert told["decided"] is False
-    assert told["rows"][0]["flips"] is True
-    assert told["used"]["winner"] == "two-motors"
+    row_set = found["two_joint_arm"].to_dict()["hangs_on"]
+    assert row_set["decided"] is False
+    assert row_set["rows"][0]["flips"] is True
+    assert row_set["used"]["winner"] == "two-motors"
     lines = hanging.lines
     assert lines[0].split() == ["choice", "used", "instead", "one-motor", "two-motors", "winner"]
     assert "(flips)" in lines[2]

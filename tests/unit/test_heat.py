@@ -182,18 +182,18 @@ def test_bursts_of_three_times_the_continuous_current(key, period, share, count)
     current = np.where(np.arange(count) < round(share * count), *levels)
     rubbed = np.full(count, friction)
     for start in (None, AMBIENT):
-        wanted = bursts(motor, levels, (burst * period, (1.0 - burst) * period), friction, start)
+        expected = bursts(motor, levels, (burst * period, (1.0 - burst) * period), friction, start)
         if start is None:
             found, other = heat.heat(motor, current, friction, period), heat.settled(motor, current, rubbed, period)
         else:
             found = heat.heat_over_run(motor, current, friction, period)
             other = heat.through_run(motor, current, rubbed, period, ambient=AMBIENT, start=start)
         many = windings(motor, current[None], rubbed[None], period, AMBIENT, start)
-        assert found.winding == pytest.approx(wanted, abs=0.08)
-        assert other[0][0] == pytest.approx(wanted, abs=1e-6)
+        assert found.winding == pytest.approx(expected, abs=0.08)
+        assert other[0][0] == pytest.approx(expected, abs=1e-6)
         assert found.mean_winding == pytest.approx(other[1][0], abs=0.02)
         assert many.highest[0] == pytest.approx(found.winding, rel=1e-12)
-        hot = replace(motor, max_winding_temperature=wanted - 0.3)
+        hot = replace(motor, max_winding_temperature=expected - 0.3)
         again = (heat.heat if start is None else heat.heat_over_run)(hot, current, friction, period)
         assert not again.within_limit
 

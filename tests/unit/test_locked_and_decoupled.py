@@ -129,8 +129,8 @@ def test_a_wheel_that_is_led_follows(drive):
     result = iv.simulate(drive, scenario)
     assert np.abs(result.columns["slip_ratio"]).max() <= 1.0
     np.testing.assert_allclose(result.columns["position_m"], result.columns["wanted_position_m"], atol=1e-6)
-    wanted = -np.arctan(result.columns["speed_m_s"] / (0.05 * result.columns["cylinder_speed_rad_s"]))
-    assert np.abs(result.columns["steering_angle_rad"] - wanted)[250:].max() < 0.02
+    expected = -np.arctan(result.columns["speed_m_s"] / (0.05 * result.columns["cylinder_speed_rad_s"]))
+    assert np.abs(result.columns["steering_angle_rad"] - expected)[250:].max() < 0.02
 
 
 def test_a_free_link_needs_a_wheel_that_is_kept(drive):

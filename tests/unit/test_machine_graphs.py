@@ -133,8 +133,8 @@ def test_graph_and_functions_have_the_same_accelerations_and_losses(name, change
         moved = System(mechanics=system.mechanics, motor=system.motor, angles=held, wrench=wrench)
         found = moved.rates(Inputs(currents=np.array([current])), np.zeros(1), state[None])
         changes, sources, losses = graph_at(machine, name, state, angles, current, push)
-        wanted = found.derivative[0, first:]
-        assert_allclose(changes, wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max())
+        expected = found.derivative[0, first:]
+        assert_allclose(changes, expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
         powers = dict(zip((*moved.sources, *moved.losses), found.balance().power[0], strict=True))
         for title, loss in losses.items():
             assert_allclose(loss, powers[title], rtol=1e-9, atol=1e-12)

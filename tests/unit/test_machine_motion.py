@@ -170,11 +170,11 @@ def test_locked_platform_drifts_by_the_closed_form_while_the_cylinder_turns():
     given = {"wrench": wrench, "steering": [0.0] * 6, "servos": False, "output_step": 0.01}
     turning = simulate_machine(machine, MachineScenario(duration=0.05, rates=[0.0] * 6 + [14.0], **given))
     jacobian = PLATFORM.at(machine.home[:3]).jacobian
-    wanted = creep_drift(jacobian, wrench, 0.05 * 14.0, 3e4)
+    expected = creep_drift(jacobian, wrench, 0.05 * 14.0, 3e4)
     twist = np.array([turning.columns[name][-1] for name in machine.mechanics(1e-4).coordinates[:6]])
-    assert_allclose(twist, wanted, rtol=2e-3, atol=1e-3 * np.abs(wanted).max())
+    assert_allclose(twist, expected, rtol=2e-3, atol=1e-3 * np.abs(expected).max())
     still = simulate_machine(machine, MachineScenario(duration=0.05, source="none", **given))
-    assert np.abs([still.columns[name][-1] for name in ("v_x_m_s", "v_z_m_s")]).max() < 2e-4 * np.abs(wanted).max()
+    assert np.abs([still.columns[name][-1] for name in ("v_x_m_s", "v_z_m_s")]).max() < 2e-4 * np.abs(expected).max()
 
 
 @pytest.mark.slow

@@ -103,15 +103,15 @@ def test_power_in_a_task_is_that_of_steady_points(study, drive, task):
     # The supply of the power motors, less what is stored in motion; steady points have neither that nor steering. 1 %: 0.1 s are
     # two and a half time constants of the cylinder's loop of 4 Hz, after which (1 + 2.5) exp(-2.5), a quarter, remains of what
     # the start differs by, some percent.
-    machine, asked = STUDIES[study].drives[drive], STUDIES[study].tasks[task]
-    run = simulated(machine, asked)
+    machine, case = STUDIES[study].drives[drive], STUDIES[study].tasks[task]
+    run = simulated(machine, case)
     assert run.feasible, run.verdict
     stored = sum(run.stored[name] for name in ("machine", "motor"))
     first = np.searchsorted(run.time, run.scenario.settling_time)
     kept = float(stored[-1] - stored[first]) / float(run.time[-1] - run.time[first])
-    assert run.mean_powers["supply"] - kept == pytest.approx(steady_along(machine, asked, run), rel=1e-2, abs=1e-3)
+    assert run.mean_powers["supply"] - kept == pytest.approx(steady_along(machine, case, run), rel=1e-2, abs=1e-3)
     # The whole, at the pose of the task: 3 %, of which the poses passed after it make up to 1 %.
-    found = iv.perform_task(machine, asked)
+    found = iv.perform_task(machine, case)
     inside = sum(float(power) for power in found.point.stored.values())
     assert sum(run.mean_powers.values()) - kept == pytest.approx(found.mean_power - inside, rel=3e-2, abs=1e-3)
     assert run.closure < 1e-6
@@ -123,8 +123,8 @@ def test_energy_on_a_path_is_that_of_the_comparison_by_paths(study, drive, path)
     # The comparison counts friction in full at any speed; in a run it falls below the stick speed, so that wheels and links that
     # set out or come to rest slowly need less current. The law of that is exact; 1 % is left to servos that lag at reversals.
     machine = STUDIES[study].drives[drive]
-    asked = PATHS[path] if path in PATHS else STUDIES[study].paths[path]
-    run, found = simulated(machine, asked), iv.follow_path(machine, asked)
+    case = PATHS[path] if path in PATHS else STUDIES[study].paths[path]
+    run, found = simulated(machine, case), iv.follow_path(machine, case)
     assert run.feasible, run.verdict
     assert sum(run.mean_powers.values()) == pytest.approx(found.controlled_power, rel=1e-2)
     if path == "circle":  # without slow ends
@@ -136,7 +136,7 @@ def test_energy_on_a_path_is_that_of_the_comparison_by_paths(study, drive, path)
     assert run.closure < 1e-6
     for name in ("gearhead", "motor friction", "guideway"):
         spent = float(run.lost[name][-1] - np.interp(run.scenario.settling_time, run.time, run.lost[name]))
-        assert spent == pytest.approx(found.losses[name] * asked.period, rel=2e-2)
+        assert spent == pytest.approx(found.losses[name] * case.period, rel=2e-2)
 
 
 def one_joint(**changes):

@@ -167,7 +167,7 @@ def test_limits_of_steering_motors_count():
 
 @pytest.mark.slow
 def test_sensitivity_perturbs_the_number_of_the_verdict():
-    found = machine_sensitivity(TWO, "one-motor", "power", asked="push")
+    found = machine_sensitivity(TWO, "one-motor", "power", task="push")
     assert found.value == iv.perform_task(TWO.drives["one-motor"], TWO.tasks["push"]).mean_power
     effects = {one.path: one.elasticity for one in found.influences}
     # Twice the current of a winding costs four times: steering makes 63 % of the power.

@@ -144,13 +144,13 @@ def test_a_pattern_of_misread_runs_is_refused(study, drive):
     size = np.abs(data.steering_angle)
     rows = np.flatnonzero(np.isclose(size, np.unique(size)[3]))
     assert len(rows) == 4
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as caught:
         calibrate(study, "cobotic", stuck(data, rows))
-    assert "line 9: link_travel is zero, but the steering angle implies" in str(told.value)
+    assert "line 9: link_travel is zero, but the steering angle implies" in str(caught.value)
     degrees = math.degrees(float(size[rows[0]]))
     assert (
         f"4 of the 4 runs steered to {degrees:.3g} deg in either direction are implausible: a systematic error"
-        in str(told.value)
+        in str(caught.value)
     )
     found = calibrate(study, "cobotic", stuck(data, rows[:3]))
     assert [one.row for one in found.left_out] == rows[:3].tolist()

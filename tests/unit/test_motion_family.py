@@ -100,9 +100,9 @@ def test_single_instants_are_those_of_the_cycle(motion):
     """What controllers follow, and what inverse dynamics prescribes; the second cycle is as the first."""
     whole = DutyCycle(motion=motion).instants()
     for place in range(7, len(whole.time), len(whole.time) // 9):
-        wanted = whole.position[place], whole.course.speed[place], whole.course.acceleration[place]
+        expected = whole.position[place], whole.course.speed[place], whole.course.acceleration[place]
         for time in (whole.time[place], whole.time[place] + motion.period):
-            assert_allclose(motion.at(float(time)), wanted, rtol=1e-9, atol=1e-9)
+            assert_allclose(motion.at(float(time)), expected, rtol=1e-9, atol=1e-9)
 
 
 def test_a_scenario_follows_a_motion_that_repeats():

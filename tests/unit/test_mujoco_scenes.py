@@ -132,8 +132,8 @@ def test_masses_of_a_cart():
     placed(model, data, scene, -1)
     full, first = inertia(model, data)
     body = [first[name] for name in ("x", "y", "angle")]
-    wanted = np.diag([cobot.mass, cobot.mass, cobot.inertia])
-    np.testing.assert_allclose(full[np.ix_(body, body)], wanted, atol=1e-12)
+    expected = np.diag([cobot.mass, cobot.mass, cobot.inertia])
+    np.testing.assert_allclose(full[np.ix_(body, body)], expected, atol=1e-12)
     np.testing.assert_allclose(model.body_subtreemass[0], cobot.mass, rtol=1e-14)
 
 
@@ -145,12 +145,12 @@ def test_each_axis_of_a_slide_moves_the_mass_of_the_session(count, geared):
     full, first = inertia(model, data)
     mechanics = found.machine.mechanics(STICK_SPEED)
     pose, rates = np.zeros((1, count)), np.zeros((1, len(mechanics.coordinates)))
-    wanted = np.diagonal(mechanics.at(pose, rates).inertia[0])[:count]
+    expected = np.diagonal(mechanics.at(pose, rates).inertia[0])[:count]
     for axis, name in enumerate(found.axes):
         moved = full[first[f"link_{axis + 1}_sliding"], first[f"link_{axis + 1}_sliding"]]
         if count > 1:
             moved += full[first[f"handle_{name}"], first[f"handle_{name}"]]
-        np.testing.assert_allclose(moved, wanted[axis], rtol=1e-8)
+        np.testing.assert_allclose(moved, expected[axis], rtol=1e-8)
 
 
 @pytest.mark.parametrize("name", ["arm", "serial arm", "geared arm"])
@@ -163,8 +163,8 @@ def test_inertia_of_an_arm_at_every_pose(name):
     mujoco.mj_forward(model, data)
     full, _ = inertia(model, data)
     count = pose.shape[1]
-    wanted = mechanics.at(pose, np.zeros((1, len(mechanics.coordinates)))).inertia[0, :count, :count]
-    np.testing.assert_allclose(full, wanted, atol=1e-12)
+    expected = mechanics.at(pose, np.zeros((1, len(mechanics.coordinates)))).inertia[0, :count, :count]
+    np.testing.assert_allclose(full, expected, atol=1e-12)
 
 
 def test_files_hold_the_scene_its_motion_and_both_ends(tmp_path):

@@ -60,9 +60,9 @@ def test_of_misses_equal_in_all_limits_the_lighter_wins():
     same = {name: np.repeat(column, 4) for name, column in motors.items()}
     same |= {"mass": np.array([0.3, np.nan, 0.1, 0.2]), "continuous_torque": 1e-3 * same["continuous_torque"]}
     pairs = np.array([(row, 0) for row in range(4)])
-    asked = {"duty": {"walking": WALK}, "samples": SAMPLES}
+    options = {"duty": {"walking": WALK}, "samples": SAMPLES}
     for given in ({"radius": (0.003, 0.05)}, {"stages": [GEARED.pulley]}):
-        found = nearest_geared(GEARED, same, gearheads, pairs, **asked, **given)
+        found = nearest_geared(GEARED, same, gearheads, pairs, **options, **given)
         assert found.margin < 1.0
         assert found.pair == 2
 
@@ -71,8 +71,8 @@ def test_where_no_power_may_return_what_else_is_exceeded_decides():
     """All return power at every radius, which has no measure: the pair that keeps the rest is nearest, not the first one."""
     tables = part_tables(7, motors=8, gearheads=9)
     template = replace(GEARED, amplifier=replace(GEARED.amplifier, regeneration="none"))
-    asked = {"duty": {"walking": WALK}, "radius": (0.003, 0.05), "samples": SAMPLES}
-    found = nearest_geared(template, *tables, **asked)
+    options = {"duty": {"walking": WALK}, "radius": (0.003, 0.05), "samples": SAMPLES}
+    found = nearest_geared(template, *tables, **options)
     demands = dict(found.demands)
     assert np.isinf(demands.pop(("walking", Limit.REGENERATION, "motor")))
     assert max(demands.values()) <= 1.0

@@ -153,13 +153,13 @@ def test_energies_are_equal_too(tmp_path):
         joined("\t", *top, rows=along),
     ]
     cobotic = drive()
-    wanted = duty_cycle(cobotic, shape).energy
+    expected = duty_cycle(cobotic, shape).energy
     found = [
         duty_cycle(cobotic, DutyCycle(motion=Recording.read(saved(tmp_path, text)), load_mass=0.8)).energy
         for text in linear
     ]
     assert found == [found[0]] * 3
-    assert found[0] == pytest.approx(wanted, rel=1e-4)
+    assert found[0] == pytest.approx(expected, rel=1e-4)
     motion = Recording.read(saved(tmp_path, joined(",", "Time (s),Knee angle (rad),Knee moment (N-m)", rows=about)))
     lever = dataclasses.replace(cobotic, output=Output(linkage=Linkage(arm=ARM)))
     turned = duty_cycle(lever, DutyCycle(motion=motion, load_inertia=0.8 * ARM**2)).energy

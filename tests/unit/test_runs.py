@@ -72,11 +72,11 @@ def test_ends_of_a_run_do_not_ring(name):
     time = np.linspace(0.0, duration, round(duration * 400) + 1)
     series = RunSeries.through(time, chain(time)[0], chain(time)[0], CUTOFF)
     at = np.linspace(0.0, duration, 1500)
-    found, wanted = series.derivatives(at, 4), chain(at)
-    scales = scales or [np.max(np.abs(part)) for part in wanted]
+    found, expected = series.derivatives(at, 4), chain(at)
+    scales = scales or [np.max(np.abs(part)) for part in expected]
     inside = (at > 2.0 / CUTOFF) & (at < duration - 2.0 / CUTOFF)
     for order in range(5):
-        off = np.abs(found[order] - wanted[order]) / scales[order]
+        off = np.abs(found[order] - expected[order]) / scales[order]
         assert np.max(off) < allowed[order], order
         assert np.max(off[inside]) < 0.5 * allowed[order], order
 
@@ -166,8 +166,8 @@ def test_a_run_ends_as_hot_as_its_cycles_repeated(name):
             continue
         assert hot.time[-1] == pytest.approx(16 * PERIOD)
         rise = hot.winding_history[-1] - hot.ambient
-        wanted = np.interp(hot.time[-1], settled.time, settled.winding_history) - settled.ambient
-        assert rise == pytest.approx(wanted, rel=0.01)
+        expected = np.interp(hot.time[-1], settled.time, settled.winding_history) - settled.ambient
+        assert rise == pytest.approx(expected, rel=0.01)
 
 
 def test_a_hotter_start_ends_hotter_and_costs_more():
@@ -198,8 +198,8 @@ def test_temperatures_over_a_run_in_closed_form():
     joule = slow.resistance * current**2
     rate = (1.0 - joule * heat.COPPER * inner) / lag
     target = 300.0 + joule * inner * (1.0 + heat.COPPER * (300.0 - heat.REFERENCE)) / (lag * rate)
-    wanted = target + (300.0 - target) * np.exp(-rate * found.time)
-    assert_allclose(found.winding_history, wanted, atol=2e-3)
+    expected = target + (300.0 - target) * np.exp(-rate * found.time)
+    assert_allclose(found.winding_history, expected, atol=2e-3)
     limit = 300.0 + 0.5 * (found.winding - 300.0)
     bounded = iv.Motor(**{**_fields(slow), "max_winding_temperature": limit})
     passed = heat.heat_over_run(bounded, np.full(400, current), 0.0, duration, ambient=300.0, start=300.0)

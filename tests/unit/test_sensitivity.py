@@ -104,9 +104,9 @@ class TestDerivatives:
 
     @pytest.mark.slow
     def test_coverage_by_jax_and_complex_step(self, drive, study, thousand):
-        wanted = replace(study.requirement, power=18.0)  # more than the drive can do
+        expected = replace(study.requirement, power=18.0)  # more than the drive can do
         found = [
-            gradient(lambda d: outcomes.coverage(d, wanted), drive, PATHS, at=thousand[:4], method=method)[1]
+            gradient(lambda d: outcomes.coverage(d, expected), drive, PATHS, at=thousand[:4], method=method)[1]
             for method in ("complex", "jax")
         ]
         assert np.abs(found[0]).max() > 0
@@ -220,13 +220,13 @@ class TestOutcomes:
         Under the straight creep law: with a curved one the steering motor, the hottest, runs 0.2 mK cooler.
         """
         knee = iv.load_study("studies/knee_walking.toml")
-        asked = outcomes.outcome(knee, kind)
+        objective = outcomes.outcome(knee, kind)
         cobotic = knee.drives["cobotic"]
         straight = replace(cobotic, transmission=replace(cobotic.transmission, creep_law="linear"))
         for drive in (straight, knee.drives["geared"]):
             guide = drive.guideway
             rough = iv.Guideway(friction=3.0 * guide.friction + 3.0, coefficient=3.0 * guide.coefficient)
-            change = asked.better * float(asked.of(replace(drive, guideway=rough)) - asked.of(drive))
+            change = objective.better * float(objective.of(replace(drive, guideway=rough)) - objective.of(drive))
             assert change < 0 or (kind == "coverage" and change == 0)
 
     @pytest.mark.parametrize("period", [0.3, 3.0, 40.0])
@@ -267,7 +267,7 @@ class TestSobol:
         1 where less is: means and variances over x and y by hand; what x and y do not do alone they do together. The
         jump leaves 1e-2 with 4096 samples."""
 
-        def asked(design):
+        def objective(design):
             x, y = design.motor.resistance - 1.0, design.motor.inductance / 1e-3 - 1.0
             return np.where(x < 0.5, y**2, np.nan)[..., 0]
 
@@ -276,8 +276,8 @@ class TestSobol:
                    kind="stated", where="test")
             for path, low in (("motor.resistance", 1.0), ("motor.inductance", 1e-3))
         ]  # fmt: skip
-        outcome = outcomes.Outcome(name="y", unit="1", words="y", better=better, of=asked)
-        batch = Batch(asked, drive, [spread.path for spread in spreads])
+        outcome = outcomes.Outcome(name="y", unit="1", words="y", better=better, of=objective)
+        batch = Batch(objective, drive, [spread.path for spread in spreads])
         first, total, lost = indices(outcome, index_values(batch, spreads, 2**12))
         assert_allclose(first, own, atol=0.015)
         assert_allclose(total, [1.0 - own[1], 1.0 - own[0]], atol=0.015)

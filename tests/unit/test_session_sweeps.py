@@ -40,7 +40,7 @@ def test_sessions_are_those_of_the_rig_calibrated_one_by_one(done):
         errors = np.array([fit.values[name] - known[name] for fit in fits])
         ends = [fit.interval(name) for fit in fits]
         one = found.parameters[name]
-        assert one.told == 1.0
+        assert one.identifiable == 1.0
         assert one.bias == pytest.approx(errors.mean(), rel=1e-12)
         assert one.scatter == pytest.approx(errors.std(), rel=1e-12)
         assert one.covered == np.mean([low <= known[name] <= high for low, high in ends])
@@ -50,7 +50,7 @@ def test_sessions_are_those_of_the_rig_calibrated_one_by_one(done):
     assert both.bias == pytest.approx(
         np.mean([one.value - true for one, true in zip(sums, truth, strict=True)]), rel=1e-9
     )
-    assert found.parameters["rolling_torque"].told == 0.0
+    assert found.parameters["rolling_torque"].identifiable == 0.0
     assert "not identifiable by itself" in found.parameters["rolling_torque"].verdict
 
 
@@ -80,4 +80,11 @@ def test_the_result_is_plain_numbers(done):
     problem, swept = done
     said = problem.result(swept).to_dict()
     assert json.loads(json.dumps(said))["sessions"] == 5
-    assert set(said["parameters"]["creep_stiffness"]) == {"told", "bias", "scatter", "stated", "covered", "unit"}
+    assert set(said["parameters"]["creep_stiffness"]) == {
+        "identifiable",
+        "bias",
+        "scatter",
+        "stated",
+        "covered",
+        "unit",
+    }

@@ -182,8 +182,8 @@ def test_locked_machine_leaks_by_creep_while_its_cylinder_turns():
     run = session(machine, controller=HoldGuide(stop_cylinder=False), user=force, duration=0.03, output_step=0.002,
                   servos="ideal")  # fmt: skip
     jacobian = PLATFORM.at(machine.home[:3]).jacobian
-    wanted = creep_drift(jacobian, -np.array([*force, 0.0, 0.0, 0.0]), 0.05 * 14.0, 3e4)
-    assert_allclose(run.leak([0.0, 0.0, 1.0], 0.01), wanted[2] / 12.0, rtol=5e-3)
+    expected = creep_drift(jacobian, -np.array([*force, 0.0, 0.0, 0.0]), 0.05 * 14.0, 3e4)
+    assert_allclose(run.leak([0.0, 0.0, 1.0], 0.01), expected[2] / 12.0, rtol=5e-3)
 
 
 def test_constraint_does_not_leak_through_the_ideal_six_legs():
@@ -325,15 +325,15 @@ def test_speed_of_the_cylinder_follows_what_the_legs_need():
 def test_limits_of_the_legs_bind_in_the_metric_of_the_mass():
     rng = np.random.default_rng(2)
     for _ in range(50):
-        wanted, limits = rng.normal(size=3), rng.normal(size=(5, 3))
+        expected, limits = rng.normal(size=3), rng.normal(size=(5, 3))
         least = -rng.uniform(0.1, 1.0, 5)
-        found = nearest_within(wanted, limits, least)
+        found = nearest_within(expected, limits, least)
         assert np.all(limits @ found >= least - 1e-8)
         # No feasible point nearby is nearer.
         for _ in range(30):
             other = found + rng.normal(scale=0.05, size=3)
             if np.all(limits @ other >= least):
-                assert np.linalg.norm(other - wanted) >= np.linalg.norm(found - wanted) - 1e-9
+                assert np.linalg.norm(other - expected) >= np.linalg.norm(found - expected) - 1e-9
     inside = np.array([0.1, 0.0, 0.0])
     assert nearest_within(inside, np.eye(3), -np.ones(3)) is inside
 

@@ -39,10 +39,10 @@ def test_caster_with_the_mass_of_the_machine_moves_as_a_free_mass():
 
 
 def test_heavier_caster_turns_as_its_mass_wants():
-    wanted, own, force = 25.0, 10.0, np.array([3.0, 2.0])
+    heavy, own, force = 25.0, 10.0, np.array([3.0, 2.0])
     run = session(
         one_wheel(STIFF, own),
-        controller=CasterGuide(mass=wanted),
+        controller=CasterGuide(mass=heavy),
         user=force,
         duration=0.2,
         rates=[0.4, 0.0, 0.0],
@@ -52,7 +52,7 @@ def test_heavier_caster_turns_as_its_mass_wants():
     def law(time, state):
         _, _, psi, u = state
         along, left = np.array([math.cos(psi), math.sin(psi)]), np.array([-math.sin(psi), math.cos(psi)])
-        return [u * along[0], u * along[1], force @ left / (wanted * u), force @ along / own]
+        return [u * along[0], u * along[1], force @ left / (heavy * u), force @ along / own]
 
     known = solve_ivp(law, [0.0, 0.2], [0.0, 0.0, 0.0, 0.4], rtol=1e-10, atol=1e-12).y[:2, -1]
     assert_allclose(run.position[-1], known, atol=1e-7)

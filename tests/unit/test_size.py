@@ -41,9 +41,9 @@ def found(shelf, said):
 def test_designs_are_those_of_the_search_and_name_their_parts(found, shelf):
     parts = iv.load_parts(shelf)
     tables = [{**parts.tables[kind].columns, "name": parts.tables[kind]["key"]} for kind in ("motors", "gearheads")]
-    asked = {"duty": KNEE.duty, "radius": RADII}
+    options = {"duty": KNEE.duty, "radius": RADII}
     for designs, objective in ((found.designs, "energy"), (found.front, "front")):
-        there = size_geared(KNEE.drives["geared"], *tables, parts.pairs, objective=objective, **asked).designs
+        there = size_geared(KNEE.drives["geared"], *tables, parts.pairs, objective=objective, **options).designs
         assert [(parts.motors["key"][one.motor], parts.gearheads["key"][one.gearhead]) for one in there] == [
             (one.parts["motor"].key, one.parts["gearhead"].key) for one in designs
         ]
@@ -198,9 +198,9 @@ def test_the_nearest_miss_is_nearest_of_all():
     motors, gearheads, pairs = part_tables(3, motors=5, gearheads=4)
     template = replace(KNEE.drives["geared"])
     region = iv.Requirement(force=900.0, speed=0.6, power=200.0)
-    asked = {"duty": {}, "requirement": region}
-    assert not size_geared(template, motors, gearheads, pairs, objective="mass", radius=RADII, **asked).designs
-    nearest = nearest_geared(template, motors, gearheads, pairs, radius=RADII, **asked)
+    options = {"duty": {}, "requirement": region}
+    assert not size_geared(template, motors, gearheads, pairs, objective="mass", radius=RADII, **options).designs
+    nearest = nearest_geared(template, motors, gearheads, pairs, radius=RADII, **options)
     # Every pair at many radii by the law of one drive, at fewer points of the region, its corners included.
     speed, force, _ = region.sample(21)
 
@@ -247,7 +247,7 @@ def test_progress_is_of_both_searches(found, said):
 
 
 @pytest.mark.parametrize(
-    ("asked", "message"),
+    ("options", "message"),
     [
         ({"objective": "speed"}, "objective must be energy, mass or both, got speed"),
         ({"objective": ()}, "objective must be energy, mass or both, got none"),
@@ -272,9 +272,9 @@ def test_progress_is_of_both_searches(found, said):
         ({"loss_model": "stribeck"}, "loss_model must be coulomb, proportional or strain wave"),
     ],
 )
-def test_wrong_arguments_are_named(asked, message):
+def test_wrong_arguments_are_named(options, message):
     with pytest.raises(iv.InputError, match=message.replace("(", r"\(")):
-        iv.size(KNEE, **{"sets": "shipped", **asked})
+        iv.size(KNEE, **{"sets": "shipped", **options})
 
 
 def test_what_a_study_lacks_is_named():

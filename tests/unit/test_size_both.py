@@ -208,9 +208,9 @@ def test_the_nearest_cobotic_miss_exceeds_what_it_says(shelf):
 def test_the_nearest_miss_has_the_motors_nearest_to_feasible(tmp_path):
     weak = SLOW.replace('voltage = "24 V"', 'voltage = "3 V"')
     (tmp_path / "weak.toml").write_text(weak, "utf-8")
-    asked = {**ASKED, "generations": 2}
-    asked.pop("radius")
-    made = iv.size(WALKING.with_drives("cobotic"), sets=tmp_path / "weak.toml", objective="energy", **asked)
+    options = {**ASKED, "generations": 2}
+    options.pop("radius")
+    made = iv.size(WALKING.with_drives("cobotic"), sets=tmp_path / "weak.toml", objective="energy", **options)
     assert not made.feasible
     nearest = made.nearest
     assert set(nearest.parts) >= {"motor", "gearhead", STEERING_MOTOR}

@@ -107,11 +107,11 @@ def check_whole(folder, whole):
     """The files, the front, the best and the counts are those of a sweep that was never stopped."""
     assert files(folder) == files(whole)
     assert not list(folder.glob(".*writing"))
-    found, wanted = iv.load_sweep(folder), iv.load_sweep(whole)
+    found, expected = iv.load_sweep(folder), iv.load_sweep(whole)
     assert found.finished
-    assert found.candidates == wanted.candidates == CHUNKS * Toy().size
+    assert found.candidates == expected.candidates == CHUNKS * Toy().size
     for name in ("rows", "counts"):
-        assert repr(getattr(found, name)) == repr(getattr(wanted, name))
+        assert repr(getattr(found, name)) == repr(getattr(expected, name))
 
 
 @pytest.mark.parametrize("most", [10, pytest.param(20, marks=pytest.mark.full)])
@@ -194,11 +194,11 @@ def test_chunks_that_are_done_and_not_fetched_are_not_complained_about(within):
     chunks = in_processes(Job(Toy(chunks=40), "sweep", {}), range(40), workers=2)
     next(chunks)
     time.sleep(0.5)
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         if within == "here":
             chunks.close()
         else:
             with pytest.raises(KeyboardInterrupt):
                 chunks.throw(KeyboardInterrupt)
-    assert told == []
+    assert caught == []

@@ -50,9 +50,9 @@ def test_closed_forms_are_what_single_drives_do():
         for place, row in enumerate(found.usable):
             drive = found.drive(int(row), TEMPLATE.stage)
             assert drive.gearhead.strain_wave is not None
-            for key, wanted in iv.duty_cycle(drive, task.duty, samples=200).demands.items():
-                if key in forms and math.isfinite(wanted):
-                    assert forms[key][place] == pytest.approx(wanted, rel=1e-9), key
+            for key, expected in iv.duty_cycle(drive, task.duty, samples=200).demands.items():
+                if key in forms and math.isfinite(expected):
+                    assert forms[key][place] == pytest.approx(expected, rel=1e-9), key
                     seen += 1
     assert seen > 500
 

@@ -120,10 +120,10 @@ def test_one_point_rows_and_the_branch_that_is_near_agree(curve):
 def test_following_keeps_to_its_branch_where_a_curve_crosses_itself():
     """Around the crossing of an eight the arc length goes on, though the other branch is as close."""
     there, found = np.linspace(0.45, 0.55, 101) * EIGHT.length, 0.45 * EIGHT.length
-    for wanted in there:
-        point = EIGHT.at(wanted)[0] + [0.0, 2e-3]
+    for expected in there:
+        point = EIGHT.at(expected)[0] + [0.0, 2e-3]
         found = EIGHT.nearest(point, near=found).arc_length
-        assert abs(found - wanted) < 0.01
+        assert abs(found - expected) < 0.01
 
 
 def test_following_finds_the_way_from_far():

@@ -168,10 +168,10 @@ def test_few_large_triangles_beside_many_small_ones():
     long, sides = reference_meshes.box((20.0, 0.3, 0.3))
     both = TriangleMesh(vertices=np.concatenate([raised, long]), faces=np.concatenate([faces, sides + len(vertices)]))
     points = RNG.uniform(-1.0, 1.0, (300, 3)) * [20.0, 1.0, 4.0]
-    wanted = np.minimum(
+    expected = np.minimum(
         reference_meshes.distance_from_box(points, (20.0, 0.3, 0.3)), mesh((raised, faces)).distance(points)
     )
-    assert_allclose(both.distance(points), wanted, atol=1e-12)
+    assert_allclose(both.distance(points), expected, atol=1e-12)
 
 
 def test_a_mesh_of_thousands_of_triangles_serves_a_fast_loop():

@@ -113,10 +113,10 @@ def test_every_kind_has_a_word():
         ('type = "hold"\nstop_cylinder = true', HoldingTask(stop_cylinder=True)),
     ],
 )
-def test_tables_of_studies(text, wanted):
+def test_tables_of_studies(text, expected):
     made = read(text)
-    assert made == wanted
-    assert hash(made) == hash(wanted)
+    assert made == expected
+    assert hash(made) == hash(expected)
     assert pickle.loads(pickle.dumps(made)) == made
     assert repr(made).count("\n") == 0
 

@@ -52,7 +52,7 @@ def sized(name, mass=0.3, drive=None):
     )
 
 
-def asked(loser, winner, aim="energy", study=WALKING):
+def remedies(loser, winner, aim="energy", study=WALKING):
     return what_if(study, aim, {"geared": loser, "cobotic": winner}, {}, 1.0)
 
 
@@ -60,7 +60,7 @@ def test_at_the_value_found_the_loser_draws_what_the_winner_does():
     """Each change that is enough, by `duty_cycle` of the drive with that value; one that is not at the end of its range."""
     loser, winner = sized("geared"), sized("cobotic")
     assert loser.power > winner.power
-    (one,) = asked(loser, winner).values()
+    (one,) = remedies(loser, winner).values()
     assert one.template == "geared"
     assert (one.target, one.present) == (winner.power, loser.power)
     by_words = {lever.words: lever for lever in levers(loser, "energy")}
@@ -87,7 +87,7 @@ def test_a_factor_from_the_parts_of_the_energy():
     point = iv.duty_cycle(loser.drive, WALK).point
     burnt = float(np.mean(point.losses["amplifier"]))
     target = replace(loser, template="cobotic", power=loser.power - 0.3 * burnt)
-    change = next(one for one in asked(loser, target)["geared"].changes if one.words.startswith("share of braking"))
+    change = next(one for one in remedies(loser, target)["geared"].changes if one.words.startswith("share of braking"))
     assert change.needed == pytest.approx(0.3, rel=1e-4)
     assert math.isnan(change.factor)
 
@@ -116,10 +116,10 @@ def test_limits_are_kept_at_the_value_found():
     loser = sized("geared", drive=tight)
     assert loser.margin >= 1.0
     target = replace(loser, template="cobotic", power=0.97 * loser.power)
-    change = next(one for one in asked(loser, target)["geared"].changes if one.words.startswith("motor torque"))
+    change = next(one for one in remedies(loser, target)["geared"].changes if one.words.startswith("motor torque"))
     lever = next(one for one in levers(loser, "energy") if one.words == change.words)
     free = replace(loser, drive=replace(tight, motor=replace(tight.motor, voltage=100.0)))
-    unlimited = next(one for one in asked(free, target)["geared"].changes if one.words == change.words)
+    unlimited = next(one for one in remedies(free, target)["geared"].changes if one.words == change.words)
     assert unlimited.enough
     assert not change.enough or change.needed > unlimited.needed
     broken = iv.duty_cycle(lever.made(tight, unlimited.needed), WALK)
@@ -130,7 +130,7 @@ def test_masses_needed():
     drive = KNEE.drives["geared"]
     heavy = replace(drive, motor=replace(drive.motor, mass=0.3), gearhead=replace(drive.gearhead, mass=0.1))
     loser = replace(sized("geared", mass=0.4, drive=heavy), parts={"motor": None, "gearhead": None})
-    one = asked(loser, sized("cobotic", mass=0.25), "mass")["geared"]
+    one = remedies(loser, sized("cobotic", mass=0.25), "mass")["geared"]
     needed = {change.words: change.needed for change in one.changes}
     assert needed["mass of the motor"] == pytest.approx(0.15, rel=1e-5)
     assert needed["all these masses together"] == pytest.approx(0.25, rel=1e-5)
@@ -304,13 +304,13 @@ def test_a_search_among_drives_that_all_return_power_says_what_would_do(shelf):
     burning = replace(made.nearest.drive, amplifier=replace(drive.amplifier, regeneration="burn"))
     assert iv.duty_cycle(burning, WALK).feasible
     assert "margin 0" not in "".join(text(made))
-    page = told(made)
+    page = page_words(made)
     assert f"Enough: {one.amplifier_words}." in page
     assert "margin 0" not in page
     assert "quantity" not in page  # nothing else is asked for, so that there is no table
 
 
-def told(made):
+def page_words(made):
     """The report as plain text."""
     return " ".join(unescape(re.sub(r"<style.*?</style>|<[^>]*>", " ", html(made, ""), flags=re.DOTALL)).split())
 
@@ -327,7 +327,7 @@ def test_the_report_names_the_limits_that_remain(shelf, torque):
     miss = replace(sized("geared", drive=weak), demands={("walking", *key): one for key, one in cycle.demands.items()})
     asked_of = what_if(short, "energy", {}, {"geared": miss}, 1.0)
     lines = "\n".join(asked_of["geared"].lines)
-    page = told(replace(made, what_if=asked_of))
+    page = page_words(replace(made, what_if=asked_of))
     if torque is None:
         assert "no allowance looked at changes travel, walking: 2 times the allowance" in lines
         assert "No allowance looked at changes travel, walking: 2 times the allowance." in page

@@ -24,7 +24,7 @@ def begun():
 
 
 @pytest.fixture
-def asked():
+def opened_study():
     return copy.deepcopy(answered("start", {}).header["study"])
 
 
@@ -60,8 +60,8 @@ def test_every_answer_can_be_loaded():
 
 
 @pytest.mark.parametrize("name", ["cobotic", "motor1-gear2"])
-def test_maps_are_those_of_the_interface(asked, name):
-    found = answered("maps", {**asked, "count": 24, "drives": [name]})
+def test_maps_are_those_of_the_interface(opened_study, name):
+    found = answered("maps", {**opened_study, "count": 24, "drives": [name]})
     study = iv.load_study("hand_controller")
     header, arrays = found.header["drives"][name], found.arrays
     steady = iv.steady_map(study.drives[name], arrays["speed"], arrays["force"])
@@ -75,9 +75,9 @@ def test_maps_are_those_of_the_interface(asked, name):
 
 
 @pytest.mark.parametrize(("most", "shown"), [(1, ["cobotic"]), (2, ["cobotic", "motor2-gear4"])])
-def test_the_page_begins_with_the_maps_that_it_would_ask_for(asked, most, shown):
+def test_the_page_begins_with_the_maps_that_it_would_ask_for(opened_study, most, shown):
     begun = answered("start", {"count": 24, "most": most})
-    maps = answered("maps", {**asked, "count": 24, "drives": shown})
+    maps = answered("maps", {**opened_study, "count": 24, "drives": shown})
     assert list(begun.header["maps"]["drives"]) == shown
     assert plain(begun.header["maps"]) == plain(maps.header)
     assert begun.arrays.keys() == maps.arrays.keys()
@@ -91,7 +91,7 @@ def test_the_page_begins_with_a_sensible_number_of_maps(wrong):
         answered("start", wrong)
 
 
-def test_losses_stand_where_the_load_drives(asked):
+def test_losses_stand_where_the_load_drives(opened_study):
     shipped = answered("shipped", {"which": "knee_walking"}).header
     found = answered("maps", {**shipped, "count": 16})
     study = iv.load_study("knee_walking")
@@ -103,15 +103,15 @@ def test_losses_stand_where_the_load_drives(asked):
     assert np.isnan(found.arrays["geared/efficiency"][there]).all()
 
 
-def test_verdicts_are_those_of_the_comparison(asked):
-    found = answered("judge", asked).header["drives"]
+def test_verdicts_are_those_of_the_comparison(opened_study):
+    found = answered("judge", opened_study).header["drives"]
     compared = iv.compare(iv.load_study("hand_controller"), quick=True)
     for name, result in compared.results.items():
         assert found[name]["coverage"] == result.coverage
         assert found[name]["verdict"] == result.verdict
         assert found[name]["mean_loss"] == result.mean_loss
         assert found[name]["tightest"]["margin"] == result.tightest.value
-    maps = answered("maps", {**asked, "count": 8}).header["drives"]
+    maps = answered("maps", {**opened_study, "count": 8}).header["drives"]
     assert maps["cobotic"]["requirement"] == found["cobotic"]
 
 
@@ -126,46 +126,46 @@ def test_tasks_are_those_of_the_comparison():
             assert row["margin"] == result.found[row["key"]].margin
 
 
-def test_only_the_changed_drive_is_computed_and_sent(asked):
-    first = answered("maps", {**asked, "count": 12})
+def test_only_the_changed_drive_is_computed_and_sent(opened_study):
+    first = answered("maps", {**opened_study, "count": 12})
     known = {name: one["tag"] for name, one in first.header["drives"].items()}
-    asked["tables"]["drives"]["cobotic"]["transmission"] = {"preload": "600 N"}
-    second = answered("maps", {**asked, "count": 12, "known": known})
+    opened_study["tables"]["drives"]["cobotic"]["transmission"] = {"preload": "600 N"}
+    second = answered("maps", {**opened_study, "count": 12, "known": known})
     changed = [name for name, one in second.header["drives"].items() if not one["same"]]
     assert changed == ["cobotic"]
     assert {name.partition("/")[0] for name in second.arrays} == {"speed", "force", "cobotic"}
     # The requirement and the number of cells belong to the map as well.
-    asked["tables"]["requirement"] = {"base": "faulring2006", "force": "40 N"}
+    opened_study["tables"]["requirement"] = {"base": "faulring2006", "force": "40 N"}
     assert not any(
-        one["same"] for one in answered("maps", {**asked, "count": 12, "known": known}).header["drives"].values()
+        one["same"] for one in answered("maps", {**opened_study, "count": 12, "known": known}).header["drives"].values()
     )
     assert not any(
-        one["same"] for one in answered("maps", {**asked, "count": 13, "known": known}).header["drives"].values()
+        one["same"] for one in answered("maps", {**opened_study, "count": 13, "known": known}).header["drives"].values()
     )
 
 
-def test_a_map_builds_only_what_it_needs(asked):
+def test_a_map_builds_only_what_it_needs(opened_study):
     """The map of one drive needs neither the others nor runs, except those that the drive is like; its tag is the same."""
-    drives = asked["tables"]["drives"]
+    drives = opened_study["tables"]["drives"]
     drives["mine"] = {"like": "cobotic", "transmission": {"preload": "600 N"}}
-    everything = answered("maps", {**asked, "count": 8})
-    one = answered("maps", {**asked, "count": 8, "drives": ["mine"]})
+    everything = answered("maps", {**opened_study, "count": 8})
+    one = answered("maps", {**opened_study, "count": 8, "drives": ["mine"]})
     assert list(one.header["drives"]) == ["mine"]
     assert one.header["drives"]["mine"] == everything.header["drives"]["mine"]
     np.testing.assert_array_equal(one.arrays["mine/efficiency"], everything.arrays["mine/efficiency"])
     np.testing.assert_array_equal(one.arrays["force"], everything.arrays["force"])
     drives["motor1-gear1"]["efficiency"] = "nonsense"  # of another drive: the study says so, the map is drawn
-    assert not answered("maps", {**asked, "count": 8, "drives": ["mine"]}).header.get("faults")
-    assert faults("study", asked)
+    assert not answered("maps", {**opened_study, "count": 8, "drives": ["mine"]}).header.get("faults")
+    assert faults("study", opened_study)
     drives["cobotic"]["base"] = "nonsense"
-    assert faults("maps", {**asked, "count": 8, "drives": ["mine"]})
+    assert faults("maps", {**opened_study, "count": 8, "drives": ["mine"]})
 
 
-def test_a_tag_does_not_depend_on_what_was_computed(asked):
-    first = answered("maps", {**asked, "count": 8}).header["drives"]
+def test_a_tag_does_not_depend_on_what_was_computed(opened_study):
+    first = answered("maps", {**opened_study, "count": 8}).header["drives"]
     document._studies.clear()
-    answered("judge", asked)
-    second = answered("maps", {**asked, "count": 8}).header["drives"]
+    answered("judge", opened_study)
+    second = answered("maps", {**opened_study, "count": 8}).header["drives"]
     assert [one["tag"] for one in first.values()] == [one["tag"] for one in second.values()]
 
 
@@ -233,39 +233,39 @@ def test_every_field_can_be_set_to_its_own_value(which):
 
 
 @pytest.mark.parametrize("end", ["low", "high"])
-def test_a_slider_stays_within_what_is_permitted(asked, end):
-    fields = answered("study", asked).header["fields"]
+def test_a_slider_stays_within_what_is_permitted(opened_study, end):
+    fields = answered("study", opened_study).header["fields"]
     for one in fields:
         if one["slider"]:
             number = one["slider"][end]
-            put(asked["tables"], one, number if one["unit"] == "1" else f"{number!r} {one['unit']}")
+            put(opened_study["tables"], one, number if one["unit"] == "1" else f"{number!r} {one['unit']}")
     # Values may exclude each other; none is outside the range of its own field, which is found first.
-    stated = [fault["message"] for fault in answered("study", asked).header["faults"]]
+    stated = [fault["message"] for fault in answered("study", opened_study).header["faults"]]
     for one in fields:
         assert not one["bounds"] or not any(f"must be {one['bounds']}, such as" in line for line in stated), stated
 
 
-def test_a_part_is_picked(asked):
-    field = value(answered("study", asked).header["fields"], "cobotic", "motor")
+def test_a_part_is_picked(opened_study):
+    field = value(answered("study", opened_study).header["fields"], "cobotic", "motor")
     assert field["part_kind"] == "motors"
-    put(asked["tables"], field, "dc-max-26-s-24v-low-friction")
-    found = answered("study", asked).header
+    put(opened_study["tables"], field, "dc-max-26-s-24v-low-friction")
+    found = answered("study", opened_study).header
     assert value(found["fields"], "cobotic", "motor")["written"] == "DC-max 26 S, 24 V, low friction"
 
 
-def test_faults_stand_at_their_fields(asked):
-    asked["tables"]["drives"]["cobotic"]["transmission"] = {"preload": "-3 N", "friktion": 0.1}
-    asked["tables"]["requirement"]["force"] = "50 kg"
-    found = {one["at"]: one["message"] for one in faults("study", asked)}
+def test_faults_stand_at_their_fields(opened_study):
+    opened_study["tables"]["drives"]["cobotic"]["transmission"] = {"preload": "-3 N", "friktion": 0.1}
+    opened_study["tables"]["requirement"]["force"] = "50 kg"
+    found = {one["at"]: one["message"] for one in faults("study", opened_study)}
     assert set(found) == {
         "requirement.force",
         "drives.cobotic.transmission.preload",
         "drives.cobotic.transmission.friktion",
     }
     with pytest.raises(iv.InputError) as problem:
-        iv.Study.from_dict(asked["tables"], name=asked["name"])
+        iv.Study.from_dict(opened_study["tables"], name=opened_study["name"])
     for message in found.values():
-        assert f"{asked['name']}: {message}" in str(problem.value).split("\n")
+        assert f"{opened_study['name']}: {message}" in str(problem.value).split("\n")
 
 
 @pytest.mark.parametrize(
@@ -284,7 +284,7 @@ def test_faults_stand_at_their_fields(asked):
         ({"drives": {"cobotic": {"motor": {"part": "../set.csv:x"}}}}, "drives.cobotic.motor.part"),
     ],
 )
-def test_no_file_that_the_page_names_is_opened(asked, tables, at, monkeypatch):
+def test_no_file_that_the_page_names_is_opened(opened_study, tables, at, monkeypatch):
     from internals import study_loading as loading
 
     def refuse(*_, **__):
@@ -293,7 +293,7 @@ def test_no_file_that_the_page_names_is_opened(asked, tables, at, monkeypatch):
     monkeypatch.setattr("infinivar.web.answers.document.study_from_dict", refuse)
     assert loading.study_from_dict is not refuse
     for name in ("study", "maps", "toml"):
-        found = faults(name, {**asked, "tables": {**asked["tables"], **tables}})
+        found = faults(name, {**opened_study, "tables": {**opened_study["tables"], **tables}})
         assert [one["at"] for one in found] == [at]
         assert "it was started with" in found[0]["message"] or "must be named" in found[0]["message"]
 
@@ -313,14 +313,14 @@ def test_files_of_the_study_itself_are_opened(tmp_path):
     """
     (tmp_path / "mine.toml").write_text(text)
     document.begin(str(tmp_path / "mine.toml"))
-    asked = answered("start", {}).header["study"]
-    assert asked["name"] == "mine"
-    assert not faults("study", asked)
-    asked["tables"]["duty"]["walk"]["file"] = "other.csv"
-    (fault,) = faults("study", asked)
+    opened_study = answered("start", {}).header["study"]
+    assert opened_study["name"] == "mine"
+    assert not faults("study", opened_study)
+    opened_study["tables"]["duty"]["walk"]["file"] = "other.csv"
+    (fault,) = faults("study", opened_study)
     assert fault["at"] == "duty.walk.file"
-    asked["tables"]["duty"]["walk"]["file"] = str(tmp_path / "walk.csv")
-    assert faults("study", asked)
+    opened_study["tables"]["duty"]["walk"]["file"] = str(tmp_path / "walk.csv")
+    assert faults("study", opened_study)
 
 
 def test_both_files_of_a_recording_are_opened(tmp_path):
@@ -339,13 +339,13 @@ def test_both_files_of_a_recording_are_opened(tmp_path):
         'file = "x.csv"\nforce_file = "f.csv"\n'
     )
     document.begin(str(tmp_path / "mine.toml"))
-    asked = answered("start", {}).header["study"]
-    assert not faults("study", asked)
+    opened_study = answered("start", {}).header["study"]
+    assert not faults("study", opened_study)
     before = document.stamp()
     (tmp_path / "f.csv").write_text((tmp_path / "f.csv").read_text() + "\n")
     assert document.stamp() != before
-    asked["tables"]["duty"]["walk"]["force_file"] = "other.csv"
-    (fault,) = faults("study", asked)
+    opened_study["tables"]["duty"]["walk"]["force_file"] = "other.csv"
+    (fault,) = faults("study", opened_study)
     assert fault["at"] == "duty.walk.force_file"
 
 
@@ -354,18 +354,20 @@ def test_a_study_that_extends_another_is_one_document(tmp_path):
     (tmp_path / "below.toml").write_text(below)
     (tmp_path / "mine.toml").write_text("extends = 'below.toml'\ntitle = 'mine'\n[requirement]\nforce = '40 N'\n")
     document.begin(str(tmp_path / "mine.toml"))
-    asked = answered("start", {}).header["study"]
-    found = answered("study", asked).header
+    opened_study = answered("start", {}).header["study"]
+    found = answered("study", opened_study).header
     assert found["title"] == "mine"
     assert value(found["fields"], "requirement", "force")["value"] == 40.0
-    assert iv.Study.from_dict(asked["tables"], name="mine").drives == iv.load_study(tmp_path / "mine.toml").drives
+    assert (
+        iv.Study.from_dict(opened_study["tables"], name="mine").drives == iv.load_study(tmp_path / "mine.toml").drives
+    )
 
 
-def test_text_and_tables(asked):
-    written = answered("toml", asked).header
-    assert tomllib.loads(written["text"]) == asked["tables"]
+def test_text_and_tables(opened_study):
+    written = answered("toml", opened_study).header
+    assert tomllib.loads(written["text"]) == opened_study["tables"]
     opened = answered("open", {"name": "hand_controller.toml", "text": written["text"]}).header
-    assert opened["tables"] == asked["tables"]
+    assert opened["tables"] == opened_study["tables"]
     assert opened["name"] == "hand_controller"
     (fault,) = faults("open", {"name": "x.toml", "text": "title = "})
     assert "is not valid TOML" in fault["message"]
@@ -383,8 +385,8 @@ def test_catalogue_search_is_that_of_the_interface():
     assert "no column" in faults("parts", {"kind": "motors", "query": "nonsense < 3"})[0]["message"]
 
 
-def test_data_as_csv(asked):
-    answer = answered("export", {**asked, "what": "csv", "drive": "motor1-gear1", "count": 9})
+def test_data_as_csv(opened_study):
+    answer = answered("export", {**opened_study, "what": "csv", "drive": "motor1-gear1", "count": 9})
     lines = answer.arrays["content"].tobytes().decode().splitlines()
     assert answer.header["file"] == "hand_controller-motor1-gear1-map.csv"
     assert len(lines) == 1 + 81
@@ -424,18 +426,18 @@ def test_reports():
 def test_long_computations():
     from internals import worked_job as worked
 
-    asked = SMALL
-    told = []
-    found = worked({**asked, "job": "compare"}, lambda share, words: told.append((share, words))).header
-    study = iv.Study.from_dict(asked["tables"], name="small")
+    opened_study = SMALL
+    progress = []
+    found = worked({**opened_study, "job": "compare"}, lambda share, words: progress.append((share, words))).header
+    study = iv.Study.from_dict(opened_study["tables"], name="small")
     assert found["verdict"] == iv.compare(study).verdict
-    assert told
+    assert progress
     sized = worked(
-        {**asked, "job": "size", "options": {"top": 3}}, lambda share, words: told.append((share, words))
+        {**opened_study, "job": "size", "options": {"top": 3}}, lambda share, words: progress.append((share, words))
     ).header
     assert sized["designs"][0]["title"] == iv.size(study, top=3, sets="shipped").designs[0].title
     with pytest.raises(RefusedError):
-        worked({**asked, "job": "mine"}, lambda share, words: None)
+        worked({**opened_study, "job": "mine"}, lambda share, words: None)
 
 
 @pytest.mark.parametrize(
@@ -458,12 +460,12 @@ def test_long_computations():
         ("no", {}),
     ],
 )
-def test_what_no_page_asks_is_refused(asked, name, change):
+def test_what_no_page_asks_is_refused(opened_study, name, change):
     with pytest.raises(RefusedError):
-        answered(name, {**asked, **change})
+        answered(name, {**opened_study, **change})
 
 
-def test_headers_are_strict_json(asked):
+def test_headers_are_strict_json(opened_study):
     for name in ("start", "study", "judge"):
-        header, _ = unpacked(answered(name, asked).pack())
+        header, _ = unpacked(answered(name, opened_study).pack())
         json.dumps(header, allow_nan=False)

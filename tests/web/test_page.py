@@ -74,9 +74,9 @@ def test_an_invalid_value_has_the_words_of_the_command_line_at_its_field(page, t
     file.write_text(
         '[requirement]\nbase = "faulring2006"\n[drives.cobotic]\nbase = "faulring2006.cobotic"\ntransmission.preload = "-5 N"\n'
     )
-    with pytest.raises(iv.InputError) as told:
+    with pytest.raises(iv.InputError) as caught:
         iv.load_study(file)
-    assert message in str(told.value)
+    assert message in str(caught.value)
     assert "preload" in message
     assert page.efficiency(COBOTIC) == shown  # the last valid maps stay
     page.enter("Preload", "700 N")

@@ -110,8 +110,8 @@ def test_map_and_view_say_the_same_of_the_point(page):
             page.page.keyboard.press("Alt+m")
             page.page.keyboard.press(key)
             page.settled()
-            told = page.readout("cobotic").partition(" %")[0] + " %"
-            page.by_id("panel-balance").get_by_text(told).first.wait_for()
+            percent = page.readout("cobotic").partition(" %")[0] + " %"
+            page.by_id("panel-balance").get_by_text(percent).first.wait_for()
 
 
 def test_a_study_that_was_changed_is_a_step_away_when_another_is_opened(page):

@@ -22,7 +22,7 @@ def served(tmp_path_factory):
         yield one
 
 
-def asked(served, path="/api/start", method="POST", body=b"{}", **headers):
+def fetched(served, path="/api/start", method="POST", body=b"{}", **headers):
     """Status, headers and body of a request with exactly these headers."""
     connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=30)
     connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
@@ -41,7 +41,7 @@ def asked(served, path="/api/start", method="POST", body=b"{}", **headers):
 
 @pytest.mark.parametrize("name", ["127.0.0.1", "localhost", "[::1]", "LOCALHOST"])
 def test_own_names_are_answered(served, name):
-    assert asked(served, Host=f"{name}:{served.port}")[0] == 200
+    assert fetched(served, Host=f"{name}:{served.port}")[0] == 200
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_a_forged_host_is_refused(served, host):
     # Without a body, nothing is left unread when the server closes: no reset can cut its reply off.
     for path, method in (("/api/start", "POST"), ("/", "GET"), ("/page/style.css", "GET")):
         named = None if host is None else host.format(port=served.port)
-        status, _, body = asked(served, path, method, body=b"", Host=named)
+        status, _, body = fetched(served, path, method, body=b"", Host=named)
         assert status in (400, 421), (host, status)
         assert b"tables" not in body
 
@@ -86,25 +86,25 @@ def test_a_forged_host_is_refused(served, host):
 )
 def test_a_forged_origin_is_refused(served, origin):
     for path, method in (("/api/start", "POST"), ("/api/job", "POST"), ("/", "GET")):
-        assert asked(served, path, method, Origin=origin.format(port=served.port))[0] == 403
+        assert fetched(served, path, method, Origin=origin.format(port=served.port))[0] == 403
 
 
 def test_the_own_origin_is_answered(served):
-    assert asked(served, Origin=f"http://127.0.0.1:{served.port}")[0] == 200
-    assert asked(served, Host=f"localhost:{served.port}", Origin=f"http://localhost:{served.port}")[0] == 200
+    assert fetched(served, Origin=f"http://127.0.0.1:{served.port}")[0] == 200
+    assert fetched(served, Host=f"localhost:{served.port}", Origin=f"http://localhost:{served.port}")[0] == 200
 
 
 @pytest.mark.parametrize("site", ["cross-site", "same-site"])
 def test_requests_that_a_browser_marks_as_of_other_sites_are_refused(served, site):
-    assert asked(served, Sec_Fetch_Site=site)[0] == 403
-    assert asked(served, "/page/style.css", "GET", Sec_Fetch_Site=site)[0] == 403
-    assert asked(served, "/", "GET", Sec_Fetch_Site=site)[0] == 200  # a link to the page shows it, and no more
-    assert asked(served, Sec_Fetch_Site="same-origin")[0] == 200
+    assert fetched(served, Sec_Fetch_Site=site)[0] == 403
+    assert fetched(served, "/page/style.css", "GET", Sec_Fetch_Site=site)[0] == 403
+    assert fetched(served, "/", "GET", Sec_Fetch_Site=site)[0] == 200  # a link to the page shows it, and no more
+    assert fetched(served, Sec_Fetch_Site="same-origin")[0] == 200
 
 
 @pytest.mark.parametrize("kind", ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data", "", None])
 def test_what_forms_can_send_is_refused(served, kind):
-    assert asked(served, **{"Content-Type": kind})[0] == 415
+    assert fetched(served, **{"Content-Type": kind})[0] == 415
 
 
 def test_every_reply_has_a_strict_policy(served):
@@ -117,7 +117,7 @@ def test_every_reply_has_a_strict_policy(served):
         ("/api/no", "POST"),
         ("/api/start", "GET"),
     ):
-        _, headers, _ = asked(served, path, method)
+        _, headers, _ = fetched(served, path, method)
         policy = headers["content-security-policy"]
         assert "default-src 'none'" in policy
         assert "unsafe" not in policy
@@ -132,8 +132,8 @@ def test_every_reply_has_a_strict_policy(served):
 
 
 def test_scripts_and_styles_have_their_types(served):
-    assert asked(served, "/page/js/main.js", "GET")[1]["content-type"].startswith("text/javascript")
-    assert asked(served, "/page/style.css", "GET")[1]["content-type"].startswith("text/css")
+    assert fetched(served, "/page/js/main.js", "GET")[1]["content-type"].startswith("text/javascript")
+    assert fetched(served, "/page/style.css", "GET")[1]["content-type"].startswith("text/css")
 
 
 def test_the_page_asks_for_nothing_else(served):
@@ -152,11 +152,11 @@ def test_the_page_asks_for_nothing_else(served):
 
 
 def test_a_file_that_a_browser_has_is_not_sent_again(served):
-    status, headers, body = asked(served, "/page/js/main.js", "GET")
+    status, headers, body = fetched(served, "/page/js/main.js", "GET")
     assert (status, bool(body)) == (200, True)
-    status, again, body = asked(served, "/page/js/main.js", "GET", If_None_Match=headers["etag"])
+    status, again, body = fetched(served, "/page/js/main.js", "GET", If_None_Match=headers["etag"])
     assert (status, body, again["etag"]) == (304, b"", headers["etag"])
-    assert asked(served, "/page/js/main.js", "GET", If_None_Match='"another"')[0] == 200
+    assert fetched(served, "/page/js/main.js", "GET", If_None_Match='"another"')[0] == 200
 
 
 @pytest.mark.parametrize(
@@ -177,7 +177,7 @@ def test_a_file_that_a_browser_has_is_not_sent_again(served):
     ],
 )
 def test_no_other_file_is_sent(served, path):
-    status, _, body = asked(served, path, "GET")
+    status, _, body = fetched(served, path, "GET")
     assert status in (400, 404, 405), path
     assert b"import" not in body
     assert b"root:" not in body
@@ -185,20 +185,20 @@ def test_no_other_file_is_sent(served, path):
 
 def test_large_requests_are_refused(served):
     body = json.dumps({"name": "x", "tables": {"title": "x" * 1_100_000}}).encode()
-    status, _, _ = asked(served, "/api/study", body=body)
+    status, _, _ = fetched(served, "/api/study", body=body)
     assert status == 413
     deep = b'{"name": "x", "tables": ' + b'{"a":' * 200_000 + b"1" + b"}" * 200_000 + b"}"
-    assert asked(served, "/api/study", body=deep[:999_999])[0] == 400
+    assert fetched(served, "/api/study", body=deep[:999_999])[0] == 400
     assert (
-        asked(served, "/api/study", body=b'{"name": "x", "tables": ' + b'{"a":' * 5000 + b"1" + b"}" * 5001)[0] == 400
+        fetched(served, "/api/study", body=b'{"name": "x", "tables": ' + b'{"a":' * 5000 + b"1" + b"}" * 5001)[0] == 400
     )
     with contextlib.suppress(ConnectionError):  # hung up on before all of it was sent
-        assert asked(served, "/", "GET", X_Large="x" * 200_000)[0] in (400, 431)
+        assert fetched(served, "/", "GET", X_Large="x" * 200_000)[0] in (400, 431)
 
 
 @pytest.mark.parametrize("body", [b"", b"[]", b"3", b"null", b"{", b'{"a": NaN}', b"\xff\xfe", b'{"count": 1e999}'])
 def test_what_is_not_a_json_object_is_refused(served, body):
-    status, _, text = asked(served, "/api/maps", body=body)
+    status, _, text = fetched(served, "/api/maps", body=body)
     assert status == 400
     assert "error" in json.loads(text)
 
@@ -207,7 +207,7 @@ def test_what_is_not_a_json_object_is_refused(served, body):
     "headers", [{"X_Client": "a b"}, {"X_Client": "x" * 65}, {"X_Sequence": "3"}, {"X_Client": "a", "X_Sequence": "-1"}]
 )
 def test_headers_of_clients_are_checked(served, headers):
-    assert asked(served, **headers)[0] == 400
+    assert fetched(served, **headers)[0] == 400
 
 
 def impatient(served, count):
@@ -262,16 +262,16 @@ def test_a_wider_host_needs_the_token(tmp_path):
         assert wide.token
         assert len(wide.token) > 24
         for path, method in (("/", "GET"), ("/api/start", "POST"), ("/page/style.css", "GET"), ("/?token=x", "GET")):
-            status, _, body = asked(wide, path, method)
+            status, _, body = fetched(wide, path, method)
             assert status == 401, path
             assert b"infinivar serve printed" in body
-        assert asked(wide, Cookie="infinivar_token=wrong")[0] == 401
-        assert asked(wide, Cookie=f"infinivar_token={wide.token}")[0] == 200
-        assert asked(wide, Authorization=f"Bearer {wide.token}")[0] == 200
+        assert fetched(wide, Cookie="infinivar_token=wrong")[0] == 401
+        assert fetched(wide, Cookie=f"infinivar_token={wide.token}")[0] == 200
+        assert fetched(wide, Authorization=f"Bearer {wide.token}")[0] == 200
         # The token is no leave to come from another site, or by its name.
-        assert asked(wide, Cookie=f"infinivar_token={wide.token}", Origin="http://evil.example")[0] == 403
-        assert asked(wide, Cookie=f"infinivar_token={wide.token}", Host=f"evil.example:{wide.port}")[0] == 421
-        status, headers, _ = asked(wide, f"/?token={wide.token}", "GET")
+        assert fetched(wide, Cookie=f"infinivar_token={wide.token}", Origin="http://evil.example")[0] == 403
+        assert fetched(wide, Cookie=f"infinivar_token={wide.token}", Host=f"evil.example:{wide.port}")[0] == 421
+        status, headers, _ = fetched(wide, f"/?token={wide.token}", "GET")
         assert status == 303
         assert "HttpOnly" in headers["set-cookie"]
         assert "SameSite=Strict" in headers["set-cookie"]

@@ -32,7 +32,7 @@ def served(tmp_path_factory):
 
 
 @pytest.fixture
-def asked(served):
+def shipped_tables(served):
     header, _ = served.ask("start", {})
     return copy.deepcopy(header["study"])
 
@@ -51,31 +51,31 @@ def gone(process, seconds=10.0):
     return False
 
 
-def test_the_page_and_the_answers_of_the_interface(served, asked):
+def test_the_page_and_the_answers_of_the_interface(served, shipped_tables):
     with served.client() as client:
         page = client.get("")
         assert page.status_code == 200
         assert page.headers["content-type"].startswith("text/html")
-    header, arrays = served.ask("maps", {**asked, "count": 16, "drives": ["cobotic"]})
+    header, arrays = served.ask("maps", {**shipped_tables, "count": 16, "drives": ["cobotic"]})
     steady = iv.steady_map(iv.load_study("hand_controller").drives["cobotic"], arrays["speed"], arrays["force"])
     assert (arrays["cobotic/limit"] == 0).sum() == (steady.limit == 0).sum()
     assert header["drives"]["cobotic"]["audit_residual"] < 1e-9
 
 
-def test_faults_are_answers(served, asked):
-    asked["tables"]["drives"]["cobotic"]["transmission"] = {"preload": "3 kg"}
-    header, _ = served.ask("study", asked)
+def test_faults_are_answers(served, shipped_tables):
+    shipped_tables["tables"]["drives"]["cobotic"]["transmission"] = {"preload": "3 kg"}
+    header, _ = served.ask("study", shipped_tables)
     (fault,) = header["faults"]
     assert fault["at"] == "drives.cobotic.transmission.preload"
 
 
-def test_small_replies_are_sent_at_once(served, asked):
+def test_small_replies_are_sent_at_once(served, shipped_tables):
     """A reply in two packets must not wait for the acknowledgement of the first, which takes 40 ms."""
     times = []
     with served.client() as client:
         for _ in range(40):
             begin = time.perf_counter()
-            reply = client.post("api/maps", json={**asked, "count": 8, "drives": ["cobotic"]})
+            reply = client.post("api/maps", json={**shipped_tables, "count": 8, "drives": ["cobotic"]})
             times.append(time.perf_counter() - begin)
             assert reply.status_code == 200
     assert min(times[20:]) < 0.03
@@ -114,10 +114,10 @@ def test_progress_and_result_of_a_long_computation(served):
     assert state["result"]["verdict"] == iv.compare(iv.Study.from_dict(study["tables"], name="small")).verdict
 
 
-def test_a_long_computation_is_cancelled(served, asked):
+def test_a_long_computation_is_cancelled(served, shipped_tables):
     before = set(children(served.process.pid))
     with served.client("impatient") as client:
-        key = client.post("api/job", json={**asked, "job": "size", "generations": 100}).json()["id"]
+        key = client.post("api/job", json={**shipped_tables, "job": "size", "generations": 100}).json()["id"]
         own = set()
         while not own:
             own = set(children(served.process.pid)) - before
@@ -127,15 +127,17 @@ def test_a_long_computation_is_cancelled(served, asked):
         assert state["done"]
         assert state["error"] == "cancelled"
         assert all(gone(one) for one in own)
-        assert client.post("api/job", json={**asked, "job": "none"}).status_code == 200  # the page may begin another
+        assert (
+            client.post("api/job", json={**shipped_tables, "job": "none"}).status_code == 200
+        )  # the page may begin another
 
 
-def test_stale_requests_are_dropped(served, asked):
+def test_stale_requests_are_dropped(served, shipped_tables):
     """Of many maps asked at once, the last is answered; none is answered with another's numbers."""
     replies = {}
 
     def ask(number):
-        own = copy.deepcopy(asked)
+        own = copy.deepcopy(shipped_tables)
         own["tables"]["drives"] = {
             "cobotic": {"base": "faulring2006.cobotic", "transmission": {"preload": f"{500 + number} N"}}
         }
@@ -153,39 +155,39 @@ def test_stale_requests_are_dropped(served, asked):
     assert codes[23] == 200
     assert set(codes.values()) <= {200, 409}
     drive = {"cobotic": {"base": "faulring2006.cobotic", "transmission": {"preload": "523 N"}}}
-    study = iv.Study.from_dict({**asked["tables"], "drives": drive}, name="x")
+    study = iv.Study.from_dict({**shipped_tables["tables"], "drives": drive}, name="x")
     _, arrays = unpacked(replies[23].content)
     steady = iv.steady_map(study.drives["cobotic"], arrays["speed"], arrays["force"])
     assert ((arrays["cobotic/limit"] == 0) == (steady.limit.T == 0)).all()
 
 
-def test_what_was_sent_last_survives_a_kill(tmp_path, asked):
-    asked["tables"]["drives"]["cobotic"]["transmission"] = {"preload": "612 N"}
+def test_what_was_sent_last_survives_a_kill(tmp_path, shipped_tables):
+    shipped_tables["tables"]["drives"]["cobotic"]["transmission"] = {"preload": "612 N"}
     with serving(folder=tmp_path) as first:
         header, _ = first.ask("start", {})
         assert header["recovered"] == []
         own = children(first.process.pid)
         with first.client("page") as client:
             for number in range(10):
-                asked["tables"]["title"] = f"edit {number}"
-                assert client.post("api/study", json=asked).status_code == 200
+                shipped_tables["tables"]["title"] = f"edit {number}"
+                assert client.post("api/study", json=shipped_tables).status_code == 200
         first.stop(signal.SIGKILL)
         assert all(gone(one) for one in own)  # no process is left behind
     with serving(folder=tmp_path) as second:
         header, _ = second.ask("start", {})
         (found,) = header["recovered"]
-        assert found["tables"] == asked["tables"]
-        assert found["name"] == asked["name"]
+        assert found["tables"] == shipped_tables["tables"]
+        assert found["name"] == shipped_tables["name"]
         assert found["time"]
         second.stop(signal.SIGKILL)
 
 
 @pytest.mark.slow
-def test_what_is_offered_stays_until_a_page_has_decided(tmp_path, asked):
-    asked["tables"]["title"] = "mine"
+def test_what_is_offered_stays_until_a_page_has_decided(tmp_path, shipped_tables):
+    shipped_tables["tables"]["title"] = "mine"
     with serving(folder=tmp_path) as first:
         with first.client("page") as client:
-            assert client.post("api/study", json=asked).status_code == 200
+            assert client.post("api/study", json=shipped_tables).status_code == 200
         first.stop(signal.SIGKILL)
     with serving(folder=tmp_path) as second:
         assert second.stop() == 0  # nobody has decided
@@ -193,7 +195,7 @@ def test_what_is_offered_stays_until_a_page_has_decided(tmp_path, asked):
         assert other.ask("start", {})[0]["recovered"] == []  # that of another study is not offered
     with serving(folder=tmp_path) as third:
         (found,) = third.ask("start", {})[0]["recovered"]
-        assert found["tables"] == asked["tables"]
+        assert found["tables"] == shipped_tables["tables"]
         with third.client("page") as client:
             assert client.post("api/decided", json={"id": found["id"]}).status_code == 200
         third.stop(signal.SIGKILL)
@@ -268,13 +270,13 @@ def test_importing_the_command_line_does_not_import_the_server():
     assert made.stdout.strip() == "[]"
 
 
-def sliders(served, asked, clients, seconds, page="page"):
+def sliders(served, shipped_tables, clients, seconds, page="page"):
     """Clients that each move a slider; the times of their replies, and what went wrong."""
     times, wrong, lock = [], [], threading.Lock()
     stop = time.monotonic() + seconds
 
     def move(own):
-        document, number = copy.deepcopy(asked), 0
+        document, number = copy.deepcopy(shipped_tables), 0
         document["tables"]["drives"] = {"cobotic": {"base": "faulring2006.cobotic"}}
         with served.client(f"{page}-{own}") as client:
             while number == 0 or time.monotonic() < stop:
@@ -304,19 +306,19 @@ def sliders(served, asked, clients, seconds, page="page"):
     return times, wrong
 
 
-def test_many_clients_at_once(served, asked):
-    times, wrong = sliders(served, asked, 20, 2.0)
+def test_many_clients_at_once(served, shipped_tables):
+    times, wrong = sliders(served, shipped_tables, 20, 2.0)
     assert not wrong
     assert len(times) >= 20
 
 
 @pytest.mark.slow
-def test_twenty_clients_for_long(tmp_path, asked):
+def test_twenty_clients_for_long(tmp_path, shipped_tables):
     """Memory does not grow with the maps: twenty seconds of them would show what a minute would."""
     with serving(folder=tmp_path) as one:
-        sliders(one, asked, 20, 5.0, "first")
+        sliders(one, shipped_tables, 20, 5.0, "first")
         before = one.memory()
-        times, wrong = sliders(one, asked, 20, 20.0)
+        times, wrong = sliders(one, shipped_tables, 20, 20.0)
         after = one.memory()
         median, late = statistics.median(times), statistics.quantiles(times, n=20)[-1]
         print(

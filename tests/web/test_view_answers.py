@@ -47,10 +47,10 @@ def places_of(study):
 
 def test_every_view_answers_at_every_drive_and_machine(studies):
     for study in studies.values():
-        for asked in places_of(study):
-            for answer in (point.point(study, asked), drawing.drawing(study, asked)):
+        for request in places_of(study):
+            for answer in (point.point(study, request), drawing.drawing(study, request)):
                 json.dumps(plain(answer), allow_nan=False)
-            shown = contact.contact(study, asked)
+            shown = contact.contact(study, request)
             json.dumps(plain(shown.header), allow_nan=False)
             shown.pack()
 
@@ -60,17 +60,17 @@ class TestPoint:
     @pytest.mark.parametrize("drive", ["cobotic", "motor1-gear1", "motor2-gear4"])
     def test_equals_the_drive_and_flows_close(self, hand, drive, speed, force):
         found = point.point(hand, {"drive": drive, "speed": speed, "force": force})
-        wanted = hand.drives[drive].operate(speed=speed, force=force)
-        assert found["power_in"] == wanted.power_in
-        assert found["power_out"] == wanted.power_out
+        expected = hand.drives[drive].operate(speed=speed, force=force)
+        assert found["power_in"] == expected.power_in
+        assert found["power_out"] == expected.power_out
         losses = {flow["label"]: flow["watts"] for flow in found["flows"] if flow["kind"] == "loss"}
-        assert losses == {name: float(loss) for name, loss in wanted.losses.items()}
-        assert found["efficiency"] == (None if math.isnan(wanted.efficiency) else float(wanted.efficiency))
+        assert losses == {name: float(loss) for name, loss in expected.losses.items()}
+        assert found["efficiency"] == (None if math.isnan(expected.efficiency) else float(expected.efficiency))
         for stage in found["stages"][1:-1]:
             inward = sum(flow["watts"] for flow in found["flows"] if flow["to"] == stage)
             outward = sum(flow["watts"] for flow in found["flows"] if flow["from"] == stage)
             assert inward == pytest.approx(outward, abs=1e-9)
-        ends = {"supply": wanted.power_in, "load": -wanted.power_out}
+        ends = {"supply": expected.power_in, "load": -expected.power_out}
         for end, watts in ends.items():
             leaving = sum(
                 flow["watts"] * (1 if flow["from"] == end else -1)
@@ -103,11 +103,11 @@ class TestPoint:
         study = studies["six_leg_display"]
         for name, drive in study.drives.items():
             for task, one in study.tasks.items():
-                wanted = iv.perform_task(drive, one)
+                expected = iv.perform_task(drive, one)
                 found = point.point(study, {"drive": name, "task": task})
-                assert found["power_in"] == pytest.approx(wanted.mean_power, rel=1e-12)
+                assert found["power_in"] == pytest.approx(expected.mean_power, rel=1e-12)
                 losses = {flow["label"]: flow["watts"] for flow in found["flows"] if flow["kind"] == "loss"}
-                assert losses == pytest.approx(wanted.losses, rel=1e-12)
+                assert losses == pytest.approx(expected.losses, rel=1e-12)
                 assert len(found["parts"]) == 6
 
     def test_what_no_page_sends_is_refused(self, hand):
@@ -133,16 +133,16 @@ class TestContact:
         study = studies[name]
         drive = study.drives["cobotic"]
         for speed, force in ((0.1, 10.0), (-0.2, 12.0), (0.3, -9.0)):
-            wanted = replace(drive, cylinder_bearings=None).operate(speed=speed, force=force)
+            expected = replace(drive, cylinder_bearings=None).operate(speed=speed, force=force)
             element = contact.element_point(drive, speed, force)
-            assert element.steering_tangent == wanted.states["steering_tangent"]
-            assert element.torque == wanted.states["cylinder_torque_Nm"]
+            assert element.steering_tangent == expected.states["steering_tangent"]
+            assert element.torque == expected.states["cylinder_torque_Nm"]
             found = contact.contact(study, {"drive": "cobotic", "speed": speed, "force": force})
             at = found.header["point"]
             curve = np.interp(at["creepage"], found.arrays["creepage"], found.arrays["force"])
             assert curve == pytest.approx(at["force"], rel=2e-3)
             assert at["force"] == pytest.approx(abs(float(element.lateral_force)), rel=1e-12)
-            assert found.header["slip_demand"] == pytest.approx(float(wanted.utilisation[iv.Limit.SLIP]), rel=1e-12)
+            assert found.header["slip_demand"] == pytest.approx(float(expected.utilisation[iv.Limit.SLIP]), rel=1e-12)
 
     def test_the_patch_carries_the_force_and_the_preload(self, hand):
         for force in (10.0, 40.0, -60.0):
@@ -193,13 +193,15 @@ class TestMotion:
         found = motion.motion(study, {})
         duty = study.duty["reach-and-hold"]
         for name in study.drives:
-            wanted = iv.duty_cycle(study.drives[name], duty, name=name, title=study.titles[name], travel=study.travel)
+            expected = iv.duty_cycle(study.drives[name], duty, name=name, title=study.titles[name], travel=study.travel)
             row = found.header["drives"][name]
-            assert row["energy"] == wanted.energy
-            assert row["verdict"] == wanted.verdict
-            assert found.arrays[f"{name}/energy"][-1] == pytest.approx(wanted.energy, rel=1e-6)
-            assert sum(one["joules"] for one in row["losses"]) == pytest.approx(sum(wanted.losses.values()), rel=1e-12)
-            for place, hot in enumerate(wanted.heat.values()):
+            assert row["energy"] == expected.energy
+            assert row["verdict"] == expected.verdict
+            assert found.arrays[f"{name}/energy"][-1] == pytest.approx(expected.energy, rel=1e-6)
+            assert sum(one["joules"] for one in row["losses"]) == pytest.approx(
+                sum(expected.losses.values()), rel=1e-12
+            )
+            for place, hot in enumerate(expected.heat.values()):
                 assert hot is not None
                 winding = found.arrays[f"{name}/heat/{place}/winding"]
                 assert winding[-1] == pytest.approx(hot.winding_history[-1] - 273.15, rel=1e-6)
@@ -207,9 +209,9 @@ class TestMotion:
     def test_a_path_of_machines(self, studies):
         study = studies["two_joint_arm"]
         found = motion.motion(study, {"motion": "reach", "drives": ["one-motor"]})
-        wanted = iv.follow_path(study.drives["one-motor"], study.paths["reach"])
-        assert found.header["drives"]["one-motor"]["energy"] == wanted.energy
-        assert found.arrays["one-motor/energy"][-1] == pytest.approx(wanted.energy, rel=1e-6)
+        expected = iv.follow_path(study.drives["one-motor"], study.paths["reach"])
+        assert found.header["drives"]["one-motor"]["energy"] == expected.energy
+        assert found.arrays["one-motor/energy"][-1] == pytest.approx(expected.energy, rel=1e-6)
         assert list(found.header["drives"]) == ["one-motor"]
 
     def test_a_drive_without_inertia_says_so_and_the_others_have_numbers(self, studies):
@@ -233,7 +235,7 @@ class TestMotion:
 class TestPlane:
     def test_equals_the_dynamic_map(self, hand):
         found = motion.plane(hand, {"drives": ["cobotic"]})
-        wanted = iv.dynamic_map(
+        expected = iv.dynamic_map(
             hand.drives["cobotic"],
             np.geomspace(motion.LOWEST, motion.HIGHEST, 2 * motion.FREQUENCIES + 1)[1::2],
             (np.arange(motion.FRACTIONS) + 0.5) / motion.FRACTIONS,
@@ -242,13 +244,13 @@ class TestPlane:
             samples=motion.SAMPLES,
         )
         assert np.array_equal(
-            found.arrays["cobotic/performance"], wanted.performance.T.astype(np.float32), equal_nan=True
+            found.arrays["cobotic/performance"], expected.performance.T.astype(np.float32), equal_nan=True
         )
-        assert np.array_equal(found.arrays["cobotic/limit"], wanted.binding.T)
+        assert np.array_equal(found.arrays["cobotic/limit"], expected.binding.T)
         edge = found.arrays["cobotic/edge"]
         for column in range(0, motion.FREQUENCIES, 7):
             inside = found.arrays["power"] <= edge[column]
-            assert np.all(wanted.works[column, inside])
+            assert np.all(expected.works[column, inside])
 
     def test_a_study_without_a_mass_says_what_to_state(self, studies):
         assert "load_inertia" in motion.plane(studies["ankle_walking"], {}).header["reason"]
@@ -332,28 +334,28 @@ def test_every_stroke_of_a_drawing_has_a_look_on_the_page_and_in_figures(name):
     page = Path(iv.__file__).parent / "web" / "page"
     rules = set(re.findall(r"\.m\.([a-z-]+)", (page / "views.css").read_text("utf-8")))
     study = iv.load_study(name)
-    for asked in places_of(study):
-        found = drawing.drawing(study, asked)
+    for request in places_of(study):
+        found = drawing.drawing(study, request)
         assert {item["look"] for scene in found["scenes"] for item in scene["items"]} <= rules | {"number"}
-        drive = study.drive(asked["drive"])
+        drive = study.drive(request["drive"])
         if is_machine(drive) and found["reason"] is None:
-            place = places.place_of(study, asked)
+            place = places.place_of(study, request)
             picture = drive.picture(place.point(), place.pose, place.twist, place.wrench)
             assert len(pictures.draw_all(picture).axes) == 1
 
 
 def test_a_sphere_between_rollers_rolls_without_slip():
     study = iv.load_study(shipped_studies()["sphere_joint"])
-    asked = {"drive": "tetrahedral", "task": "fast"}
-    found = drawing.drawing(study, asked)
+    request = {"drive": "tetrahedral", "task": "fast"}
+    found = drawing.drawing(study, request)
     marks = [one for one in found["scenes"][0]["items"] if one["kind"] == "marks"]
-    wanted = point.point(study, asked)
-    assert wanted["power_in"] == pytest.approx(
+    expected = point.point(study, request)
+    assert expected["power_in"] == pytest.approx(
         iv.perform_task(study.drives["tetrahedral"], study.tasks["fast"]).mean_power
     )
     rates = sorted(abs(one["rate"]) for one in marks)
     # Shafts turn as fast as their rollers: 40 rad/s in, 50 rad/s out, but for creep.
     assert any(rate == pytest.approx(40.0, rel=5e-3) for rate in rates)
     assert any(rate == pytest.approx(50.0, rel=5e-3) for rate in rates)
-    shown = contact.contact(study, asked)
+    shown = contact.contact(study, request)
     assert shown.header["patch"]["force_share"] == pytest.approx(shown.header["slip_demand"], abs=0.01)

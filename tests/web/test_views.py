@@ -49,13 +49,13 @@ def click(page, drive, across, up):
     page.settled()
 
 
-def told(panel, label):
+def entry(panel, label):
     """The text of a term of a list."""
     return panel.locator("dt", has_text=re.compile(f"^{re.escape(label)}$")).locator("xpath=following-sibling::dd[1]")
 
 
 def shown(panel, label, text):
-    told(panel, label).filter(has_text=re.compile(f"^{re.escape(text)}$")).wait_for()
+    entry(panel, label).filter(has_text=re.compile(f"^{re.escape(text)}$")).wait_for()
 
 
 def test_the_balance_is_that_of_the_drive_and_follows_the_point(page):
@@ -64,10 +64,10 @@ def test_the_balance_is_that_of_the_drive_and_follows_the_point(page):
     for across, up in ((0.35, 0.35), (0.5, 0.6), (0.2, 0.2)):
         click(page, "cobotic", across, up)
         speed, force = page.point()
-        wanted = study.drives["cobotic"].operate(speed=speed, force=force)
-        shown(panel, "from the supply", f"{plain(float(wanted.power_in), 3)} W")
-        shown(panel, "to the load", f"{plain(float(wanted.power_out), 3)} W")
-        for name, loss in wanted.losses.items():
+        expected = study.drives["cobotic"].operate(speed=speed, force=force)
+        shown(panel, "from the supply", f"{plain(float(expected.power_in), 3)} W")
+        shown(panel, "to the load", f"{plain(float(expected.power_out), 3)} W")
+        for name, loss in expected.losses.items():
             if loss > 0:
                 assert panel.locator("svg text.loss", has_text=f"{name}{plain(float(loss), 3)} W").count() == 1
     picture = panel.get_by_role("img").first
@@ -80,10 +80,10 @@ def test_where_the_load_drives_power_flows_back(page):
     panel = view(page, "balance")
     click(page, "cobotic", 0.25, 0.6)
     speed, force = page.point()
-    wanted = study.drives["cobotic"].operate(speed=speed, force=force)
-    assert wanted.power_out < 0
-    shown(panel, "to the load", f"{plain(float(wanted.power_out), 3)} W")
-    panel.get_by_text(f"the load gives {plain(-float(wanted.power_out), 3)} W").wait_for()
+    expected = study.drives["cobotic"].operate(speed=speed, force=force)
+    assert expected.power_out < 0
+    shown(panel, "to the load", f"{plain(float(expected.power_out), 3)} W")
+    panel.get_by_text(f"the load gives {plain(-float(expected.power_out), 3)} W").wait_for()
 
 
 def test_beyond_a_limit_the_view_says_which_and_by_how_much(page):
@@ -92,9 +92,9 @@ def test_beyond_a_limit_the_view_says_which_and_by_how_much(page):
     for drive in ("motor2-gear4", "cobotic"):
         click(page, drive, 0.97, 0.3)
         speed, force = page.point()
-        wanted = point.point(study, {"drive": drive, "speed": speed, "force": force})
-        assert not wanted["feasible"]
-        panel.locator(".verdict", has_text=wanted["verdict"]).wait_for()
+        expected = point.point(study, {"drive": drive, "speed": speed, "force": force})
+        assert not expected["feasible"]
+        panel.locator(".verdict", has_text=expected["verdict"]).wait_for()
         assert panel.locator(".shares .beyond").count() >= 1
 
 
@@ -119,8 +119,8 @@ def test_a_motion_has_the_verdicts_of_the_duty_cycle(page):
     names = [one.get_attribute("data-drive") for one in page.page.locator(".map").all()]
     for name in names:
         duty = study.duty["reach-and-hold"]
-        wanted = iv.duty_cycle(study.drives[name], duty, name=name, title=study.titles[name], travel=study.travel)
-        assert panel.locator(".verdicts li", has_text=wanted.verdict).count() == 1
+        expected = iv.duty_cycle(study.drives[name], duty, name=name, title=study.titles[name], travel=study.travel)
+        assert panel.locator(".verdicts li", has_text=expected.verdict).count() == 1
 
 
 def test_the_plane_of_frequency_and_power(page):

@@ -59,7 +59,7 @@ class MachineSensitivity(Result):
 
     Attributes
     ----------
-    drive, asked, of : str   Drive; task or path, such as "tasks.lift"; result.
+    drive, task, of : str    Drive; task or path, such as "tasks.lift"; result.
     value : float            Of the result.
     feasible : bool          Whether all limits hold.
     influences : tuple       From the largest; those without effect are left out.
@@ -67,7 +67,7 @@ class MachineSensitivity(Result):
     """
 
     drive: str = reported()
-    asked: str = reported()
+    task: str = reported()
     of: str = reported()
     value: float = reported()
     feasible: bool = reported()
@@ -78,7 +78,7 @@ class MachineSensitivity(Result):
     def lines(self) -> Iterator[str]:
         """Yield the result, then the ten largest effects."""
         beyond = "" if self.feasible else ", limit exceeded"
-        yield f"{self.of} of {self.drive} in {self.asked}: {show(self.value, OUTCOMES[self.of])}{beyond}"
+        yield f"{self.of} of {self.drive} in {self.task}: {show(self.value, OUTCOMES[self.of])}{beyond}"
         yield from (f"  {one.words}" for one in self.influences[:10])
 
 
@@ -87,7 +87,7 @@ def machine_sensitivity(
     drive: str,
     of: str = "power",
     *,
-    asked: str | None = None,
+    task: str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> MachineSensitivity:
     """Rank the values of a machine by their effect.
@@ -97,7 +97,7 @@ def machine_sensitivity(
     study : Study    With tasks or paths.
     drive : str      Name of one of its machines.
     of : str         "power" from the source, "loss", or "margin" of the tightest limit.
-    asked : str      Task or path, such as "tasks.lift" or "lift"; the first by default.
+    task : str       Task or path, such as "tasks.lift" or "lift"; the first by default.
     progress         Called with the share of work done, 0 to 1.
 
     Returns
@@ -113,7 +113,7 @@ def machine_sensitivity(
     check_study(study)
     if of not in OUTCOMES:
         raise InputError(f"of must be one of {', '.join(OUTCOMES)}, got {of!r}{nearest(of, OUTCOMES)}")
-    name, one = task_of(study, asked)
+    name, one = task_of(study, task)
     machine = _with_rated_gears(study.drive(drive))
     perform: Any = perform_task if isinstance(one, MachineTask) else follow_path
 
@@ -150,7 +150,7 @@ def machine_sensitivity(
     influences.sort(key=lambda found: -abs(found.elasticity))
     return MachineSensitivity(
         drive=drive,
-        asked=name,
+        task=name,
         of=of,
         value=value,
         feasible=feasible,
@@ -169,7 +169,7 @@ def _changed(machine: Any, path: str, value: float) -> Any:
     return with_values(machine, {path: value})
 
 
-def task_of(study: Study, asked: str | None) -> tuple[str, Any]:
+def task_of(study: Study, task: str | None) -> tuple[str, Any]:
     """A task or path by its name, with or without its group; the first one by default.
 
     Raises
@@ -179,12 +179,12 @@ def task_of(study: Study, asked: str | None) -> tuple[str, Any]:
     """
     every = {f"tasks.{name}": one for name, one in study.tasks.items()}
     every |= {f"paths.{name}": one for name, one in study.paths.items()}
-    if asked is None:
+    if task is None:
         return next(iter(every.items()))
-    found = [name for name in every if asked in (name, name.partition(".")[2])]
+    found = [name for name in every if task in (name, name.partition(".")[2])]
     if not found:
         known = [*every, *(name.partition(".")[2] for name in every)]
-        raise InputError(f"task {asked!r} is not in the study{nearest(asked, known)}; it has {', '.join(every)}")
+        raise InputError(f"task {task!r} is not in the study{nearest(task, known)}; it has {', '.join(every)}")
     return found[0], every[found[0]]
 
 

@@ -62,7 +62,7 @@ class Fit(Frozen):
     names : names of the requested parameters.
     values : estimates by name, in SI; parameters not identifiable separately keep the study's proportions.
     covariance : (p, p) covariance in the identifiable directions. [SI]
-    untold : (p, k) orthonormal directions of the scaled parameters that are not identifiable.
+    unidentifiable : (p, k) orthonormal directions of the scaled parameters that are not identifiable.
     problem : `Problem` of the runs used.
     unknowns : solution of that problem.
     outliers : indices of excluded runs.
@@ -73,7 +73,7 @@ class Fit(Frozen):
     names: tuple[str, ...]
     values: Mapping[str, float]
     covariance: np.ndarray
-    untold: np.ndarray
+    unidentifiable: np.ndarray
     problem: Problem
     unknowns: np.ndarray
     outliers: tuple[int, ...]
@@ -89,16 +89,16 @@ class Fit(Frozen):
     @property
     def deviations(self) -> Mapping[str, float]:
         """Standard deviations by name, in SI; inf for parameters that are not identifiable."""
-        spread = np.where(_involved(self.untold), np.inf, np.sqrt(np.diag(self.covariance)))
+        spread = np.where(_involved(self.unidentifiable), np.inf, np.sqrt(np.diag(self.covariance)))
         return FrozenDict(zip(self.names, spread.tolist(), strict=True))
 
-    @derived(key="not_told_apart")
+    @derived()
     def combinations(self) -> tuple[Combination, ...]:
         """Sums that are identifiable although their terms are not."""
-        return _combinations(self.problem, self.untold, self.values, self.covariance)
+        return _combinations(self.problem, self.unidentifiable, self.values, self.covariance)
 
     @property
-    def told(self) -> tuple[str, ...]:
+    def identifiable(self) -> tuple[str, ...]:
         """Parameters that are identifiable separately."""
         return tuple(name for name in self.names if math.isfinite(self.deviations[name]))
 
@@ -131,7 +131,7 @@ class Fit(Frozen):
             name: {
                 "unit": self.parameters[name].unit,
                 "value": self.values[name],
-                "told": name in self.told,
+                "identifiable": name in self.identifiable,
                 "standard_deviation": self.deviations[name],
                 "interval_95": list(self.interval(name)),
                 "study": self.problem.known[name],
@@ -164,7 +164,9 @@ def robust(problem: Problem, start: np.ndarray | None = None) -> Robust:
     Source: least_squares of SciPy, loss soft_l1.
     """
     start = problem.start if start is None else start
-    unknowns, cost = _solved(problem, start, untold=_untold(problem, start), loss="soft_l1", tolerance=1e-6)
+    unknowns, cost = _solved(
+        problem, start, unidentifiable=_unidentifiable(problem, start), loss="soft_l1", tolerance=1e-6
+    )
     return Robust(problem=problem, unknowns=unknowns, cost=cost, beyond=problem.farthest(unknowns) > OUTLIER)
 
 
@@ -219,7 +221,7 @@ def _with_noise_left(problem: Problem, done: Fit, outliers: np.ndarray) -> Fit:
     for _ in range(_ROUNDS):
         kept = done.problem
         off = kept.of_rows(kept.separate.residuals(done.unknowns))
-        freedom = 1.0 - min((len(problem.names) - done.untold.shape[1]) / kept.readings, 0.9)
+        freedom = 1.0 - min((len(problem.names) - done.unidentifiable.shape[1]) / kept.readings, 0.9)
         problem = problem.heard(kept.noise * np.sqrt(np.mean(off**2, axis=0) / freedom)).decorrelated(off)
         done = estimate(problem, done.unknowns, outliers)
     # With few rows the noise itself is uncertain: intervals of Student's distribution.
@@ -250,20 +252,20 @@ def refuse_many(data: Bench, count: int, besides: str = "") -> None:
 def estimate(problem: Problem, start: np.ndarray, outliers: np.ndarray) -> Fit:
     """Weighted least squares without the outliers, (n,) bool, starting from a robust fit."""
     kept = problem.without(outliers)
-    untold = _untold(kept, start)
-    unknowns, _ = _solved(kept, start, untold=untold)
+    unidentifiable = _unidentifiable(kept, start)
+    unknowns, _ = _solved(kept, start, unidentifiable=unidentifiable)
     residuals = kept.residuals(unknowns)
-    told = len(kept.names) - untold.shape[1]
-    freedom = max(kept.readings - told, 0)
+    estimated = len(kept.names) - unidentifiable.shape[1]
+    freedom = max(kept.readings - estimated, 0)
     chi_square = float(residuals @ residuals)
     widened = _widened(chi_square, freedom)
-    covariance = widened**2 * _covariance(kept, unknowns, untold) * kept.scales[:, None] * kept.scales
+    covariance = widened**2 * _covariance(kept, unknowns, unidentifiable) * kept.scales[:, None] * kept.scales
     values = {name: float(unknowns[i] * kept.scales[i]) for i, name in enumerate(kept.names)}
     return Fit(
         names=kept.names,
         values=FrozenDict(values),
         covariance=covariance,
-        untold=untold,
+        unidentifiable=unidentifiable,
         problem=kept,
         unknowns=unknowns,
         outliers=tuple(np.flatnonzero(outliers).tolist()),
@@ -274,15 +276,15 @@ def estimate(problem: Problem, start: np.ndarray, outliers: np.ndarray) -> Fit:
 
 
 def _solved(
-    problem: Problem, start: np.ndarray, *, untold: np.ndarray, loss: str = "linear", tolerance: float = 1e-12
+    problem: Problem, start: np.ndarray, *, unidentifiable: np.ndarray, loss: str = "linear", tolerance: float = 1e-12
 ) -> tuple[np.ndarray, float]:
-    """Solve least squares: unknowns and half the sum of the losses. In `untold` directions the study's values hold as prior
-    with 100 % deviation."""
+    """Solve least squares: unknowns and half the sum of the losses. In `unidentifiable` directions the study's values hold as
+    prior with 100 % deviation."""
     from scipy.optimize import least_squares
 
     low, high = problem.bounds
-    held = np.zeros((untold.shape[1], start.size))
-    held[:, : len(problem.names)] = untold.T / _UNKNOWN
+    held = np.zeros((unidentifiable.shape[1], start.size))
+    held[:, : len(problem.names)] = unidentifiable.T / _UNKNOWN
     found = least_squares(
         lambda x: np.concatenate([problem.residuals(x), held @ (x - problem.start)]),
         np.clip(start, low + 1e-9, high - 1e-9),
@@ -309,16 +311,16 @@ def information(jacobian: np.ndarray, parameters: int) -> np.ndarray:
     return own if others.size == 0 else own - shared @ np.linalg.solve(others, shared.T)
 
 
-def _untold(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
+def _unidentifiable(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
     """Orthonormal directions of the scaled parameters that are not identifiable. (p, k)"""
     found, directions = np.linalg.eigh(information(problem.jacobian(unknowns), len(problem.names)))
     return directions[:, found < 1.0 / _UNKNOWN**2]
 
 
-def _covariance(problem: Problem, unknowns: np.ndarray, untold: np.ndarray) -> np.ndarray:
+def _covariance(problem: Problem, unknowns: np.ndarray, unidentifiable: np.ndarray) -> np.ndarray:
     """Covariance of the scaled parameters, with 100 % deviation in the directions that are not identifiable."""
-    told = information(problem.jacobian(unknowns), len(problem.names))
-    return np.linalg.inv(told + untold @ untold.T / _UNKNOWN**2)
+    determined = information(problem.jacobian(unknowns), len(problem.names))
+    return np.linalg.inv(determined + unidentifiable @ unidentifiable.T / _UNKNOWN**2)
 
 
 def _widened(chi_square: float, freedom: int) -> float:
@@ -329,22 +331,24 @@ def _widened(chi_square: float, freedom: int) -> float:
     return math.sqrt(chi_square / freedom)
 
 
-def _involved(untold: np.ndarray) -> np.ndarray:
+def _involved(unidentifiable: np.ndarray) -> np.ndarray:
     """Mask of the parameters that are not identifiable separately."""
-    return np.any(np.abs(untold) > _INVOLVED, axis=1)
+    return np.any(np.abs(unidentifiable) > _INVOLVED, axis=1)
 
 
 def _combinations(
-    problem: Problem, untold: np.ndarray, values: Mapping[str, float], covariance: np.ndarray
+    problem: Problem, unidentifiable: np.ndarray, values: Mapping[str, float], covariance: np.ndarray
 ) -> tuple[Combination, ...]:
     """Independent identifiable sums of parameters that are not identifiable separately, in row echelon form."""
-    involved = _involved(untold)
+    involved = _involved(unidentifiable)
     if not involved.any():
         return ()
     names = [name for name, part in zip(problem.names, involved, strict=True) if part]
     # Complement of the directions that are not identifiable, in the space of the parameters in SI.
-    _, _, directions = np.linalg.svd((np.eye(len(problem.names)) - untold @ untold.T)[np.ix_(involved, involved)])
-    space = directions[: max(len(names) - untold.shape[1], 0)] / problem.scales[involved]
+    _, _, directions = np.linalg.svd(
+        (np.eye(len(problem.names)) - unidentifiable @ unidentifiable.T)[np.ix_(involved, involved)]
+    )
+    space = directions[: max(len(names) - unidentifiable.shape[1], 0)] / problem.scales[involved]
     found = []
     for row in _echelon(space * problem.scales[involved].max()):
         weights = np.zeros(len(problem.names))

@@ -64,14 +64,14 @@ class LawChoice(Frozen):
     Attributes
     ----------
     candidates : candidate laws, best first.
-    asked : law of the study.
+    of_study : its creep law.
     fit : estimates with the law used; intervals include the uncertainty of the law.
     design : fit for the choice of the next runs, with uncertain curvature.
     gain : reduction of the best law's chi-square with free curvature. [-]
     """
 
     candidates: tuple[Candidate, ...] = reported(key="laws")
-    asked: str = reported(key="study")
+    of_study: str = reported(key="study")
     fit: Fit
     design: Fit
     gain: float = reported("1", key="gain_of_free_bend")
@@ -105,7 +105,7 @@ class LawChoice(Frozen):
     @derived()
     def contradicted(self) -> bool:
         """Whether the data exclude the study's law, or it was not a candidate."""
-        return self.asked not in self.left
+        return self.of_study not in self.left
 
     @property
     def alone(self) -> Fit:
@@ -228,7 +228,7 @@ def choose(problem: Problem, fits: Mapping[str, Fit], outliers: np.ndarray) -> L
         apart = np.asarray([fit.values[name] - used.values[name] for name in used.names])
         covariance += weight * (fit.covariance + np.outer(apart, apart))
     return LawChoice(
-        candidates=candidates, asked=problem.law, fit=replace(used, covariance=covariance), design=design, gain=gain
+        candidates=candidates, of_study=problem.law, fit=replace(used, covariance=covariance), design=design, gain=gain
     )
 
 

@@ -79,9 +79,9 @@ def propose(found: Fit, *, preloads: Sequence[float] = PRELOADS, count: int = RU
         chosen.append(best)
         whole = np.concatenate([whole, rows[best]])
     after, directions = np.linalg.eigh(information(whole, size))
-    untold = directions[:, after < 1.0 / _GUESS**2]
+    unidentifiable = directions[:, after < 1.0 / _GUESS**2]
     spread = np.sqrt(np.diag(np.linalg.inv(information(whole, size) + 1e-12 * prior)))
-    spread = np.where(np.any(np.abs(untold) > 0.1, axis=1), np.inf, found.widened * spread * problem.scales)
+    spread = np.where(np.any(np.abs(unidentifiable) > 0.1, axis=1), np.inf, found.widened * spread * problem.scales)
     return Plan(
         settings=tuple(_setting(candidates, place) for place in chosen),
         deviations=FrozenDict(zip(problem.names, spread.tolist(), strict=True)),
@@ -199,13 +199,13 @@ def remedies(fit: Fit) -> list[Remedy]:
     Each is tried: the information of the readings that the fitted drive would then give is computed.
     """
     data = fit.problem.data
-    if not fit.untold.size or not isinstance(data, Dynamometer):
+    if not fit.unidentifiable.size or not isinstance(data, Dynamometer):
         return []
     found = []
     for words, requested in _further(data, fit):
         informed = information(requested.jacobian(fit.unknowns), len(fit.names))
         left = int(np.count_nonzero(np.linalg.eigvalsh(informed) < 1.0))
-        if left < fit.untold.shape[1]:
+        if left < fit.unidentifiable.shape[1]:
             found.append(Remedy(words, left))
     least = min((one.left for one in found), default=0)
     return [one for one in found if one.left == least]

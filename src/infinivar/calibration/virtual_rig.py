@@ -382,8 +382,8 @@ def dynamometer(
     gains = {name: error.deviation * random.standard_normal() for name, error in exact.errors(rig).items()}
     # The drive moves the true torque; what stands in the file is the torque read.
     read = replace(exact, torque=torque * (1.0 + gains["torque"]))
-    told = read.expected(drive, rig, true, gains)
-    return replace(read, read=told + np.asarray(list(noise.values())) * random.standard_normal(told.shape))
+    predicted = read.expected(drive, rig, true, gains)
+    return replace(read, read=predicted + np.asarray(list(noise.values())) * random.standard_normal(predicted.shape))
 
 
 def swing(

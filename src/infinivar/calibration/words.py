@@ -52,7 +52,7 @@ def estimate(fit: Fit, name: str) -> str:
 
 def verdict(fit: Fit) -> str:
     """One line: identifiable parameters and sums with their intervals."""
-    each = [f"{name} = {estimate(fit, name)}" for name in fit.told]
+    each = [f"{name} = {estimate(fit, name)}" for name in fit.identifiable]
     return "; ".join([*each, *(determined(one, fit) for one in fit.combinations)])
 
 
@@ -113,7 +113,7 @@ def described(setting: Setting) -> str:
 
 def on_law(laws: LawChoice) -> str:
     """Verdict of the data on the creep law, with odds, and the law used."""
-    best, used, left, requested = laws.undecided[0], laws.fit.law, laws.undecided, laws.asked
+    best, used, left, requested = laws.undecided[0], laws.fit.law, laws.undecided, laws.of_study
     approximate = _on_approximations(laws)
     if laws.contradicted:
         behind = None if (own := laws.candidate(requested)) is None else own.behind - _behind(laws, best)
@@ -205,7 +205,7 @@ def _on_fit_of_laws(laws: LawChoice, proposed: plan.Plan) -> Iterator[str]:
         yield on_law(laws)
     wider = [
         f"{name} by a factor of {plain(laws.fit.deviations[name] / laws.alone.deviations[name], 2)}"
-        for name in laws.fit.told
+        for name in laws.fit.identifiable
         if laws.fit.deviations[name] > _WIDER * laws.alone.deviations[name]
     ]
     if wider:
@@ -266,7 +266,7 @@ def _on_parameters(fit: Fit, proposed: plan.Plan) -> Iterator[str]:
                 "drive keeps the proportions of the study."
             )
     for name in fit.names:
-        if name not in fit.told and not any(name in combination.weights for combination in fit.combinations):
+        if name not in fit.identifiable and not any(name in combination.weights for combination in fit.combinations):
             yield f"Not identifiable: {name}. It keeps the value of the study."
     apart = [name for name in fit.names if not math.isfinite(proposed.deviations[name])]
     if apart:
@@ -286,7 +286,7 @@ def _on_bounds(fit: Fit, near: float, bound: str) -> Iterator[str]:
 
 
 def _on_left_out(left_out: Sequence[LeftOut], most: int) -> Iterator[str]:
-    """The lines of excluded rows, at most so many."""
+    """The lines of excluded rows, at most `most`."""
     if left_out:
         lines = few([str(one.line) for one in left_out], most)
         yield f"Excluded: line{'s' if len(left_out) > 1 else ''} {lines}."
@@ -332,7 +332,7 @@ def remarks_on_gear(fit: Fit, left_out: Sequence[LeftOut]) -> Iterator[str]:
 
 
 def _on_inseparable(fit: Fit) -> Iterator[str]:
-    apart = [name for name in fit.names if name not in fit.told]
+    apart = [name for name in fit.names if name not in fit.identifiable]
     combinations = [one for one in fit.combinations if len(one.weights) > 1]
     if apart:
         each = len(apart) == 1

@@ -100,7 +100,7 @@ def calibrate(
             say(f"  {remark}")
         say(f"Report: {files[0]}")
         say(f"Calibrated study: {files[1]}")
-    raise typer.Exit(0 if found.fit.told == found.fit.names else NOT_FEASIBLE)
+    raise typer.Exit(0 if found.fit.identifiable == found.fit.names else NOT_FEASIBLE)
 
 
 def _call(*words: object) -> str:

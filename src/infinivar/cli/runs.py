@@ -226,7 +226,7 @@ def _of_machine(study: Path, loaded: Study, name: str, of: str, task: str | None
 
     with progress_bar() as progress, naming(study):
         found = machine_sensitivity(
-            loaded, name, of, asked=task, progress=lambda share: progress(loaded.titles[name], share)
+            loaded, name, of, task=task, progress=lambda share: progress(loaded.titles[name], share)
         )
     if as_json:
         print_json(found.to_dict())

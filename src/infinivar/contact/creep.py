@@ -223,7 +223,7 @@ EXACT = CreepLaw(
 LAWS.update({law.name: law for law in (LINEAR, FAULRING, VERMEULEN_JOHNSON, POLACH, FASTSIM, EXACT)})
 
 
-def law(wanted: str | CreepLaw) -> CreepLaw:
+def law(name: str | CreepLaw) -> CreepLaw:
     """The shipped creep law of that name; a law as it is.
 
     Raises
@@ -231,12 +231,12 @@ def law(wanted: str | CreepLaw) -> CreepLaw:
     ParameterError
         If the name is unknown; the message lists the laws.
     """
-    if isinstance(wanted, CreepLaw):
-        return wanted
-    if not isinstance(wanted, str) or wanted not in LAWS:
-        hint = nearest(wanted, LAWS) if isinstance(wanted, str) else ""
-        raise ParameterError(f"creep_law must be one of {', '.join(LAWS)}, got {wanted!r}{hint}")
-    return LAWS[wanted]
+    if isinstance(name, CreepLaw):
+        return name
+    if not isinstance(name, str) or name not in LAWS:
+        hint = nearest(name, LAWS) if isinstance(name, str) else ""
+        raise ParameterError(f"creep_law must be one of {', '.join(LAWS)}, got {name!r}{hint}")
+    return LAWS[name]
 
 
 @functools.lru_cache(maxsize=16)

@@ -64,15 +64,15 @@ def data(calibration: Calibration, count: int = 401) -> dict[str, Any]:
 def _of_fit(fit: Fit) -> dict[str, Any]:
     """``residuals`` (n, m) by ``signals`` in standard deviations, nan where a reading is not used; ``over`` (n,) with its label
     ``axis``; ``correlations`` (p, p) of the identifiable ``names``."""
-    problem, told = fit.problem, [name in fit.told for name in fit.names]
+    problem, identifiable = fit.problem, [name in fit.identifiable for name in fit.names]
     over, axis = problem.data.abscissa
     return {
         "signals": problem.data.signals,
         "residuals": np.where(problem.used, problem.of_rows(problem.residuals(fit.unknowns)), np.nan),
         "over": over,
         "axis": axis,
-        "names": list(fit.told),
-        "correlations": fit.correlations[np.ix_(told, told)],
+        "names": list(fit.identifiable),
+        "correlations": fit.correlations[np.ix_(identifiable, identifiable)],
     }
 
 

@@ -15,7 +15,7 @@ _MANY = 2**20
 """Harmonics times instants above which equal steps are evaluated by fast convolution."""
 
 _WIDEST = 8
-"""Largest number of steps in a period, relative to the instants asked for, that are evaluated to use a part of them."""
+"""Largest number of steps in a period, relative to the requested instants, that are evaluated to use a part of them."""
 _FEWEST = 2
 """Fewest instants that have a step."""
 

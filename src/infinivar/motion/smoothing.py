@@ -315,7 +315,7 @@ def _resolution(
     cutoff: float,
     requested: float | None,
 ) -> tuple[Resolution, float]:
-    """Resolution that counts, and that of the recording itself, regardless of the one asked for."""
+    """Resolution that counts, and that of the recording itself, regardless of the requested one."""
     rows = 1.0 / (cutoff * float(np.median(np.diff(time))))
     found = Resolution.of(values, noise_of(values, resampled, smooth), rows)
     return (found if requested is None else Resolution(requested, 2.0 * requested)), found.reach

@@ -133,7 +133,7 @@ def check_motion(motion: Any) -> None:
 
 
 def enough(motion: Any, method: str, time: Any, orders: int) -> list[Any]:
-    """Return what a motion's `derivatives` or `push` gives; raises ParameterError if these are fewer than asked for."""
+    """Return what a motion's `derivatives` or `push` gives; raises ParameterError if these are fewer than requested."""
     name = f"{type(motion).__name__}.{method}"
     required = f"{orders + 1} values for {orders} orders, the value itself and its derivatives"
     try:

@@ -179,10 +179,10 @@ class ReachingUser(AtHandle):
         """Where the hand wants to be at a time, (d,) [m], with the handle at `home` at the start."""
         motions = [self.along().get(axis) for axis in axes]
 
-        def wanted(time: float) -> np.ndarray:
+        def target(time: float) -> np.ndarray:
             return home + np.array([0.0 if one is None else one.at(time).position for one in motions])
 
-        return wanted
+        return target
 
 
 USERS: dict[str, type] = {kind.word: kind for kind in (PushingUser, ReachingUser)}

@@ -1,4 +1,4 @@
-"""The paper's statements on dynamic range and low electrical power, asked of a cobotic and of a conventional display.
+"""The paper's statements on dynamic range and low electrical power, evaluated for a cobotic and a conventional display.
 
 The paper prints no number for either. Each is compared with the conventional display that meets the same requirement, so that no
 threshold of ours decides. Values that the paper does not print are varied; a variant that does not meet the requirement does
@@ -55,7 +55,7 @@ class DisplayClaims(Result):
     Attributes
     ----------
     claims : tuple of Claim           By `Claim.id`, H1 to H9; `infinivar.paper.claims.claim.Finding` describes the fields.
-    comparison : DisplayComparison    The session on which some of them are asked, with one and six axes.
+    comparison : DisplayComparison    The session with which some of them are evaluated, with one and six axes.
     """
 
     claims: tuple[Claim, ...] = reported()
@@ -94,7 +94,7 @@ def display_claims(
 
     Parameters
     ----------
-    session : HandleSession   In which the energy is asked; by default one with all parts.
+    session : HandleSession   Whose energy is evaluated; by default one with all parts.
     arm : ArmModel            For stability; by default "vanbeek2015". Its values are varied as well.
     factor : float            By which assumed values are multiplied and divided, > 1.
 
@@ -198,22 +198,22 @@ def _session(found: DisplayComparison, axes: int, chosen: Mapping[str, Mapping[s
     """Energy of a session against that of the conventional display."""
     count = found.axes.tolist().index(axes)
 
-    def asked(total: np.ndarray, display: str) -> Found:
+    def finding(total: np.ndarray, display: str) -> Found:
         mine, other = (float(total[DISPLAYS.index(name), count]) for name in (display, CONVENTIONAL))
         return Found(mine, f"below {other:.1f} J, of the conventional display", yes(mine < other))
 
-    shown = asked(found.total[0], TURNING)
+    shown = finding(found.total[0], TURNING)
     variants = [
-        row("value", name, asked(found.total[place], TURNING))
+        row("value", name, finding(found.total[place], TURNING))
         for place, name in enumerate(found.assuming)
         if place and np.all(found.feasible[place, [0, -1], count])
     ]
     variants += [
-        row("choice", name, asked(np.sum(one["energy"], axis=-1), TURNING))
+        row("choice", name, finding(np.sum(one["energy"], axis=-1), TURNING))
         for name, one in chosen.items()
         if np.all(one["feasible"][[0, -1], count])
     ]
-    variants += [row("definition", words, asked(found.total[0], name)) for name, words in _DEFINITIONS.items()]
+    variants += [row("definition", words, finding(found.total[0], name)) for name, words in _DEFINITIONS.items()]
     parts = dict(zip(found.parts, found.energy[0, 0, count], strict=True))
     most = max(parts, key=lambda name: parts[name])
     held = float(found.energy[0, -1, count, found.parts.index("hold")])
@@ -313,11 +313,11 @@ def _backdrivable(
 ) -> Finding:
     """Least mass felt, against that of the conventional display."""
 
-    def asked(one: DisplayComparison, place: int) -> Found:
+    def finding(one: DisplayComparison, place: int) -> Found:
         mine, other = one.least_mass[place]
         return Found(float(mine), f"below {other:.2f} kg, of the conventional display", yes(bool(mine < other)))
 
-    (_, shown), *rest = ((name, asked(one, place)) for name, one, place in _measured(found, others))
+    (_, shown), *rest = ((name, finding(one, place)) for name, one, place in _measured(found, others))
     variants: list[Variant] = [row("value", name, one) for name, one in rest]
     pair = meets["as shown"]
     leg = pair.cobotic
@@ -354,11 +354,11 @@ def _ratios(one: DisplayComparison, place: int) -> np.ndarray:
 def _range(found: DisplayComparison, others: list[tuple[str, DisplayComparison]], rivals: list[_Rival]) -> Finding:
     """Stiffest wall over least mass, cobotic over conventional."""
 
-    def asked(one: DisplayComparison, place: int) -> Found:
+    def finding(one: DisplayComparison, place: int) -> Found:
         mine, other = _ratios(one, place)
         return Found(float(mine / other), "above 1, of the conventional display", yes(bool(mine > other)))
 
-    (_, shown), *rest = ((name, asked(one, place)) for name, one, place in _measured(found, others))
+    (_, shown), *rest = ((name, finding(one, place)) for name, one, place in _measured(found, others))
     mine, other = found.stiffness[0] / 1e3
     why = (
         f"Stiffest wall over least mass felt, relative to the conventional display: {mine:.1f} N/mm and "
@@ -402,18 +402,18 @@ def _motors(pair: DisplayPair, other: Any) -> Finding:
         share_motor(leg, pair.conventional, force=[0.0], legs=(1, _SIX), duty=1.0) for leg in (pair.cobotic, other)
     ]
 
-    def asked(place: int, count: int, *, cylinder: bool) -> Found:
+    def finding(place: int, count: int, *, cylinder: bool) -> Found:
         one = shared[place]
         mass = float(one.shared_mass[count]) + (float(one.cylinder_mass) if cylinder else 0.0)
         alone = float(one.separate_mass[count])
         return Found(mass, f"below {alone:.2f} kg, of a motor for each axis", yes(mass < alone))
 
-    shown = asked(0, 1, cylinder=False)
+    shown = finding(0, 1, cylinder=False)
     variants = [
-        row("value", "reconstruction B", asked(1, 1, cylinder=False)),
-        row("definition", "the cylinder counted as well", asked(0, 1, cylinder=True)),
-        row("definition", "one axis", asked(0, 0, cylinder=False)),
-        row("definition", "one axis, the cylinder counted as well", asked(0, 0, cylinder=True)),
+        row("value", "reconstruction B", finding(1, 1, cylinder=False)),
+        row("definition", "the cylinder counted as well", finding(0, 1, cylinder=True)),
+        row("definition", "one axis", finding(0, 0, cylinder=False)),
+        row("definition", "one axis, the cylinder counted as well", finding(0, 0, cylinder=True)),
     ]
     why = (
         f"One power motor and {_SIX} steering motors weigh {shown.computed:.2f} kg. The cylinder, an assumption, weighs "

@@ -64,7 +64,7 @@ def machine_comparison(found: MachineComparison) -> pd.DataFrame:
         [
             {
                 "drive": name,
-                "asked": key,
+                "task": key,
                 "title": one.title,
                 "feasible": done.feasible,
                 "power_in_W": done.mean_power,
@@ -79,7 +79,7 @@ def machine_comparison(found: MachineComparison) -> pd.DataFrame:
             for key, done in one.found.items()
         ]
     )
-    return made.set_index(["drive", "asked"])
+    return made.set_index(["drive", "task"])
 
 
 def hanging(found: Hanging) -> pd.DataFrame:
@@ -210,7 +210,7 @@ def calibration(found: Calibration | GearedCalibration) -> pd.DataFrame:
                 "standard_deviation": row["standard_deviation"],
                 "low_95": row["interval_95"][0],
                 "high_95": row["interval_95"][1],
-                "told": row["told"],
+                "identifiable": row["identifiable"],
                 "study": row["study"],
             }
             for name, row in rows.items()

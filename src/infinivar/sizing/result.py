@@ -44,7 +44,7 @@ class Sizing(Result):
     what_if        What would have to change for the other templates to win, or to become feasible, by template.
     notes          Drives of the study that are not searched, sets that cannot be read, and what the data sheets of the designs'
                    parts state that contradicts itself.
-    doubt          How far the designs withstand the spread of their parts; None if no builds were asked for.
+    doubt          How far the designs withstand the spread of their parts; None if no builds were requested.
     hangs_on       Choices that no source settles, each with the best design it gives; None without designs.
     options        With which it was computed; None if a sweep computed it.
     """

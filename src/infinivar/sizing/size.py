@@ -1,6 +1,6 @@
 """The best drives for a study among all parts of some sets.
 
-If asked, the best designs are evaluated again with another answer to each open choice: what the verdict depends on.
+On request, the best designs are evaluated again with another answer to each open choice: what the verdict depends on.
 """
 
 from __future__ import annotations

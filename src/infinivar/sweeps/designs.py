@@ -102,9 +102,9 @@ def row_of(rows: Mapping[str, np.ndarray], place: int) -> dict[str, Any]:
 
 def design_words(row: Mapping[str, Any]) -> str:
     """Parts, values, power, mass and margin of a row; its other demands are left to the files."""
-    told = {name: value for name, value in row.items() if name not in _INTERNAL and not name.startswith(DEMAND)}
-    said = [f"{_LEAD.get(name, '')}{value}" for name, value in told.items() if isinstance(value, str)]
-    said += [_value_words(name, value) for name, value in told.items() if not isinstance(value, str)]
+    listed = {name: value for name, value in row.items() if name not in _INTERNAL and not name.startswith(DEMAND)}
+    said = [f"{_LEAD.get(name, '')}{value}" for name, value in listed.items() if isinstance(value, str)]
+    said += [_value_words(name, value) for name, value in listed.items() if not isinstance(value, str)]
     return "; ".join([*said, *outcome_words(demands_of(row))])
 
 

@@ -33,21 +33,21 @@ _ERROR, _DEVIATION, _SUM = "error: ", "deviation: ", " + "
 
 @result
 class Determined(Frozen):
-    """How well many sessions determine a parameter, or a sum of parameters that no session tells apart.
+    """How well many sessions determine a parameter, or a sum of parameters that no session identifies separately.
 
     Attributes
     ----------
-    name        As `calibrate` names it.
-    told        Share of sessions in which it is identifiable. [-]
-    bias        Mean of the estimates of these sessions, less the truth. [SI]
-    scatter     Standard deviation of the estimates. [SI]
-    stated      Root mean square of the standard deviations that the fits state. [SI]
-    covered     Share of the 95 % intervals that contain the truth; nan if it is identifiable in no session. [-]
-    unit        SI unit.
+    name          As `calibrate` names it.
+    identifiable  Share of sessions in which it is identifiable. [-]
+    bias          Mean of the estimates of these sessions, less the truth. [SI]
+    scatter       Standard deviation of the estimates. [SI]
+    stated        Root mean square of the standard deviations that the fits state. [SI]
+    covered       Share of the 95 % intervals that contain the truth; nan if it is identifiable in no session. [-]
+    unit          SI unit.
     """
 
     name: str
-    told: float = reported()
+    identifiable: float = reported()
     bias: float = reported()
     scatter: float = reported()
     stated: float = reported()
@@ -57,10 +57,14 @@ class Determined(Frozen):
     @property
     def verdict(self) -> str:
         """One line."""
-        if not self.told:
+        if not self.identifiable:
             return "not identifiable by itself"
         bias, scatter, stated = (show(value, self.unit, 2) for value in (self.bias, self.scatter, self.stated))
-        often = "" if self.told == 1.0 else f"; identifiable in {plain(100.0 * self.told, 3)} % of the sessions"
+        often = (
+            ""
+            if self.identifiable == 1.0
+            else f"; identifiable in {plain(100.0 * self.identifiable, 3)} % of the sessions"
+        )
         return (
             f"bias {bias}, scatter {scatter}, stated {stated}; {plain(100.0 * self.covered, 3)} % of the 95 % intervals "
             f"contain the truth{often}"
@@ -196,8 +200,8 @@ class SessionsSweep(Problem):
 
 
 def _errors(fit: Fit, true: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-    """Error and stated deviation of what a fit tells, by name. [SI]"""
-    found = {name: (fit.values[name] - true[name], fit.deviations[name]) for name in fit.told}
+    """Error and stated deviation of each identifiable parameter or sum, by name. [SI]"""
+    found = {name: (fit.values[name] - true[name], fit.deviations[name]) for name in fit.identifiable}
     for one in fit.combinations:
         truth = sum(weight * true[name] for name, weight in one.weights.items())
         found[_SUM.join(one.weights)] = one.value - truth, one.deviation
@@ -205,13 +209,13 @@ def _errors(fit: Fit, true: Mapping[str, float]) -> dict[str, tuple[float, float
 
 
 def _determined(name: str, errors: np.ndarray, deviations: np.ndarray) -> Determined:
-    """Statistics of the errors of an estimate; nan in sessions that do not tell it."""
-    told = np.isfinite(errors)
-    off, stated = errors[told], deviations[told]
-    some = bool(told.any())
+    """Statistics of the errors of an estimate; nan in sessions in which it is not identifiable."""
+    identifiable = np.isfinite(errors)
+    off, stated = errors[identifiable], deviations[identifiable]
+    some = bool(identifiable.any())
     return Determined(
         name=name,
-        told=float(told.mean()),
+        identifiable=float(identifiable.mean()),
         bias=float(off.mean()) if some else np.nan,
         scatter=float(off.std()) if some else np.nan,
         stated=float(np.sqrt(np.mean(stated**2))) if some else np.nan,

@@ -50,7 +50,7 @@ class SteadyRolling(Result):
     grid : Grid                   The cells.
     steps : int                   Newton steps.
     gradient : (3, 3) or None     Derivatives of fx, fy, mz (rows) by longitudinal and lateral creepage and spin, exact for the
-        grid, if asked for. [-]
+        grid, if requested. [-]
     """
 
     outcome: Outcome = reported(attribute="outcome")

@@ -39,7 +39,7 @@ def _both(x: Array, y: Array, a_over_b: Array, poisson: Array) -> tuple[Array, A
 
 @functools.lru_cache(maxsize=4)
 def _of_floats(x: float, y: float, a_over_b: float, poisson: float) -> tuple[float, float]:
-    """Force and moment; both are asked for one after the other."""
+    """Force and moment; callers need both, one after the other."""
     scale, table = _nested(a_over_b, poisson)
     rho = math.hypot(x, y)
     if not rho < math.inf:

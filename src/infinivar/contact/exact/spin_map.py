@@ -170,7 +170,7 @@ class SpinMap(NamedTuple):
 
         Returns
         -------
-        (...,) float   Scaled creepage; the force there is the one asked for to 1e-11. nan where no creepage gives it, and for
+        (...,) float   Scaled creepage; the force there is the given one to 1e-11. nan where no creepage gives it, and for
             nan. [-]
         """
         xp = namespace(force, spin, self.coefficients)

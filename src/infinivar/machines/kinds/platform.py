@@ -306,7 +306,7 @@ class PlatformDrive(Linked):
         if leg is not None:
             for place in np.flatnonzero(~np.isfinite(point.steering)):
                 raise InputError(
-                    f"the wheel of leg {place + 1} slips here: there is no steering angle at which its link moves as asked"
+                    f"the wheel of leg {place + 1} slips here: there is no steering angle at which its link moves as requested"
                 )
             found = replace(found, steering=point.steering, cylinder_speed=leg.cylinder_speed)
         notes = () if platform.provenance == "given" else (f"geometry: {platform.provenance}",)

@@ -64,7 +64,7 @@ def normalised(vector: Any) -> np.ndarray:
     return vector / np.where(size > 0.0, size, 1.0)
 
 
-def round_number(wanted: float) -> float:
+def round_number(below: float) -> float:
     """The largest of 1, 2 or 5 times a power of ten that is not above a number > 0."""
-    power = 10.0 ** math.floor(math.log10(wanted))
-    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= wanted * (1.0 + 1e-9))
+    power = 10.0 ** math.floor(math.log10(below))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= below * (1.0 + 1e-9))

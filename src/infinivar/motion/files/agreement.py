@@ -26,7 +26,7 @@ _APART = 0.25
 
 
 def one_course(table: RecordedTable) -> RecordedTable:
-    """Return a table whose motion is told once: a speed beside a position is not used, but compared with it.
+    """Return a table that states its motion once: a speed beside a position is not used, but compared with it.
 
     Raises
     ------

@@ -53,8 +53,8 @@ def read(collector: Collector, listed: TextList, path: Path, columns: Mapping[st
                 f"{listed.file}: {listed.top}: must have headings with key and the columns of one kind of part, such as "
                 '"key, voltage [V], torque_constant [mN m/A]" for motors or "key, ratio, efficiency" for gearheads'
             )
-        wanted = {name: column.unit for name, column in number_columns(kind).items()}
-        found = named_columns(listed, {**wanted, **dict.fromkeys(text_columns(kind))}, columns, bare=True)
+        units = {name: column.unit for name, column in number_columns(kind).items()}
+        found = named_columns(listed, {**units, **dict.fromkeys(text_columns(kind))}, columns, bare=True)
         _take(collector, kind, listed, found, file)
 
 

@@ -1,6 +1,6 @@
 """The MGDB format: motors, gearboxes and compatibility as CSV files in SI.
 
-A file has one of three contents, told by its first line: motors, gearboxes, or compatibility, which has no headings: each line
+A file has one of three contents, known by its first line: motors, gearboxes, or compatibility, which has no headings: each line
 names a motor and the gearboxes that fit it. A key that ends in * stands for all keys that begin so. What a data sheet does not
 state is empty or NaN, and a limit that it does not state infinite.
 """

@@ -137,7 +137,7 @@ class PartSearch(Frozen):
     ----------
     kind         Kind of the parts.
     columns      Columns shown, in order.
-    hits         Parts that meet all conditions, sorted, as many as asked for.
+    hits         Parts that meet all conditions, sorted, at most as many as requested.
     count        Number of all parts that meet them.
     searched     Number of all parts searched.
     unstated     Number of parts that were left out because they do not state a column of a condition, by column.

@@ -37,13 +37,13 @@ _BEYOND = 2.0
 """Creepage of a wheel that slips, over that of full slip, at which its patch is drawn."""
 
 
-def contact(study: Study, asked: Mapping[str, Any]) -> Answer:
+def contact(study: Study, request: Mapping[str, Any]) -> Answer:
     """Creep curve and patch at a place, as a page draws them; of the wheel nearest to slip if there are several.
 
     Parameters
     ----------
     study : Study
-    asked : mapping   As in `places.place_of`; part: number of the wheel, from 1, instead of the one nearest to slip.
+    request : mapping   As in `places.place_of`; part: number of the wheel, from 1, instead of the one nearest to slip.
 
     Returns
     -------
@@ -62,12 +62,12 @@ def contact(study: Study, asked: Mapping[str, Any]) -> Answer:
     InputError
         If a name is unknown or a number is missing.
     """
-    place = place_of(study, asked)
+    place = place_of(study, request)
     head = {"drive": place.name, "title": place.title, "place": place.words, "task": place.task, "reason": None}
     states = rolling_states(place)
     if not states:
         return Answer(header={**head, "reason": _why_none(place)})
-    part = payload.whole(asked, "part", 0, MOST_PARTS, 0)
+    part = payload.whole(request, "part", 0, MOST_PARTS, 0)
     state = max(states, key=lambda one: one.slip_demand if math.isfinite(one.slip_demand) else math.inf)
     if 1 <= part <= len(states):
         state = states[part - 1]

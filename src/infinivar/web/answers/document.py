@@ -1,4 +1,4 @@
-"""The study that the page holds: its tables become a `Study`, and what is wrong with them is told field by field.
+"""The study that the page holds: its tables become a `Study`, and what is wrong with them is stated field by field.
 
 The page sends the tables of a study file with each request. They may name files - recordings, meshes, sets of parts - only as
 the study does with which the server was started: no other path of a page is opened.

@@ -35,13 +35,13 @@ _TRAVEL = 0.15
 Slides = dict[str, dict[str, Any]]
 
 
-def drawing(study: Study, asked: Mapping[str, Any]) -> dict[str, Any]:
+def drawing(study: Study, request: Mapping[str, Any]) -> dict[str, Any]:
     """Scenes of a drive or machine at a place, as a page paints them.
 
     Parameters
     ----------
     study : Study
-    asked : mapping   As in `places.place_of`.
+    request : mapping   As in `places.place_of`.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def drawing(study: Study, asked: Mapping[str, Any]) -> dict[str, Any]:
     InputError
         If a name is unknown.
     """
-    place = place_of(study, asked)
+    place = place_of(study, request)
     head = {"drive": place.name, "title": place.title, "place": place.words, "task": place.task, "reason": None}
     try:
         scenes, slides, state, notes = _drawn(place, study.travel)
@@ -103,7 +103,7 @@ def _cobotic(drive: CoboticDrive, speed: float, force: float, travel: float | No
     point = element_point(drive, speed, force)
     angle = float(np.arctan(point.steering_tangent))
     if not (math.isfinite(angle) and math.isfinite(float(point.link_speed))):
-        raise InputError("the wheel slips here: there is no steering angle at which the link moves as asked")
+        raise InputError("the wheel slips here: there is no steering angle at which the link moves as requested")
     span, notes = _range(drive, travel)
     moving = float(point.link_speed)
     slides = {"link": shapes.slide((1.0, 0.0), MM * moving, span)}

@@ -75,7 +75,7 @@ def start(payload: Mapping[str, Any]) -> Answer:
     shown = dict.fromkeys([*names[:1], *names[-1:]][: whole(payload, "most", 1, MOST_MAPS, MOST_MAPS)])
     try:
         made = maps({**requested, "drives": list(shown)})
-    except FaultyError:  # a file may have changed since: the page asks again, and is told
+    except FaultyError:  # a file may have changed since: the page asks again, and then shows the fault
         return Answer(header=header)
     return Answer(header={**header, "maps": made.header}, arrays=made.arrays)
 
@@ -106,7 +106,7 @@ def _shipped() -> list[dict[str, str]]:
 
 
 def maps(payload: Mapping[str, Any]) -> Answer:
-    """Maps of the drives asked for, by default of all."""
+    """Maps of the requested drives, by default of all."""
     count, known = whole(payload, "count", 8, MOST_CELLS, 60), texts(payload, "known")
     requested = _asked(payload)
     study = requested[0][1] if requested else study_of(payload)
@@ -129,7 +129,7 @@ def maps(payload: Mapping[str, Any]) -> Answer:
 
 
 def _asked(payload: Mapping[str, Any]) -> list[tuple[str, Study, str]]:
-    """Name, study and key of each drive asked for, by default of all; machines have no maps.
+    """Name, study and key of each requested drive, by default of all; machines have no maps.
 
     Each by itself: when a slider moves, one drive is another one, and the studies of the others are at hand.
     """

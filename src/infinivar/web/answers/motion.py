@@ -36,13 +36,13 @@ LOWEST, HIGHEST = 0.1, 30.0
 """Ends of the frequency axis, as in Fig 17 of faulring2006. [Hz]"""
 
 
-def plane(study: Study, asked: Mapping[str, Any], progress: Callable[[float], None] | None = None) -> Answer:
+def plane(study: Study, request: Mapping[str, Any], progress: Callable[[float], None] | None = None) -> Answer:
     """Performance of each drive in shaking a mass, over frequency and RMS power.
 
     Parameters
     ----------
     study : Study
-    asked : mapping   drives: names, by default all; motion: duty cycle whose mass and power are meant if there is no requirement.
+    request : mapping   drives: names, by default all; motion: duty cycle whose mass and power count if nothing is required.
     progress          Called with the share done, 0 to 1.
 
     Returns
@@ -55,8 +55,8 @@ def plane(study: Study, asked: Mapping[str, Any], progress: Callable[[float], No
         limits, NAME/limit (m, n) codes, NAME/edge (n,): largest power at which the drive is within all limits at each frequency,
         0 if at none. [W]
     """
-    names = payload.words(asked, "drives", study.drives) or list(study.drives)
-    size = _size(study, asked)
+    names = payload.words(request, "drives", study.drives) or list(study.drives)
+    size = _size(study, request)
     header: dict[str, Any] = {"reason": None, "drives": {}}
     if isinstance(size, str):
         return Answer(header={**header, "reason": size})
@@ -95,9 +95,9 @@ def _size(study: Study, requested: Mapping[str, Any]) -> tuple[float, float] | s
     required = study.requirement
     if required is not None and required.power and study.load_mass:
         return float(required.power), float(study.load_mass)
-    wanted = motion_of(study, requested)[1] if study.duty and requested.get("motion") is not None else None
+    only = motion_of(study, requested)[1] if study.duty and requested.get("motion") is not None else None
     for name, duty in study.duty.items():
-        if wanted in (None, name) and duty.moved_mass:
+        if only in (None, name) and duty.moved_mass:
             course = duty.instants().course
             power = np.asarray(course.driving_force(duty.moved_mass).value * course.speed)
             if np.any(power):
@@ -124,13 +124,13 @@ def _edge(found: DynamicMap, power: float) -> np.ndarray:
     return power * np.where(steps == 0, 0.0, np.where(steps == count, 1.0, reached))
 
 
-def motion(study: Study, asked: Mapping[str, Any], progress: Callable[[float], None] | None = None) -> Answer:
+def motion(study: Study, request: Mapping[str, Any], progress: Callable[[float], None] | None = None) -> Answer:
     """Course of one motion, and what each drive spends on it.
 
     Parameters
     ----------
     study : Study
-    asked : mapping   motion: name of a duty cycle, or of a path of machines, by default the first; drives: names, by default all.
+    request : mapping   motion: name of a duty cycle or of a path, by default the first; drives: names, by default all.
     progress          Called with the share done, 0 to 1.
 
     Returns
@@ -147,8 +147,8 @@ def motion(study: Study, asked: Mapping[str, Any], progress: Callable[[float], N
     InputError
         If the study has no motion.
     """
-    group, name = motion_of(study, asked)
-    drives = payload.words(asked, "drives", study.drives) or list(study.drives)
+    group, name = motion_of(study, request)
+    drives = payload.words(request, "drives", study.drives) or list(study.drives)
     title = getattr(study, group)[name].title or name
     header: dict[str, Any] = {"motion": name, "group": group, "title": title, "drives": {}}
     arrays: dict[str, np.ndarray] = {}
@@ -168,8 +168,8 @@ def motion(study: Study, asked: Mapping[str, Any], progress: Callable[[float], N
     return Answer(header=header, arrays=words.single(arrays))
 
 
-def motion_of(study: Study, asked: Mapping[str, Any]) -> tuple[str, str]:
-    """Group and name of the motion asked for; the first by default, and if that name is gone by now.
+def motion_of(study: Study, request: Mapping[str, Any]) -> tuple[str, str]:
+    """Group and name of the requested motion; the first by default, and if that name is gone by now.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def motion_of(study: Study, asked: Mapping[str, Any]) -> tuple[str, str]:
     if not names:
         raise InputError("the study has no motion: add a table [duty.NAME], or [paths.NAME] for machines")
     first = next(iter(study.duty or study.paths))
-    name = payload.text(asked, "motion", first)
+    name = payload.text(request, "motion", first)
     name = name if name in names else first
     return names[name], name
 

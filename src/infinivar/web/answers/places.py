@@ -77,13 +77,13 @@ def _performed(machine: Any, pose: Row, twist: Row, wrench: Row) -> Any:
     return passing_point(machine, np.array(pose), np.array(twist), np.array(wrench))
 
 
-def place_of(study: Study, asked: Mapping[str, Any]) -> Place:
+def place_of(study: Study, request: Mapping[str, Any]) -> Place:
     """The place that a request names: `drive`, and `speed` and `force`, or `task`.
 
     Parameters
     ----------
     study : Study
-    asked : mapping   drive: name, by default the first; task: name of a task of the study; speed, force: of a drive of one axis
+    request : mapping   drive: name, by default the first; task: name of a task of the study; speed, force: of a drive of one axis
         without a task. [m s^-1], [N] or about a joint. A machine without a task is at rest at home.
 
     Raises
@@ -93,9 +93,9 @@ def place_of(study: Study, asked: Mapping[str, Any]) -> Place:
     RefusedError
         If a value is of another kind than a page sends.
     """
-    name = payload.text(asked, "drive", next(iter(study.drives)))
+    name = payload.text(request, "drive", next(iter(study.drives)))
     drive, title = study.drive(name), study.titles[name]
-    task = payload.text(asked, "task", "") or (next(iter(study.tasks), "") if is_machine(drive) else "")
+    task = payload.text(request, "task", "") or (next(iter(study.tasks), "") if is_machine(drive) else "")
     if task:
         if task not in study.tasks:
             tasks = f"its tasks: {', '.join(study.tasks)}" if study.tasks else "it has none"
@@ -104,7 +104,7 @@ def place_of(study: Study, asked: Mapping[str, Any]) -> Place:
     if is_machine(drive):
         still = np.zeros(len(drive.coordinates))
         return Place(name, title, drive, pose=np.array(drive.home, dtype=float), twist=still, wrench=still)
-    return Place(name, title, drive, _number(asked, "speed"), _number(asked, "force"))
+    return Place(name, title, drive, _number(request, "speed"), _number(request, "force"))
 
 
 def _number(requested: Mapping[str, Any], key: str) -> float:

@@ -37,13 +37,13 @@ _OUTPUT = "springs and linkage"
 _SUPPLY, _LOAD = "supply", "load"
 
 
-def point(study: Study, asked: Mapping[str, Any]) -> dict[str, Any]:
+def point(study: Study, request: Mapping[str, Any]) -> dict[str, Any]:
     """Power balance at a place, as a page draws it.
 
     Parameters
     ----------
     study : Study
-    asked : mapping   As in `place_of`.
+    request : mapping   As in `place_of`.
 
     Returns
     -------
@@ -58,7 +58,7 @@ def point(study: Study, asked: Mapping[str, Any]) -> dict[str, Any]:
     InputError
         If a name is unknown or a number is missing.
     """
-    place = place_of(study, asked)
+    place = place_of(study, request)
     found = place.point()
     demands = _demands(place, found)
     worst, margin = tightest_of(demands)

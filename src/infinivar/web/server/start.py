@@ -46,7 +46,7 @@ def serve(
     study : str    Study file or shipped study; by default the first shipped one.
     host : str     Address to listen on. Anything wider than this machine needs the token of the printed address.
     port : int     By default `USUAL_PORT`, or a free one if that is taken.
-    say            Is told the address, a line at a time.
+    say            Called with the address, a line at a time.
     opened         Is called with the address once the page can be shown: opens a browser.
 
     Raises

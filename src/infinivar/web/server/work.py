@@ -30,7 +30,7 @@ MOST_JOBS, JOBS_KEPT = 2, 24
 """Jobs that run at a time; the results that are kept."""
 
 _MOST_KINDS = 64
-"""Kinds of requests of one client that are told apart."""
+"""Kinds of requests of one client that are counted separately."""
 
 _START_SECONDS = 60.0
 _LARGEST_REPLY = 256 << 20
@@ -253,7 +253,7 @@ class Lane:
         Raises
         ------
         StaleError
-            If the client has asked for the same with a higher sequence number, or does so while this request waits.
+            If the client has requested the same with a higher sequence number, or does so while this request waits.
         BusyError
             If too many requests wait.
         """
@@ -285,7 +285,7 @@ class Lane:
                 self._clients.pop(key, None)
 
     def _forget(self) -> None:
-        """Forget the clients that have not asked for the longest time."""
+        """Forget the clients without a request for the longest time."""
         for key in list(self._clients)[: max(0, len(self._clients) - self._MOST_CLIENTS)]:
             if not self._clients[key].waiting and not self._clients[key].busy:
                 del self._clients[key]

@@ -287,16 +287,16 @@ export function createFields({ store, onOwner, onShow, onPart }) {
   /** Show each fault at its field; those of no visible field at the top. */
   function tellFaults() {
     const rest = [];
-    const told = new Map();
+    const messages = new Map();
     for (const fault of faults) {
       const found = [...rows.entries()].find(([key]) => key.replaceAll("\u0000", ".") === fault.at)?.[0]
         ?? [...rows.entries()].find(([key]) => fault.at.startsWith(`${key.replaceAll("\u0000", ".")}.`))?.[0]
         ?? (edited !== null && rows.has(keyOf(edited)) && (fault.at === "" || pathOf(edited).startsWith(fault.at)) ? keyOf(edited) : undefined);
       if (found === undefined) rest.push(fault.message);
-      else told.set(found, [...(told.get(found) ?? []), fault.message]);
+      else messages.set(found, [...(messages.get(found) ?? []), fault.message]);
     }
     for (const [key, { box, message, input }] of rows) {
-      const words = told.get(key);
+      const words = messages.get(key);
       box.classList.toggle("bad", words !== undefined);
       message.hidden = words === undefined;
       message.textContent = words?.join(" ") ?? "";

@@ -2,8 +2,8 @@
 import { remembered } from "./theme.js";
 import { createTransport } from "./transport.js";
 
-const wanted = remembered("theme");
-const dark = wanted === "dark" || (wanted !== "light" && matchMedia("(prefers-color-scheme: dark)").matches);
+const theme = remembered("theme");
+const dark = theme === "dark" || (theme !== "light" && matchMedia("(prefers-color-scheme: dark)").matches);
 document.documentElement.dataset.theme = dark ? "dark" : "light";
 
 export const transport = createTransport();
@@ -38,9 +38,9 @@ export function keep(now, opened, valid) {
 /** What is known of that study, once it is: {tables, shown, reply}; null if the page begins with another one. */
 function early(ask) {
   if (!own) return null;
-  const asked = started.then(async ({ header, arrays }) => ({ tables: header.study.tables, ...(await ask(header, arrays)) }));
-  asked.catch(() => {});  // reported by the caller
-  return asked;
+  const opening = started.then(async ({ header, arrays }) => ({ tables: header.study.tables, ...(await ask(header, arrays)) }));
+  opening.catch(() => {});  // reported by the caller
+  return opening;
 }
 
 export const firstMaps = early(({ maps }, arrays) => (maps === undefined ? { shown: [] } : { shown: Object.keys(maps.drives), reply: { header: maps, arrays } }));

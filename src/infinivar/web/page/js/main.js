@@ -42,7 +42,7 @@ let tasked = null;  // the last answer about tasks
 let firstSeen;
 // The fields are many: they come after the first maps, or soon where there are none.
 const seen = new Promise((resolve) => { firstSeen = resolve; setTimeout(resolve, LONGEST_BLANK); });
-let asked = 0;
+let round = 0;
 
 tooltips();
 const fields = createFields({ store, onOwner: chooseOwner, onShow: showMap, onPart: choosePart });
@@ -65,7 +65,7 @@ async function askMaps(stamp = performance.now()) {
   const known = {};
   for (const name of view.shown) if (maps.has(name)) known[name] = maps.get(name).tag;
   status("computing …", true);
-  const mine = (asked += 1);
+  const mine = (round += 1);
   const asking = payload();
   let reply;
   try {
@@ -82,7 +82,7 @@ async function askMaps(stamp = performance.now()) {
   mapped = asking;
   plots.setMaps(maps, () => {
     const channel = new MessageChannel();  // runs after the frame is handed over
-    channel.port1.onmessage = () => painted(performance.now() - stamp, mine !== asked);
+    channel.port1.onmessage = () => painted(performance.now() - stamp, mine !== round);
     channel.port2.postMessage(null);
   });
   await askBefore();

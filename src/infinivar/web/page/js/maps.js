@@ -236,9 +236,9 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
 
   let scaleShown = "";
   function tellScale(difference, reach, lossReach) {
-    const wanted = `${difference}${reach}/${digits(lossReach, 2)}`;
-    if (scaleShown === wanted) return;
-    scaleShown = wanted;
+    const legend = `${difference}${reach}/${digits(lossReach, 2)}`;
+    if (scaleShown === legend) return;
+    scaleShown = legend;
     const scale = (kind, label, low, high) => {
       const canvas = make("canvas", { role: "img", aria: { label } });
       paintScale(canvas, kind);
@@ -266,7 +266,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
       const old = compared() ? before.get(figure.name) : undefined;
       const cell = cellAt(map, point);
       figure.readout.dataset.efficiency = String(cell?.efficiency);
-      figure.readout.replaceChildren(...told(cell, old === undefined ? null : cellAt(old, point)));
+      figure.readout.replaceChildren(...lookedAt(cell, old === undefined ? null : cellAt(old, point)));
     }
     if (plane === null || point === null) return;
     Object.assign(byId("where").dataset, { speed: point.speed, force: point.force });
@@ -285,7 +285,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     return "efficiency undefined";
   }
 
-  function told(cell, old) {
+  function lookedAt(cell, old) {
     const main = make("b", { className: cell?.limit ? "beyond" : "" }, words(cell));
     if (old === null) return cell !== null && cell.limit === null && Number.isFinite(cell.efficiency) ? [main, " efficiency"] : [main];
     const parts = [main, ` · before ${words(old)}`];

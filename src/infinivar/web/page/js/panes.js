@@ -21,7 +21,7 @@ export function createPanes({ host, theme }) {
     const body = make("div", { className: "view" });
     const why = make("p", { className: "why", role: "status", hidden: true });
     const panel = make("div", { className: "panel", role: "tabpanel", id: `panel-${view.id}`, tabIndex: 0, aria: { labelledby: `tab-${view.id}` }, hidden: true }, why, body);
-    const pane = { ...view, tab, panel, body, why, made: null, shown: null, asked: null };
+    const pane = { ...view, tab, panel, body, why, made: null, shown: null, requested: null };
     tab.addEventListener("click", () => choose(pane.id, true));
     return pane;
   });
@@ -68,14 +68,14 @@ export function createPanes({ host, theme }) {
   async function show(pane) {
     if (context === null) return;
     const own = { ...context, payload: questionOf(pane) };
-    if (sameQuestion(pane.asked, own.payload)) return;
-    pane.asked = own.payload;
+    if (sameQuestion(pane.requested, own.payload)) return;
+    pane.requested = own.payload;
     let view;
     try {
       view = await ready(pane);
     } catch (problem) {
       pane.made = null;
-      pane.asked = null;
+      pane.requested = null;
       console.error(problem);
       tell(pane, `This view could not be loaded (${problem.message}). The other views and the maps work without it.`);
       return;
@@ -88,7 +88,7 @@ export function createPanes({ host, theme }) {
       pane.shown = { header, arrays, drive: own.payload.drive, theme: { dark: theme.dark }, study: own.study };
       view.update(pane.shown);
     } catch (problem) {
-      pane.asked = null;
+      pane.requested = null;
       if (problem instanceof Superseded) return;
       console.error(problem);
       tell(pane, `This view failed: ${problem.message}`);
@@ -130,7 +130,7 @@ export function createPanes({ host, theme }) {
       context = null;
       for (const pane of panes) {
         pane.more = {};
-        pane.shown = pane.asked = null;
+        pane.shown = pane.requested = null;
         if (pane.answer !== null) tell(pane, "computing …");
         pane.made?.then((view) => view.reset?.(), () => {});
       }

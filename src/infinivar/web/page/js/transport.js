@@ -45,8 +45,8 @@ export function createTransport(base = "api/") {
     }
     if (got.status === 409) throw new Superseded(name);
     if (!got.ok) {
-      const told = await got.json().catch(() => ({}));
-      throw new Error(told.error ?? `the program refused the request (${got.status})`);
+      const reply = await got.json().catch(() => ({}));
+      throw new Error(reply.error ?? `the program refused the request (${got.status})`);
     }
     return got;
   }

@@ -65,7 +65,7 @@ function creepCurve({ header, arrays }, width) {
     at = `The wheel is at ${withUnit(creepage, "‰")} and ${withUnit(force, "N")}.`;
     items.push(svg("path", { class: "drop", d: `M${place.inner.left} ${y}H${x}V${place.inner.top + place.inner.height}` }), svg("circle", { class: "here", cx: x, cy: y, r: 5.5 }));
     const far = x > place.inner.left + 0.6 * place.inner.width;
-    items.push(svg("text", { class: "told", x: x + (far ? -10 : 10), y: Math.min(y + 18, place.inner.top + place.inner.height - 6), "text-anchor": far ? "end" : "start" }, `${withUnit(force, "N")} at ${withUnit(creepage, "‰")}`));
+    items.push(svg("text", { class: "callout", x: x + (far ? -10 : 10), y: Math.min(y + 18, place.inner.top + place.inner.height - 6), "text-anchor": far ? "end" : "start" }, `${withUnit(force, "N")} at ${withUnit(creepage, "‰")}`));
   }
   const title = `Creep curve, law “${header.law}”`;
   const step = Math.max(1, Math.floor(arrays.creepage.length / 10));

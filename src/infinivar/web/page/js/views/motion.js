@@ -95,9 +95,9 @@ function panelsOf(header, arrays, names, colourOf) {
   if (names.length) {
     const lines = (kind) => names.map((name) => arrays[`${name}/${kind}`]);
     const series = names.map((name) => ({ label: header.drives[name].title, stroke: colourOf(name) }));
-    const told = (kind, unit) => names.map((name) => `${header.drives[name].title} ${span(arrays[`${name}/${kind}`], unit)}`).join("; ");
-    panels.push({ title: "power from the supply [W]", unit: "W", height: 190, ratio: 2, unitOfTime: "s", series, data: [time, ...lines("power")], text: `Power from the supply over time: ${told("power", "W")}`, zero: true });
-    panels.push({ title: "energy from the supply so far [J]", unit: "J", height: 190, ratio: 2, unitOfTime: "s", series, data: [time, ...lines("energy")], text: `Energy from the supply over time: ${told("energy", "J")}`, zero: true });
+    const ends = (kind, unit) => names.map((name) => `${header.drives[name].title} ${span(arrays[`${name}/${kind}`], unit)}`).join("; ");
+    panels.push({ title: "power from the supply [W]", unit: "W", height: 190, ratio: 2, unitOfTime: "s", series, data: [time, ...lines("power")], text: `Power from the supply over time: ${ends("power", "W")}`, zero: true });
+    panels.push({ title: "energy from the supply so far [J]", unit: "J", height: 190, ratio: 2, unitOfTime: "s", series, data: [time, ...lines("energy")], text: `Energy from the supply over time: ${ends("energy", "J")}`, zero: true });
     const heat = heatPanel(header, arrays, names, colourOf);
     if (heat !== null) panels.push(heat);
   }

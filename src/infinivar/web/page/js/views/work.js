@@ -70,7 +70,7 @@ export function create(container, host) {
       : Object.entries(KINDS).map(([job, { title, text }]) => [{ job }, title, text]);
     if (offered === JSON.stringify(found)) return;
     offered = JSON.stringify(found);
-    buttons = found.map(([asked, title, text]) => make("div", { className: "work" }, make("button", { type: "button", disabled: job !== null, on: { click: () => begin(asked) } }, title), make("span", {}, text)));
+    buttons = found.map(([request, title, text]) => make("div", { className: "work" }, make("button", { type: "button", disabled: job !== null, on: { click: () => begin(request) } }, title), make("span", {}, text)));
     choices.replaceChildren(...buttons);
     described.then(() => { found.forEach(([{ job: kind }], k) => { if (kind in forms && buttons[k].isConnected) buttons[k].append(forms[kind].element); }); });
     if (job === null) result.replaceChildren();
@@ -82,8 +82,8 @@ export function create(container, host) {
     if (text) result.replaceChildren(make("p", { className: bad ? "no" : "why", role: bad ? "alert" : "status" }, text));
   }
 
-  async function begin(asked) {
-    const form = forms[asked.job];
+  async function begin(request) {
+    const form = forms[request.job];
     if (form && !form.valid()) return;
     for (const one of buttons) one.firstChild.disabled = true;
     result.replaceChildren();
@@ -94,7 +94,7 @@ export function create(container, host) {
     old.hidden = true;
     const mine = (job = { id: null, tables });
     try {
-      mine.id = (await host.plain("job", { ...asked, name, tables, drive, options: form?.values() })).id;
+      mine.id = (await host.plain("job", { ...request, name, tables, drive, options: form?.values() })).id;
       if (job === mine) await follow(mine);
       else await host.plain("cancel", { id: mine.id });
     } catch (problem) {
