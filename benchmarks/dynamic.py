@@ -21,8 +21,9 @@ import numpy as np
 from benchmarks import _dynamic_worker, _measure
 from benchmarks._measure import ROOT, Line, in_turn, ratio_line
 from benchmarks.by_hand import duty_cycle as by_hand
-from infinivar import DutyCycle, Walking
+from infinivar import DutyCycle
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
+from infinivar.motion import Walking
 
 PAIRS = 7
 AGREEMENT = 1e-8

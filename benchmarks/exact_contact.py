@@ -13,8 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from benchmarks._measure import Line, in_turn, ratio_line
-from infinivar import RollingPatch
-from infinivar.contact import exact_tables, kalker
+from infinivar.contact import RollingPatch, exact_tables, kalker
 from infinivar.contact.exact import equations
 from infinivar.contact.exact.grid import grid
 

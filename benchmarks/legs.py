@@ -24,7 +24,7 @@ RATE, MAP = 200_000.0, 5.0
 def run() -> Iterator[Line]:
     """Measure static points and a map."""
     leg = iv.load_study(STUDY).drives["cobotic"]
-    machine, platform = iv.LeggedDrive.of(leg, 6), iv.Platform.hexapod()
+    machine, platform = iv.machines.LeggedDrive.of(leg, 6), iv.transmission.Platform.hexapod()
     random = np.random.default_rng(0)
     home = np.array([0.0, 0.0, platform.home])
     poses: dict[str, Any] = {
@@ -38,7 +38,7 @@ def run() -> Iterator[Line]:
 
     def ours() -> float:
         start = time.perf_counter()
-        found = iv.static_points(machine, platform, **poses)
+        found = iv.analysis.static_points(machine, platform, **poses)
         assert np.all(np.isfinite(found.loss))
         return time.perf_counter() - start
 
@@ -50,7 +50,7 @@ def run() -> Iterator[Line]:
 
     def mapped() -> float:
         start = time.perf_counter()
-        iv.workspace_map(
+        iv.analysis.workspace_map(
             machine,
             platform,
             x=np.linspace(-0.06, 0.06, 100),

@@ -29,19 +29,23 @@ _ROWS = (1, 3, 26)
 """States in one call: one, the points of a step, and the columns of a Jacobian."""
 
 
-def platform() -> tuple[iv.PlatformMachine, iv.MachineScenario]:
+def platform() -> tuple[iv.machines.PlatformMachine, iv.motion.MachineScenario]:
     """The machine and its scenario."""
     leg = iv.load_study(STUDY).drives["cobotic"]
     assert isinstance(leg, iv.CoboticDrive)
-    machine = iv.PlatformMachine(leg=leg, platform=iv.Platform.hexapod(), mass=1.0, inertia=[1e-3, 1e-3, 2e-3])
+    machine = iv.machines.PlatformMachine(
+        leg=leg, platform=iv.transmission.Platform.hexapod(), mass=1.0, inertia=[1e-3, 1e-3, 2e-3]
+    )
 
     def pose(at: float) -> np.ndarray:
         angle = 2.0 * math.pi * at / _PERIOD - math.sin(2.0 * math.pi * at / _PERIOD)
         rise = 1.0 - math.cos(angle)
         return machine.home + np.array([-0.004 * rise, 0.004 * math.sin(angle), 0.0015 * rise, 0.0, 0.0, 0.026 * rise])
 
-    motion = iv.VectorHistory.of(pose, _DURATION)
-    return machine, iv.MachineScenario(duration=_DURATION, motion=motion, wrench=[-5.0, 0.0, 20.0, 0.0, -0.1, 0.0])
+    motion = iv.motion.VectorHistory.of(pose, _DURATION)
+    return machine, iv.motion.MachineScenario(
+        duration=_DURATION, motion=motion, wrench=[-5.0, 0.0, 20.0, 0.0, -0.1, 0.0]
+    )
 
 
 def run() -> Iterator[Line]:
@@ -74,7 +78,7 @@ def run() -> Iterator[Line]:
         )
 
 
-def _of_functions(machine: iv.PlatformMachine, rows: int) -> float:
+def _of_functions(machine: iv.machines.PlatformMachine, rows: int) -> float:
     """Seconds of one call of the functions that are integrated."""
     mechanics = machine.mechanics(1e-4)
     system = System(mechanics=mechanics, motor=machine.power_motor(1e-4), servo=machine.servo(1e-4))
@@ -83,7 +87,7 @@ def _of_functions(machine: iv.PlatformMachine, rows: int) -> float:
     return _seconds(lambda: system.rates(inputs, times, states))
 
 
-def _of_graph(machine: iv.PlatformMachine) -> float:
+def _of_graph(machine: iv.machines.PlatformMachine) -> float:
     """Seconds of one call of the code of the graph, for one state."""
     graph = iv.machine_graph(machine, servos=False)
     made = model(graph)

@@ -20,8 +20,10 @@ import numpy as np
 from benchmarks import _dynamic_worker
 from benchmarks._measure import Line, in_turn, ratio_line, timed
 from benchmarks.by_hand import recording as by_hand
-from infinivar import DutyCycle, Output, Recording, Spring, duty_cycle, inspect_motion
+from infinivar import DutyCycle, Output, duty_cycle, inspect_motion
 from infinivar.limits import Limit
+from infinivar.motion import Recording
+from infinivar.parts import Spring
 from infinivar.report.saving import save
 
 PAIRS = 9

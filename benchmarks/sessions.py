@@ -29,7 +29,7 @@ def planar(duration: float = _DURATION) -> iv.Session:
     """A cart with three wheels on a circle."""
     leg = iv.load_study(STUDY).drives["cobotic"]
     assert isinstance(leg, iv.CoboticDrive)
-    wheel = iv.RollingContact(
+    wheel = iv.transmission.RollingContact(
         wheel_radius=0.02,
         preload=500.0,
         friction=0.2,
@@ -39,14 +39,14 @@ def planar(duration: float = _DURATION) -> iv.Session:
     )
     points = [(0.3, 0.0), (-0.15, 0.2), (-0.15, -0.2)]
     assert leg.steering is not None
-    machine = iv.PlanarMachine(
-        cobot=iv.PlanarCobot(contacts=wheel, positions=points, mass=10.0, inertia=0.8),
+    machine = iv.machines.PlanarMachine(
+        cobot=iv.transmission.PlanarCobot(contacts=wheel, positions=points, mass=10.0, inertia=0.8),
         steering=replace(leg.steering, patch_half_length=3e-4),
     )
-    circle = iv.ArcCurve(centre=[0.0, 0.0], radius=0.5)
+    circle = iv.motion.ArcCurve(centre=[0.0, 0.0], radius=0.5)
     return iv.session(
         machine,
-        iv.VirtualPath(curve=circle),
+        iv.motion.VirtualPath(curve=circle),
         user=lambda at: [-6.0 * math.sin(at), 6.0 * math.cos(at)],
         duration=duration,
         pose=[0.5, 0.0, 0.0],
@@ -58,12 +58,14 @@ def legs(duration: float = _SHARE * _DURATION) -> iv.Session:
     """A platform on six legs that an arm moves."""
     leg = iv.load_study(STUDY).drives["cobotic"]
     assert isinstance(leg, iv.CoboticDrive)
-    machine = iv.PlatformMachine(leg=leg, platform=iv.Platform.hexapod(), mass=1.0, inertia=[1e-3, 1e-3, 2e-3])
+    machine = iv.machines.PlatformMachine(
+        leg=leg, platform=iv.transmission.Platform.hexapod(), mass=1.0, inertia=[1e-3, 1e-3, 2e-3]
+    )
     home = machine.home[:3]
     return iv.session(
         machine,
-        controller=iv.AdmittanceGuide(mass=2.0, damping=5.0),
-        user=iv.ArmModel.named("vanbeek2015"),
+        controller=iv.machines.AdmittanceGuide(mass=2.0, damping=5.0),
+        user=iv.motion.ArmModel.named("vanbeek2015"),
         intention=lambda at: home + np.array([0.01 * math.sin(6.0 * at), 0.0, -0.005 * math.sin(5.0 * at)]),
         duration=duration,
     )

@@ -19,10 +19,11 @@ import numpy as np
 from benchmarks._measure import Line, in_turn, ratio_line
 from benchmarks._measure import run as fresh
 from benchmarks.by_hand import simulation as by_hand
-from infinivar import Scenario, Sinusoid
+from infinivar import Scenario
 from infinivar.bondgraph.solver import solve
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.graphs.closed_loop import closed_loop
+from infinivar.motion import Sinusoid
 from infinivar.study.load import shipped_study
 
 PAIRS = 7

@@ -38,7 +38,7 @@ _PATHS = (
     "guideway.coefficient",
 )
 
-_CYCLE = iv.DutyCycle(motion=iv.Sinusoid(distance=0.03, frequency=2.0), load_mass=0.8)
+_CYCLE = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.03, frequency=2.0), load_mass=0.8)
 
 
 def run() -> Iterator[Line]:

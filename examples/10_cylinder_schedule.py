@@ -13,7 +13,7 @@ import infinivar as iv
 
 study = iv.load_study("reach_and_hold")
 duty = study.duty["reach-and-hold"]
-found = iv.policies(study.drives["cobotic"], duty)
+found = iv.analysis.policies(study.drives["cobotic"], duty)
 for policy in found:
     limits = "within limits" if policy.feasible else "infeasible"
     print(f"{policy.name:24} {policy.power_in:5.2f} W  {limits}")

@@ -13,12 +13,14 @@ import infinivar as iv
 
 rated = 0.03  # N m at the motor
 gears = {
-    "constant torque (coulomb)": iv.Gearhead(ratio=57.0, efficiency=0.8, loss_model="coulomb"),
-    "proportional, 80 % both ways": iv.Gearhead(ratio=57.0, efficiency=0.8, loss_model="proportional"),
-    "proportional, 60 % back": iv.Gearhead(
+    "constant torque (coulomb)": iv.parts.Gearhead(ratio=57.0, efficiency=0.8, loss_model="coulomb"),
+    "proportional, 80 % both ways": iv.parts.Gearhead(ratio=57.0, efficiency=0.8, loss_model="proportional"),
+    "proportional, 60 % back": iv.parts.Gearhead(
         ratio=57.0, efficiency=0.8, loss_model="proportional", backdriving_efficiency=0.6
     ),
-    "self-locking": iv.Gearhead(ratio=57.0, efficiency=0.45, loss_model="proportional", backdriving_efficiency=0.0),
+    "self-locking": iv.parts.Gearhead(
+        ratio=57.0, efficiency=0.45, loss_model="proportional", backdriving_efficiency=0.0
+    ),
 }
 torque = np.linspace(-1.5, 1.5, 601)  # at the output
 speed = 10.0

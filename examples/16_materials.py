@@ -16,10 +16,12 @@ study = iv.load_study("hand_controller")
 ivt = study.drives["cobotic"].transmission
 
 materials = {
-    "bearing steel": iv.Material(name="bearing steel", youngs_modulus=210e9, poisson=0.3, yield_strength=2.0e9),
-    "titanium Ti-6Al-4V": iv.Material(name="Ti-6Al-4V", youngs_modulus=114e9, poisson=0.34, yield_strength=0.88e9),
-    "silicon nitride": iv.Material(name="silicon nitride", youngs_modulus=310e9, poisson=0.27),
-    "aluminium 7075-T6": iv.Material(name="7075-T6", youngs_modulus=71e9, poisson=0.33, yield_strength=0.5e9),
+    "bearing steel": iv.contact.Material(name="bearing steel", youngs_modulus=210e9, poisson=0.3, yield_strength=2.0e9),
+    "titanium Ti-6Al-4V": iv.contact.Material(
+        name="Ti-6Al-4V", youngs_modulus=114e9, poisson=0.34, yield_strength=0.88e9
+    ),
+    "silicon nitride": iv.contact.Material(name="silicon nitride", youngs_modulus=310e9, poisson=0.27),
+    "aluminium 7075-T6": iv.contact.Material(name="7075-T6", youngs_modulus=71e9, poisson=0.33, yield_strength=0.5e9),
 }
 wheels = {
     name: replace(ivt, geometry=replace(ivt.geometry, wheel_material=material)) for name, material in materials.items()

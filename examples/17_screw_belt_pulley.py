@@ -14,7 +14,7 @@ import numpy as np
 
 import infinivar as iv
 
-motor = iv.Motor(
+motor = iv.parts.Motor(
     voltage=48.0,
     resistance=0.6,
     torque_constant=0.05,
@@ -24,13 +24,13 @@ motor = iv.Motor(
 )
 travel = 4e-3 / (2.0 * np.pi)  # m per radian of the motor
 stages = {
-    "cable on a pulley": iv.Pulley(radius=0.01, friction_torque=5e-3),
-    "timing belt": iv.Belt(pitch=3e-3, teeth=20, efficiency=0.97, specific_stiffness=2e5, span=0.4),
-    "ball screw": iv.Screw(
+    "cable on a pulley": iv.parts.Pulley(radius=0.01, friction_torque=5e-3),
+    "timing belt": iv.parts.Belt(pitch=3e-3, teeth=20, efficiency=0.97, specific_stiffness=2e5, span=0.4),
+    "ball screw": iv.parts.Screw(
         shape="ball", lead=5e-3, diameter=16e-3, efficiency=0.9, friction_torque=0.02, inertia=3e-5,
         length=0.6, root_diameter=12.5e-3, ends="fixed-supported",
     ),
-    "lead screw": iv.Screw(
+    "lead screw": iv.parts.Screw(
         lead=4e-3, diameter=14e-3, friction_coefficient=0.12, flank_angle=np.radians(15.0), inertia=2e-5,
         length=0.6, root_diameter=11e-3, ends="fixed-supported",
     ),
@@ -39,9 +39,13 @@ stages = {
 
 def drive(stage):
     ratio = float(stage.travel_per_radian) / travel
-    gear = iv.Gearhead(ratio=ratio, efficiency=1.0 if ratio < 2.0 else 0.8, loss_model="proportional")
+    gear = iv.parts.Gearhead(ratio=ratio, efficiency=1.0 if ratio < 2.0 else 0.8, loss_model="proportional")
     return iv.ConventionalDrive(
-        motor=motor, gearhead=gear, guideway=iv.Guideway(friction=5.0), output_inertia=1e-6, **{stage.title: stage}
+        motor=motor,
+        gearhead=gear,
+        guideway=iv.parts.Guideway(friction=5.0),
+        output_inertia=1e-6,
+        **{stage.title: stage},
     )
 
 
@@ -49,7 +53,7 @@ def drive(stage):
 # Up and down by 0.3 m four times a minute with 12 kg, and a rest at both ends: energy per cycle, and the current that holds
 # the load.
 
-lift = iv.Reaches(
+lift = iv.motion.Reaches(
     distance=0.3, time=2.5, pause=5.0, profile="smooth"
 )  # no jumps of the jerk, which the belt would pass on
 duty = iv.DutyCycle(motion=lift, force=-12.0 * 9.81, load_mass=12.0)

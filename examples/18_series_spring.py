@@ -20,7 +20,7 @@ walking = study.duty["walking"]
 
 def with_spring(drive, stiffness):
     """The drive with a series spring of another stiffness [N/m]."""
-    return replace(drive, output=replace(drive.output, series_spring=iv.Spring(stiffness=stiffness)))
+    return replace(drive, output=replace(drive.output, series_spring=iv.parts.Spring(stiffness=stiffness)))
 
 
 # %%

@@ -15,7 +15,7 @@ import numpy as np
 import infinivar as iv
 
 # The table is not measured: it is made from the shipped walking data, with noise, and rounded to three digits.
-step = iv.Walking(joint="knee", body_mass=1.0, stride_time=1.1)
+step = iv.motion.Walking(joint="knee", body_mass=1.0, stride_time=1.1)
 time = np.linspace(0.0, step.period, 51)
 random = np.random.default_rng(1)
 angle = np.degrees(step.derivatives(time, 0)[0]) + random.normal(0.0, 0.03, time.size)
@@ -27,12 +27,12 @@ Path("knee_table.csv").write_text("\n".join(["Knee angle (deg),Knee torque (N-m/
 # The table has the moment of the muscles; a recording states the moment on the load, so its sign is reversed. A quarter of the
 # moment of 80 kg is that of 20 kg.
 
-motion = iv.Recording.read("knee_table.csv", cycle_time=1.1, body_mass=20.0, flip=["moment"], cutoff=18.0)
+motion = iv.motion.Recording.read("knee_table.csv", cycle_time=1.1, body_mass=20.0, flip=["moment"], cutoff=18.0)
 walking = iv.DutyCycle(title="Level walking", motion=motion)
 drive = iv.ConventionalDrive(
     motor=iv.motors()["dcx-32-l-24v"],
-    gearhead=iv.Gearhead(ratio=60.0, efficiency=0.85, loss_model="proportional"),
-    shaft=iv.Shaft(),
+    gearhead=iv.parts.Gearhead(ratio=60.0, efficiency=0.85, loss_model="proportional"),
+    shaft=iv.parts.Shaft(),
     output_inertia=1e-4,
 )
 found = {

@@ -21,7 +21,7 @@ force = np.maximum(3.0 * (position - 20.0), 0.0) + random.normal(0.0, 0.05, time
 rows = [";".join(f"{value:.3f}" for value in row).replace(".", ",") for row in zip(time, position, force, strict=True)]
 Path("session.csv").write_text("\n".join(["Time (s);Pos (mm);Fz (N)", *rows]) + "\n")
 
-motion = iv.Recording.read("session.csv", closed=False)
+motion = iv.motion.Recording.read("session.csv", closed=False)
 session = iv.DutyCycle(title="Session", motion=motion, load_mass=0.8, start_temperature=323.15)
 drives = iv.load_study("hand_controller").drives
 results = {name: iv.duty_cycle(drives[name], session) for name in ("cobotic", "motor2-gear4")}

@@ -11,7 +11,7 @@ import numpy as np
 
 import infinivar as iv
 
-patch = iv.RollingPatch(a_over_b=1.0, cells=24)
+patch = iv.contact.RollingPatch(a_over_b=1.0, cells=24)
 states = {
     "lateral creepage": patch.steady(lateral=0.25),
     "spin": patch.steady(spin=0.4),

@@ -14,7 +14,7 @@ from matplotlib.collections import PolyCollection
 
 import infinivar as iv
 
-patch = iv.RollingPatch(a_over_b=1.0, cells=12)
+patch = iv.contact.RollingPatch(a_over_b=1.0, cells=12)
 distance = np.linspace(0.0, 8.0, 17)[1:]
 lateral = np.where(distance <= 4.0, 0.35, -0.35)
 run = patch.transient(distance, lateral=lateral, keep=range(len(distance)))

@@ -13,11 +13,11 @@ import numpy as np
 import infinivar as iv
 
 drives = iv.load_study("hand_controller").drives
-arm = iv.ArmModel.named("vanbeek2015")
-cobotic = iv.AdmittanceDisplay(drive=drives["cobotic"], virtual_mass=1.0, filter_frequency=100.0)
-geared = iv.ImpedanceDisplay(drive=drives["motor2-gear4"], viscous_friction=2.0)
+arm = iv.motion.ArmModel.named("vanbeek2015")
+cobotic = iv.displays.AdmittanceDisplay(drive=drives["cobotic"], virtual_mass=1.0, filter_frequency=100.0)
+geared = iv.displays.ImpedanceDisplay(drive=drives["motor2-gear4"], viscous_friction=2.0)
 
-stability = iv.stability_map(cobotic, arm)
+stability = iv.displays.stability_map(cobotic, arm)
 print(stability.verdict)
 fig, ax = plt.subplots(figsize=(4.6, 3.4), layout="constrained")
 ax.contourf(stability.x, stability.y, stability.stable, levels=[0.5, 1.5], colors=["C0"], alpha=0.2)
@@ -33,7 +33,7 @@ plt.show()
 
 fig, axes = plt.subplots(1, 2, figsize=(8.5, 3.2), sharey=True, layout="constrained")
 for ax, display, title in zip(axes, (cobotic, geared), ("cobotic", "geared"), strict=True):
-    width = iv.z_width(display, arm)
+    width = iv.displays.z_width(display, arm)
     print(width.verdict)
     low, high = np.abs(width.softest), np.abs(width.stiffest)
     ax.fill_between(width.frequency, low, high, where=high > low, color="C0", alpha=0.2, lw=0)
@@ -49,4 +49,4 @@ plt.show()
 # Coupled stability is that with this arm. A passive display is stable with every passive arm. No cobotic display is passive.
 
 for display in (geared, cobotic):
-    print(iv.passivity(display).verdict)
+    print(iv.displays.passivity(display).verdict)

@@ -68,8 +68,6 @@ from infinivar.analysis.robustness.sensitivity import indices as sobol_indices
 from infinivar.analysis.robustness.verdicts import BAND as VERDICT_BAND
 from infinivar.analysis.robustness.verdicts import Mapper, percent
 from infinivar.analysis.robustness.verdicts import band as verdict_band
-from infinivar.analysis.sessions.display_pair import display_choices
-from infinivar.analysis.sessions.displays import _Contact as DisplayContact
 from infinivar.analysis.sessions.guides import Line as LineGuideShape
 from infinivar.analysis.sessions.guides import Plane as PlaneGuideShape
 from infinivar.analysis.sessions.guides import Rod as RodGuideShape
@@ -77,23 +75,12 @@ from infinivar.analysis.sessions.guides import Round as RoundGuideShape
 from infinivar.analysis.sessions.guides import Solid as SolidGuideShape
 from infinivar.analysis.sessions.guides import Track as TrackGuideShape
 from infinivar.analysis.sessions.guides import guides_of
-from infinivar.analysis.sessions.handle_session import PARTS as SESSION_PARTS
-from infinivar.analysis.sessions.handle_session import cobotic_part, geared_part
 from infinivar.analysis.sessions.measures import measures
 from infinivar.analysis.sessions.of_study import check_sessions
-from infinivar.analysis.sessions.passivity import (
-    general_required_damping,
-    required_damping,
-    wall_transfer,
-)
-from infinivar.analysis.sessions.rounds import CONVENTIONAL as CONVENTIONAL_ROUND
-from infinivar.analysis.sessions.rounds import DISPLAYS as DISPLAY_ROUNDS
-from infinivar.analysis.sessions.rounds import RESTING, STOPPED, TURNING, round_of
-from infinivar.analysis.sessions.sampled_loop import impedance, run_in_time, sampled_loop
 from infinivar.analysis.sessions.session_result import touches
 from infinivar.analysis.shared_motor import run_up_energy
 from infinivar.analysis.simulate import Event as RunEvent
-from infinivar.analysis.sphere_map import efficiency_by_ratio
+from infinivar.analysis.sphere_efficiency import efficiency_by_ratio
 from infinivar.analysis.steering_step import RELAXED
 from infinivar.analysis.tightest import tightest_of as tightest_of_drives
 from infinivar.axis import LINEAR, PLANE, ROTARY, Axis, force_axis, speed_axis
@@ -145,6 +132,19 @@ from infinivar.contact.exact.newton import opposed as opposed_friction
 from infinivar.contact.exact_tables import lateral_creep
 from infinivar.contact.friction import STICK_SPEED as FRICTION_STICK_SPEED
 from infinivar.contact.friction import coulomb
+from infinivar.displays.handle_session import PARTS as SESSION_PARTS
+from infinivar.displays.handle_session import cobotic_part, geared_part
+from infinivar.displays.kinds import _Contact as DisplayContact
+from infinivar.displays.pair import display_choices
+from infinivar.displays.passivity_check import (
+    general_required_damping,
+    required_damping,
+    wall_transfer,
+)
+from infinivar.displays.rounds import CONVENTIONAL as CONVENTIONAL_ROUND
+from infinivar.displays.rounds import DISPLAYS as DISPLAY_ROUNDS
+from infinivar.displays.rounds import RESTING, STOPPED, TURNING, round_of
+from infinivar.displays.sampled_loop import impedance, run_in_time, sampled_loop
 from infinivar.drivetrain import chain
 from infinivar.drivetrain.control import CoboticControl, ConventionalControl
 from infinivar.drivetrain.drive import GEAR_LIMITS, MovingDrive, is_machine, operated, refuse_machine, with_rated_gear

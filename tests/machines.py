@@ -6,14 +6,15 @@ from dataclasses import replace
 import numpy as np
 
 import infinivar as iv
-from infinivar import ArmMachine, PlanarMachine, PlatformMachine, SerialArmMachine, SphereMachine, VectorHistory
+from infinivar.machines import ArmMachine, PlanarMachine, PlatformMachine, SerialArmMachine, SphereMachine
+from infinivar.motion import VectorHistory
 from internals import Omniwheels
 from made import loaded
 
 LEG = loaded("hand_controller").drives["cobotic"]
-PLATFORM = iv.Platform.hexapod()
+PLATFORM = iv.transmission.Platform.hexapod()
 HEXAPOD = PlatformMachine(leg=LEG, platform=PLATFORM, mass=1.0, inertia=(1e-3, 1e-3, 2e-3))
-IDEAL_WHEEL = iv.RollingContact(
+IDEAL_WHEEL = iv.transmission.RollingContact(
     wheel_radius=0.02, preload=500.0, friction=0.2, creep_stiffness=1e6, rolling_torque=0.0, bearing_torque=0.0
 )
 REAL_WHEEL = replace(IDEAL_WHEEL, creep_stiffness=2e4, rolling_torque=0.005, bearing_torque=0.002)
@@ -40,21 +41,23 @@ def ideal_leg(stiffness=1e7):
         bearing_torque=0.0,
     )
     steering = replace(LEG.steering, patch_half_length=3e-4)
-    return replace(LEG, transmission=element, guideway=iv.Guideway(), steering=steering)
+    return replace(LEG, transmission=element, guideway=iv.parts.Guideway(), steering=steering)
 
 
 def one_joint(leg, mass=0.05, radius=0.05):
     """An arm of one member: a leg that turns an inertia."""
-    return ArmMachine(leg=leg, arm=iv.PlanarArm(lengths=[0.3]), pulley_radius=radius, member_masses=[mass])
+    return ArmMachine(leg=leg, arm=iv.transmission.PlanarArm(lengths=[0.3]), pulley_radius=radius, member_masses=[mass])
 
 
 def cart(wheel, **given):
     points = [(0.3, 0.0), (-0.15, 0.2), (-0.15, -0.2)]
-    return PlanarMachine(cobot=iv.PlanarCobot(contacts=wheel, positions=points, mass=10.0, inertia=0.8), **given)
+    return PlanarMachine(
+        cobot=iv.transmission.PlanarCobot(contacts=wheel, positions=points, mass=10.0, inertia=0.8), **given
+    )
 
 
 def sphere(layout="cubic", **given):
-    wheel = iv.RollingContact(
+    wheel = iv.transmission.RollingContact(
         wheel_radius=0.02,
         preload=400.0,
         friction=0.1,
@@ -85,7 +88,7 @@ MACHINES = {
     "arm": (
         ArmMachine(
             leg=LEG,
-            arm=iv.PlanarArm(lengths=[0.3, 0.25]),
+            arm=iv.transmission.PlanarArm(lengths=[0.3, 0.25]),
             pulley_radius=[0.05, 0.04],
             member_masses=[1.0, 0.6],
             tip_mass=0.5,
@@ -98,7 +101,7 @@ MACHINES = {
     ),
     "serial arm": (
         SerialArmMachine(
-            arm=iv.PlanarArm(lengths=[0.3, 0.25, 0.2]),
+            arm=iv.transmission.PlanarArm(lengths=[0.3, 0.25, 0.2]),
             wheel=REAL_WHEEL,
             drum_radius=0.05,
             member_masses=[1.0, 0.6, 0.3],

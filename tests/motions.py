@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from infinivar import DutyCycle, Reaches, Recording
+from infinivar import DutyCycle
+from infinivar.motion import Reaches, Recording
 
 
 def written(duty, path, rate, *, column="position", count=None, noise=None):

@@ -29,18 +29,18 @@ def force(xi):
     return 2.0 * xi / (1.0 + xp.sqrt(1.0 + 4.0 * K * xp.abs(xi)))
 
 
-SOFT = iv.CreepLaw(name="soft", creepage=creepage, slope=slope, force=force, slip_creepage=1.0 + K)
+SOFT = iv.contact.CreepLaw(name="soft", creepage=creepage, slope=slope, force=force, slip_creepage=1.0 + K)
 MAGNETS = iv.Limit.own("MAGNETS", 100, "demagnetisation")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OiledGearhead(iv.Gearhead):
+class OiledGearhead(iv.parts.Gearhead):
     """Gearhead whose lubricant drags in proportion to the speed of the motor."""
 
     drag: float = iv.quantity("N m s", Ge(0), "Friction torque at the motor over its speed", default=0.0)
 
     def operate(self, *, output_torque, output_speed, motor_rated_torque):
-        dry = iv.Gearhead.operate(
+        dry = iv.parts.Gearhead.operate(
             self, output_torque=output_torque, output_speed=output_speed, motor_rated_torque=motor_rated_torque
         )
         friction = self.drag * dry.motor_speed
@@ -55,7 +55,7 @@ class VoiceCoil:
     resistance: float = iv.quantity("ohm", Gt(0), "Resistance of the coil")
     coil_mass: float = iv.quantity("kg", Gt(0), "Mass of the coil")
     largest_force: float = iv.quantity("N", Gt(0), "Force at which the magnets begin to lose their magnetisation")
-    guideway: iv.Guideway = iv.component("Guideway", default_factory=iv.Guideway)
+    guideway: iv.parts.Guideway = iv.component("Guideway", default_factory=iv.parts.Guideway)
 
     def __post_init__(self):
         iv.check_fields(self)
@@ -63,7 +63,7 @@ class VoiceCoil:
     def operate(self, *, speed, force):
         winding = (force / self.constant) ** 2 * self.resistance + 0.0 * speed
         electric = winding + force * speed
-        return iv.DrivePoint(
+        return iv.drivetrain.DrivePoint(
             power_in=np.maximum(electric, 0.0),
             power_out=force * speed,
             losses={"winding": winding, "amplifier": np.maximum(-electric, 0.0)},
@@ -73,7 +73,7 @@ class VoiceCoil:
     def follow(self, course, *, load_mass=0.0):
         total = course.driving_force(load_mass + self.coil_mass).value
         point = self.operate(speed=course.speed, force=total)
-        return iv.MovingPoint(
+        return iv.drivetrain.MovingPoint(
             power_in=point.power_in,
             power_out=course.driving_force(load_mass).value * course.speed,
             losses=point.losses,
@@ -84,7 +84,7 @@ class VoiceCoil:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TwoTones(iv.PeriodicMotion):
+class TwoTones(iv.motion.PeriodicMotion):
     """A sinusoid, and one of three times its frequency."""
 
     shape = "two-tones"

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from infinivar import Rig
 from infinivar.contact import creep, exact_tables
+from infinivar.study import Rig
 from internals import virtual_rig
 
 RIG = Rig()

@@ -140,6 +140,7 @@ def heading(name, text):
     return change
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -186,6 +187,7 @@ def test_data_that_no_rig_can_give(infinivar, measured, tmp_path, change, said):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 @sampled(
     ("change", "lines", "said"),
     [
@@ -312,6 +314,7 @@ def test_the_only_drive_with_a_wheel_need_not_be_named(infinivar, write):
     assert "gone.csv: no such file" in infinivar("calibrate", "gone.csv", "--study", study).err
 
 
+@pytest.mark.slow
 def test_the_figure_shows_fitted_curves_through_the_data(measured):
     from infinivar import calibrate
     from internals import calibration_figure as figure

@@ -27,6 +27,7 @@ def bench(tmp_path):
     return tmp_path / "bench.csv"
 
 
+@pytest.mark.slow
 @pytest.mark.renders("svg")
 def test_from_the_bench_to_a_calibrated_study(infinivar, bench, tmp_path):
     done = infinivar("calibrate", bench, *DRIVE, "--out", "out", "--json")
@@ -144,6 +145,7 @@ def swinging(tmp_path):
     return tmp_path / "swing.csv"
 
 
+@pytest.mark.slow
 @pytest.mark.renders("svg")
 def test_from_a_pendulum_to_a_calibrated_study(infinivar, swinging, tmp_path):
     done = infinivar("calibrate", swinging, "--study", "swing.toml", "--drive", NAME, "--out", "out", "--json")

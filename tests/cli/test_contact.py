@@ -76,6 +76,7 @@ def test_sheet_agrees_with_the_element(sheet):
         sheet.value("nothing")
 
 
+@pytest.mark.slow
 def test_json(infinivar, tmp_path, sheet):
     done = infinivar("contact", STUDY, "--drive", "cobotic", "--json", "--out", tmp_path)
     printed = json.loads(done.out)

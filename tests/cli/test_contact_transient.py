@@ -23,6 +23,7 @@ patch_half_length = "0.5 mm"
 BOTH = MEASURED + '[drives.theirs]\nbase = "faulring2006.cobotic"\n'
 
 
+@pytest.mark.slow
 @pytest.mark.renders("svg")
 def test_terminal_and_files(infinivar, tmp_path):
     done = infinivar("contact", STUDY, "--transient", "--drive", "cobotic", "--out", tmp_path / "out")

@@ -132,6 +132,7 @@ def test_cycles_come_as_tables(walked):
     assert mean * drive["period_s"] == pytest.approx(drive["energy_per_cycle_J"], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_reach_and_hold(infinivar, tmp_path, monkeypatch):
     """Held under load the geared motor burns what a locked wheel does not; the cylinder that idles burns more than either."""
     # Simulating it and searching for cylinder speeds take most of the time.
@@ -148,6 +149,7 @@ def test_reach_and_hold(infinivar, tmp_path, monkeypatch):
     assert held["cobotic"]["parked_W"] == 0.0 < held["geared"]["power_W"] < held["cobotic"]["power_W"]
 
 
+@pytest.mark.slow
 @pytest.mark.renders("svg")
 def test_a_drive_that_cannot_do_the_cycle_decides(infinivar, write, tmp_path):
     (tmp_path / "motion.csv").write_text(wave().replace("50", "50"), "utf-8")

@@ -88,8 +88,8 @@ def test_a_regular_file_that_has_nothing_to_read_yet(monkeypatch, tmp_path):
 @pytest.mark.parametrize(
     "read",
     [
-        lambda path: iv.load_urdf(path, legs=("a",), frame="b", pulley_radius=0.1),
-        lambda path: iv.TriangleMesh.read(path, unit="m"),
+        lambda path: iv.transmission.load_urdf(path, legs=("a",), frame="b", pulley_radius=0.1),
+        lambda path: iv.motion.TriangleMesh.read(path, unit="m"),
     ],
     ids=["robot", "mesh"],
 )

@@ -45,6 +45,7 @@ def test_files_and_words_of_a_task(write, infinivar, tmp_path):
     assert {"time_s", "q1_rad", "motor_2_current_A"} <= set(first.split(","))
 
 
+@pytest.mark.slow
 def test_json_has_the_mean_powers_and_the_balance(write, infinivar):
     write(HEAVY)
     outcome = infinivar("simulate", "mine.toml", "--drive", "cobotic", "--task", "hold", "--json")
@@ -59,6 +60,7 @@ def test_json_has_the_mean_powers_and_the_balance(write, infinivar):
     assert said["files"][0].endswith("cobotic-hold.html")
 
 
+@pytest.mark.slow
 def test_a_limit_that_is_exceeded_exits_with_1(write, infinivar):
     write(HEAVY.replace('wrench = { z = "30 N" }', 'wrench = { z = "900 N" }'))
     outcome = infinivar("simulate", "mine.toml", "--drive", "cobotic", "--task", "hold")
@@ -66,6 +68,7 @@ def test_a_limit_that_is_exceeded_exits_with_1(write, infinivar):
     assert "wheel slip" in outcome.out
 
 
+@pytest.mark.slow
 def test_without_names_the_first_machine_and_path_are_meant(write, infinivar):
     quick = MOVED.replace('time = "0.5 s", pause = "0.2 s"', 'time = "30 ms", pause = "20 ms"').replace(
         "60 mm", "0.5 mm"

@@ -12,7 +12,8 @@ import pytest
 
 import infinivar as iv
 from folders import results
-from infinivar import Bearing, bearings, gearheads, materials, motors
+from infinivar import bearings, gearheads, materials, motors
+from infinivar.parts import Bearing
 from internals import parameter_set
 from sampled import sampled
 
@@ -240,7 +241,7 @@ def test_catalogue_as_json(infinivar):
     assert list(parts) == ["motors", "gearheads", "bearings", "materials"]
     assert list(parts["motors"]) == list(motors())
     assert list(parts["gearheads"]) == list(gearheads())
-    assert iv.Motor(**parts["motors"]["re-40-24v"]) == motors()["re-40-24v"]
+    assert iv.parts.Motor(**parts["motors"]["re-40-24v"]) == motors()["re-40-24v"]
     assert Bearing(**parts["bearings"]["608"]) == bearings()["608"]
 
 

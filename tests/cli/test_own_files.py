@@ -30,7 +30,7 @@ def test_a_digitised_phase_is_clipped_and_said(tmp_path):
     assert (phase[0], phase[-1]) == (0.0, 1.0)
     assert phase[1:-1] == pytest.approx(-0.0015 + 1.0045 * SHARE[1:-1], abs=1e-6)
     assert "phase beyond the cycle by up to 0.3 % clipped, as digitising explains: lines 2, 102" in table.remarks
-    assert iv.Recording.read(str(tmp_path / "a.csv"), cycle_time=1.1).period == 1.1
+    assert iv.motion.Recording.read(str(tmp_path / "a.csv"), cycle_time=1.1).period == 1.1
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_a_row_that_is_left_out_is_no_comment(tmp_path):
 def test_strides_of_a_digitised_phase_are_clipped(tmp_path):
     phase = -0.15 + 100.45 * SHARE
     file = written(tmp_path / "a.csv", ("phase [%]", "angle [deg]"), np.tile(phase, 3), np.tile(20.0 * np.sin(TURN), 3))
-    assert len(iv.Recording.read(file, cycle_time=1.1, strides="average").averaged) == 3
+    assert len(iv.motion.Recording.read(file, cycle_time=1.1, strides="average").averaged) == 3
 
 
 @pytest.mark.parametrize(
@@ -88,18 +88,18 @@ def test_an_open_cycle_states_the_ways_out_and_each_of_them_works(tmp_path):
     position, speed = 20.0 * np.sin(TURN) + drift, 40.0 * np.pi * np.cos(TURN)
     file = written(tmp_path / "a.csv", (*OPEN, "velocity [mm/s]"), SHARE, position, speed)
     with pytest.raises(iv.InputError) as refused:
-        iv.Recording.read(file)
+        iv.motion.Recording.read(file)
     for way in ("with window", "speed = ...", 'closure = "spread"', "closed = false"):
         assert way in str(refused.value)
-    spread = iv.Recording.read(file, closure="spread")
+    spread = iv.motion.Recording.read(file, closure="spread")
     assert any("removed evenly over the cycle" in one for one in spread.warnings)
     time = np.linspace(0.0, 1.0, 50)
     assert spread.derivatives(time, 0)[0] == pytest.approx(0.02 * np.sin(2.0 * np.pi * time), abs=2e-4)
-    read = iv.Recording.read(file, columns={"time": "time", "speed": "velocity"})
+    read = iv.motion.Recording.read(file, columns={"time": "time", "speed": "velocity"})
     assert read.derivatives(time, 1)[1] == pytest.approx(0.04 * np.pi * np.cos(2.0 * np.pi * time), abs=2e-3)
-    assert not iv.Recording.read(file, closed=False).repeats
+    assert not iv.motion.Recording.read(file, closed=False).repeats
     with pytest.raises(iv.ParameterError, match="closure does not apply with closed = false"):
-        iv.Recording.read(file, closed=False, closure="spread")
+        iv.motion.Recording.read(file, closed=False, closure="spread")
 
 
 BELOW = """
@@ -128,10 +128,10 @@ def test_another_shape_drops_inherited_keys_that_do_not_apply_to_it(tmp_path):
         '[scenarios.s]\nmotion = { shape = "cruise", speed = "0.1 m/s" }\nforce = { shape = "constant" }\n'
     )
     study = iv.load_study(above)
-    assert study.duty["d"].motion == iv.Reaches(distance=0.02, time=0.5, pause=0.2)
+    assert study.duty["d"].motion == iv.motion.Reaches(distance=0.02, time=0.5, pause=0.2)
     assert study.duty["d"].force == 3.0
-    assert study.scenarios["s"].motion == iv.Cruise(speed=0.1)
-    assert study.scenarios["s"].force == iv.ConstantForce(size=2.0)
+    assert study.scenarios["s"].motion == iv.motion.Cruise(speed=0.1)
+    assert study.scenarios["s"].force == iv.motion.ConstantForce(size=2.0)
     above.write_text('extends = "below.toml"\n[duty.d]\nshape = "reaches"\ntime = "0.5 s"\nfrequency = "2 Hz"\n')
     with pytest.raises(iv.InputError, match=r"duty\.d\.frequency does not apply with shape = 'reaches'"):
         iv.load_study(above)
@@ -141,7 +141,7 @@ def test_a_shipped_base_takes_another_shape(tmp_path):
     raw = {"requirement": {"force": "20 N", "speed": "0.2 m/s"}, "drives": {"one": {"base": "faulring2006.cobotic"}}}
     cycle = {"base": "faulring2006.shake", "shape": "reaches", "time": "0.5 s", "distance": "10 mm"}
     study = iv.Study.from_dict({**raw, "duty": {"d": cycle}}, name="based")
-    assert isinstance(study.duty["d"].motion, iv.Reaches)
+    assert isinstance(study.duty["d"].motion, iv.motion.Reaches)
 
 
 @pytest.mark.parametrize(
@@ -254,10 +254,10 @@ def test_a_row_with_an_empty_cell_is_left_out_by_name(tmp_path):
     lines = ["time [s],angle [rad]", *(f"{0.02 * row:.6g},{np.cos(np.pi * 0.02 * row):.6g}" for row in range(101))]
     lines[7] = lines[7].partition(",")[0] + ","
     (tmp_path / "gap.csv").write_text("\n".join(lines) + "\n")
-    found = iv.Recording.read(str(tmp_path / "gap.csv"))
+    found = iv.motion.Recording.read(str(tmp_path / "gap.csv"))
     assert len(found.time) == 100
     assert any("gap.csv: line 8 left out: angle: empty cell" in one for one in found.warnings)
     bare = ["angle [rad],moment [Nm]", *(line.partition(",")[2] + ",1" for line in lines[1:])]
     (tmp_path / "gap.csv").write_text("\n".join(bare) + "\n")
     with pytest.raises(iv.InputError, match=r"line 8, column 'angle .rad.': must be a finite number, got ''"):
-        iv.Recording.read(str(tmp_path / "gap.csv"), cycle_time=2.0)
+        iv.motion.Recording.read(str(tmp_path / "gap.csv"), cycle_time=2.0)

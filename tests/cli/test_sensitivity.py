@@ -20,6 +20,7 @@ efficiency = { deviation = 0.02 }
 """
 
 
+@pytest.mark.slow
 @pytest.mark.renders
 def test_a_ranking_in_words_figures_and_numbers(infinivar, write, tmp_path):
     done = infinivar(
@@ -105,6 +106,7 @@ resistance = "60 %%"
 """
 
 
+@pytest.mark.slow
 def test_a_temperature_without_end(infinivar, write, tmp_path):
     """The figure was to be drawn to infinity: a fault of the program."""
     command = ("sensitivity", write(HOT % 600), "--of", "temperature", "--out", "out")

@@ -79,6 +79,7 @@ def test_other_commands_say_what_runs_sessions(infinivar, study, command):
     assert outcome.err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_video_and_a_scene_beside_the_report(infinivar, study, tmp_path):
     video, scene = tmp_path / "cart.gif", tmp_path / "made" / "cart.xml"
     given = ("--video", video, "--video-speed", "0.25", "--scene", scene)

@@ -206,6 +206,7 @@ def test_graph_draws_every_plant(infinivar, write, tmp_path, plant):
     assert (tmp_path / "fig.svg").read_text("utf-8").startswith("<?xml")
 
 
+@pytest.mark.slow
 @pytest.mark.renders("png", "pdf")
 def test_graph_writes_equations(infinivar, write, tmp_path):
     outcome = infinivar("graph", write(STUDY), "geared", "--out", "fig14.pdf", "--equations", "fig14.tex")
@@ -235,6 +236,7 @@ def test_mistakes_with_graph(infinivar, write, tmp_path, arguments, said):
     assert {file.name for file in tmp_path.iterdir()} == {"study.toml"}
 
 
+@pytest.mark.slow
 def test_first_drive_and_scenario_unless_named(infinivar, write):
     """A line on stderr says which is taken; where there is only one, the result names it."""
     said = "infinivar: no --{} given: using {}, the first of {}\n"

@@ -98,6 +98,7 @@ def test_margins_of_many_designs_are_in_tables_that_fit_a_page(infinivar, folder
     assert f"design-{own:02d}" not in others
 
 
+@pytest.mark.slow
 def test_no_feasible_design(infinivar, folder):
     (folder / "shelf.toml").write_text(SHELF.replace('resistance = "2 ohm"', 'resistance = "-2 ohm"'), "utf-8")
     done = infinivar("size", "heavy.toml", "--set", "shelf.toml", "--out", "out")
@@ -178,6 +179,7 @@ def test_a_recording_is_named_from_the_new_folder(infinivar, folder):
 LOGGED = SLIDE[: SLIDE.index("[duty.shake]")] + '[duty.log]\nshape = "file"\nfile = "{}"\nload_mass = "3 kg"\n'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("files", "options", "said"),
     [

@@ -51,6 +51,7 @@ def test_builds_are_in_terminal_files_and_report(infinivar, folder):
     assert found.designs[0].title in section
 
 
+@pytest.mark.slow
 def test_no_builds_and_wrong_numbers_of_builds(infinivar, folder):
     command = ("size", "slide.toml", "--set", "shelf.toml", "--top", "1", "--objective", "mass", "--out", "out")
     done = infinivar(*command, "--builds", "0", "--json")

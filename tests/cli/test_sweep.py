@@ -64,12 +64,14 @@ def test_a_search_in_chunks_continues_shows_and_reports(infinivar, folder):
     assert not re.search(r"demand|_|[A-Z]{3}", text.partition("Best, ")[2])  # no names of columns
 
 
+@pytest.mark.slow
 def test_nothing_feasible_ends_with_code_1(infinivar, folder):
     done = sweep(infinivar, "heavy.toml", "--objective", "mass", "--radius", "7 mm", "9 mm", "--radii", "2")
     assert done.code == 1
     assert done.out.startswith("None of 14 candidates (7 pairs with 2 radii each) of shelf is feasible")
 
 
+@pytest.mark.slow
 def test_one_radius_is_no_range_of_radii(infinivar, folder):
     done = sweep(infinivar, "slide.toml", "--radius", "9 mm", "9 mm", "--radii", "5")
     said = (
@@ -100,6 +102,7 @@ def test_an_interruption_tells_how_to_continue(infinivar, folder, monkeypatch):
     assert "s: stopped; the chunks that are done are kept: continue with --resume" in done.err
 
 
+@pytest.mark.slow
 def test_a_cluster_that_does_not_answer_is_named(infinivar, folder, monkeypatch):
     monkeypatch.setattr("infinivar.sweeps.workers._PATIENCE", 0.5)
     done = sweep(infinivar, "slide.toml", "--dask", "tcp://127.0.0.1:9")
@@ -114,6 +117,7 @@ resistance = "5 %"
 """
 
 
+@pytest.mark.slow
 def test_samples_in_chunks(infinivar, folder):
     (folder / "spread.toml").write_text(SLIDE + SPREADS, "utf-8")
     command = ("sweep", "builds", "spread.toml", "--folder", "b", "--draws", "64", "--size", "32")

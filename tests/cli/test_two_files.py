@@ -62,7 +62,7 @@ def assert_same(found, known, tolerance):
 def test_two_rates_give_the_course_of_one_file(tmp_path):
     """The force differs by the error of straight lines through the second file, times 2 for the ripple of the smoothing."""
     first, second, both = by_time(tmp_path)
-    found, known = iv.Recording.read(first, force_file=second), iv.Recording.read(both)
+    found, known = iv.motion.Recording.read(first, force_file=second), iv.motion.Recording.read(both)
     assert_same(found, known, 2.0 * CURVED / (260.0 * PERIOD) ** 2)
     assert found.warnings == known.warnings == ()
     summary = iv.inspect_motion(first, force_file=second)
@@ -76,14 +76,14 @@ def test_two_phases_give_the_course_of_one_file(tmp_path):
     """The moment has other phases, from 1.5 to 99.5 %, or equal steps of the cycle."""
     one, two, steps = np.linspace(0.0, 1.0, 101), np.linspace(0.015, 0.995, 60), np.linspace(0.0, 1.0, 51)
     first = written(tmp_path / "angle.csv", "phase [%],angle [deg]", 100.0 * one, angle(one))
-    known = iv.Recording.read(
+    known = iv.motion.Recording.read(
         written(tmp_path / "both.csv", "phase [%],angle [deg],moment [Nm]", 100.0 * one, angle(one), moment(one)),
         cycle_time=PERIOD,
     )
     phased = written(tmp_path / "phased.csv", "gait cycle [%],moment [Nm]", 100.0 * two, moment(two))
-    assert_same(iv.Recording.read(first, force_file=phased, cycle_time=PERIOD), known, 2.0 * CURVED * 0.02**2)
+    assert_same(iv.motion.Recording.read(first, force_file=phased, cycle_time=PERIOD), known, 2.0 * CURVED * 0.02**2)
     stepped = written(tmp_path / "stepped.csv", "moment [Nm]", moment(steps))
-    assert_same(iv.Recording.read(first, force_file=stepped, cycle_time=PERIOD), known, 2.0 * CURVED * 0.02**2)
+    assert_same(iv.motion.Recording.read(first, force_file=stepped, cycle_time=PERIOD), known, 2.0 * CURVED * 0.02**2)
 
 
 @pytest.mark.parametrize("strides", [1, 3])
@@ -100,7 +100,7 @@ def test_the_same_rows_are_one_file(tmp_path, strides):
     second = written(tmp_path / "b.csv", "phase [%],moment [Nm]", phase, two)
     both = written(tmp_path / "c.csv", "phase [%],angle [deg],moment [Nm]", phase, one, two)
     how = {"cycle_time": PERIOD, "strides": "average" if strides > 1 else "one"}
-    found, known = iv.Recording.read(first, force_file=second, **how), iv.Recording.read(both, **how)
+    found, known = iv.motion.Recording.read(first, force_file=second, **how), iv.motion.Recording.read(both, **how)
     assert found == known
     assert found.as_cycles == known.as_cycles
     assert len(found.as_cycles) == (strides if strides > 1 else 0)
@@ -114,9 +114,9 @@ def test_signs_masses_and_columns_belong_to_the_file_that_has_them(tmp_path):
     )
     both = written(tmp_path / "c.csv", "time [s],angle [deg],moment [Nm]", time, -angle(time), -50.0 * moment(time))
     how = {"columns": {"time": "time", "angle": "A"}, "force_columns": {"time": "time", "moment": "M1"}}
-    found = iv.Recording.read(first, force_file=second, **how, flip=["angle", "moment"], body_mass=50.0)
-    assert found.force == pytest.approx(iv.Recording.read(both).force, rel=1e-7)
-    assert found.position == pytest.approx(iv.Recording.read(both).position, rel=1e-7)
+    found = iv.motion.Recording.read(first, force_file=second, **how, flip=["angle", "moment"], body_mass=50.0)
+    assert found.force == pytest.approx(iv.motion.Recording.read(both).force, rel=1e-7)
+    assert found.position == pytest.approx(iv.motion.Recording.read(both).position, rel=1e-7)
 
 
 def test_what_is_not_used_is_said(tmp_path):
@@ -135,14 +135,14 @@ def test_rows_beyond_the_second_file_are_left_out_and_said(tmp_path):
     assert summary.motion.period == PERIOD
     assert "the value at its end holds for up to 0.00769 s" in summary.table.remarks[0]
     first, second, both = by_time(tmp_path, start=0.0, end=0.7)
-    found = iv.Recording.read(first, force_file=second, closed=False)
-    known = iv.Recording.read(both, closed=False, window=[0.0, 0.7])
+    found = iv.motion.Recording.read(first, force_file=second, closed=False)
+    known = iv.motion.Recording.read(both, closed=False, window=[0.0, 0.7])
     assert found.period == pytest.approx(0.7)
     assert found.force == pytest.approx(known.force, abs=CURVED / (260.0 * PERIOD) ** 2)
     assert found.warnings == (
         f"{first}: 40 of 111 rows are left out: they are from 0 s to 1.1 s, but {second} has the moment from 0 s to 0.7 s",
     )
-    assert not iv.Recording.read(first, force_file=second, closed=False, window=[0.1, 0.6]).warnings
+    assert not iv.motion.Recording.read(first, force_file=second, closed=False, window=[0.1, 0.6]).warnings
 
 
 def test_a_gap_in_the_second_file_is_named(tmp_path):
@@ -150,7 +150,7 @@ def test_a_gap_in_the_second_file_is_named(tmp_path):
     first = written(tmp_path / "a.csv", "time [s],angle [deg]", time, angle(time))
     kept = (time < 0.4) | (time > 0.6)
     second = written(tmp_path / "b.csv", "time [s],moment [Nm]", time[kept], moment(time[kept]))
-    (warning,) = iv.Recording.read(first, force_file=second).warnings
+    (warning,) = iv.motion.Recording.read(first, force_file=second).warnings
     assert warning == f"{second}: line 42: 0.22 s without data, 22 times the median step; interpolated linearly"
 
 
@@ -203,9 +203,9 @@ def test_strides_by_phase_need_the_same_rows(tmp_path):
     with pytest.raises(
         iv.InputError, match=r"b.csv: line 1: must have the same rows of phase as .*a.csv.*got 51 rows for 151"
     ):
-        iv.Recording.read(first, force_file=second, cycle_time=PERIOD, strides="average")
+        iv.motion.Recording.read(first, force_file=second, cycle_time=PERIOD, strides="average")
     with pytest.raises(iv.ParameterError, match="force_columns does not apply without force_file"):
-        iv.Recording.read(first, force_columns={"moment": "moment"}, cycle_time=PERIOD)
+        iv.motion.Recording.read(first, force_columns={"moment": "moment"}, cycle_time=PERIOD)
 
 
 def test_a_study_finds_keeps_and_protects_both_files(tmp_path):

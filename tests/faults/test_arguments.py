@@ -19,28 +19,31 @@ MEASURED = {
     "rolling_torque": 0.009,
     "bearing_torque": 0.006,
 }
-WHEEL = iv.RollingContact(**MEASURED)
-BALL = iv.RollingContact(**MEASURED, surface="sphere")
+WHEEL = iv.transmission.RollingContact(**MEASURED)
+BALL = iv.transmission.RollingContact(**MEASURED, surface="sphere")
 WITH_FLOW_LOSS = replace(WHEEL, creep_law="faulring")
 STUDY = loaded("hand_controller")
 LEG, SEPARATE = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
-DRIVE, PLATFORM = iv.LeggedDrive.of(LEG, 6), iv.Platform.hexapod()
-PAIR = iv.LeggedDrive.of(LEG, 2)
+DRIVE, PLATFORM = iv.machines.LeggedDrive.of(LEG, 6), iv.transmission.Platform.hexapod()
+PAIR = iv.machines.LeggedDrive.of(LEG, 2)
 HOME = PLATFORM.at([0.0, 0.0, PLATFORM.home])
 POINTS = ((0.4, 0.0), (-0.2, 0.25), (-0.2, -0.25))
-CART = iv.PlanarCobot(contacts=WHEEL, positions=POINTS, mass=20.0, inertia=1.5)
+CART = iv.transmission.PlanarCobot(contacts=WHEEL, positions=POINTS, mass=20.0, inertia=1.5)
 MACHINE = CART.mechanism
 SPHERE = iv.SphericalIVT(sphere_radius=0.03, drive=BALL)
-ARM = iv.PlanarArm(lengths=(0.3, 0.25))
+ARM = iv.transmission.PlanarArm(lengths=(0.3, 0.25))
 ROOT = math.sqrt(0.5)
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-FIRST, SECOND = iv.Roller(position=X, axis=(0, -1, 0), shaft=1), iv.Roller(position=Y, axis=(-1, 0, 0), shaft=2)
-STEERED = (iv.Roller(position=(-0.5, -0.5, ROOT)), iv.Roller(position=(-0.5, -0.5, -ROOT)))
+FIRST, SECOND = (
+    iv.transmission.Roller(position=X, axis=(0, -1, 0), shaft=1),
+    iv.transmission.Roller(position=Y, axis=(-1, 0, 0), shaft=2),
+)
+STEERED = (iv.transmission.Roller(position=(-0.5, -0.5, ROOT)), iv.transmission.Roller(position=(-0.5, -0.5, -ROOT)))
 AHEAD = [0.0, 0.0, 0.0]
 
 
 def cobot(**changed):
-    return iv.PlanarCobot(**{"contacts": WHEEL, "positions": POINTS} | changed)
+    return iv.transmission.PlanarCobot(**{"contacts": WHEEL, "positions": POINTS} | changed)
 
 
 def sphere(**changed):
@@ -48,15 +51,15 @@ def sphere(**changed):
 
 
 def platform(**changed):
-    return iv.Platform(**{"base": PLATFORM.base, "joints": PLATFORM.joints, "rod_length": 0.14} | changed)
+    return iv.transmission.Platform(**{"base": PLATFORM.base, "joints": PLATFORM.joints, "rod_length": 0.14} | changed)
 
 
 def machine(**changed):
-    return iv.Mechanism(**{"contacts": WHEEL, "jacobian": np.ones((1, 2, 2))} | changed)
+    return iv.transmission.Mechanism(**{"contacts": WHEEL, "jacobian": np.ones((1, 2, 2))} | changed)
 
 
 def links(jacobian, **more):
-    return iv.Configuration(jacobian=jacobian, **more)
+    return iv.transmission.Configuration(jacobian=jacobian, **more)
 
 
 def solve(rates, heading=AHEAD, **applied):
@@ -64,30 +67,32 @@ def solve(rates, heading=AHEAD, **applied):
 
 
 def share(**changed):
-    return iv.share_motor(LEG, SEPARATE, **{"force": [1.0]} | changed)
+    return iv.analysis.share_motor(LEG, SEPARATE, **{"force": [1.0]} | changed)
 
 
 def common(motions=1, **changed):
     given = {"wrench": np.zeros((motions, 6)), "twist": np.full((motions, 6), 0.01)} | changed
-    return iv.best_cylinder_speed(given.pop("drive", DRIVE), given.pop("configuration", HOME), **given)
+    return iv.analysis.best_cylinder_speed(given.pop("drive", DRIVE), given.pop("configuration", HOME), **given)
 
 
 def static(**changed):
     given = {"position": [0.0, 0.0, 0.1], "wrench": np.zeros(6)} | changed
-    return iv.static_points(given.pop("drive", DRIVE), given.pop("platform", PLATFORM), **given)
+    return iv.analysis.static_points(given.pop("drive", DRIVE), given.pop("platform", PLATFORM), **given)
 
 
 def mapped(**changed):
-    return iv.workspace_map(DRIVE, PLATFORM, **{"x": [0.0], "y": [0.0], "z": [0.1], "wrench": np.zeros(6)} | changed)
+    return iv.analysis.workspace_map(
+        DRIVE, PLATFORM, **{"x": [0.0], "y": [0.0], "z": [0.1], "wrench": np.zeros(6)} | changed
+    )
 
 
 SINGULAR = platform(joints=np.zeros((6, 3))).at([0.0, 0.0, 0.1])
 ACROSS = 0.5 * math.pi * np.ones(3)
-HOLD = iv.Hold(time=1.0)
+HOLD = iv.motion.Hold(time=1.0)
 
 
 def waypoints(time, position=(0.0, 0.01)):
-    return iv.Waypoints(file="way", time=time, position=position)
+    return iv.motion.Waypoints(file="way", time=time, position=position)
 
 
 def law(**changed):

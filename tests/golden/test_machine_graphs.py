@@ -10,14 +10,14 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import infinivar as iv
-from infinivar import CylinderBearings
+from infinivar.parts import CylinderBearings
 from machines import LEG, MACHINES
 
 PINNED = Path(__file__).with_name("machine_graphs.txt")
 BEARINGS = CylinderBearings(
     bearing=LEG.steering.bell_bearing, span=0.14, pull=80.0, pull_position=-0.02, backing_rollers=1
 )
-SUPPORTED = {"leg": replace(LEG, cylinder_bearings=BEARINGS, guideway=iv.Guideway(friction=1.0))}
+SUPPORTED = {"leg": replace(LEG, cylinder_bearings=BEARINGS, guideway=iv.parts.Guideway(friction=1.0))}
 
 
 def graphs():

@@ -38,7 +38,7 @@ def elements(draw, law=laws, largest_h=0.05, smallest_k=20.0):
 def motors(draw):
     """A motor that its supply can turn."""
     voltage, resistance = draw(st.floats(6, 60)), draw(st.floats(0.05, 30))
-    motor = iv.Motor(
+    motor = iv.parts.Motor(
         voltage=voltage,
         resistance=resistance,
         torque_constant=draw(st.floats(0.005, 0.1)),
@@ -52,7 +52,7 @@ def motors(draw):
 @st.composite
 def gearheads(draw, loss_model=None):
     """A gearhead of either loss model."""
-    return iv.Gearhead(
+    return iv.parts.Gearhead(
         ratio=draw(st.floats(0.5, 500)),
         efficiency=draw(st.floats(0.2, 1)),
         loss_model=loss_model or draw(st.sampled_from(["coulomb", "proportional"])),
@@ -63,7 +63,7 @@ def gearheads(draw, loss_model=None):
 def amplifiers(draw):
     """An amplifier of any policy."""
     policy = draw(st.sampled_from(["burn", "store", "none"]))
-    return iv.Amplifier(
+    return iv.parts.Amplifier(
         regeneration=policy,
         storage_efficiency=draw(st.floats(0, 1)) if policy == "store" else None,
         efficiency=draw(st.floats(0.5, 1)),
@@ -96,7 +96,7 @@ def screws(draw):
     }[how]
     if how == "friction_coefficient" and not ball:
         values["flank_angle"] = draw(st.floats(0, 0.6))
-    return iv.Screw(
+    return iv.parts.Screw(
         shape="ball" if ball else "lead",
         lead=diameter * draw(st.floats(0.05, 2.0)),
         diameter=diameter,
@@ -118,10 +118,10 @@ def output_stages(draw):
     return draw(
         st.sampled_from(
             [
-                iv.Pulley(radius=draw(st.floats(0.001, 0.1)), friction_torque=friction),
-                iv.Belt(pitch=draw(st.floats(2e-3, 8e-3)), teeth=teeth, **lossy),
-                iv.Rack(module=draw(st.floats(0.5e-3, 4e-3)), teeth=teeth, **lossy),
-                iv.Shaft(friction_torque=friction),
+                iv.parts.Pulley(radius=draw(st.floats(0.001, 0.1)), friction_torque=friction),
+                iv.parts.Belt(pitch=draw(st.floats(2e-3, 8e-3)), teeth=teeth, **lossy),
+                iv.parts.Rack(module=draw(st.floats(0.5e-3, 4e-3)), teeth=teeth, **lossy),
+                iv.parts.Shaft(friction_torque=friction),
                 draw(screws()),
                 draw(screws()),
             ]

@@ -12,7 +12,9 @@ from numpy.testing import assert_allclose
 from scipy.optimize import linprog
 
 import infinivar as iv
-from infinivar import Configuration, LeggedDrive, Legs, Limit, PlanarArm, Platform, WrenchSet
+from infinivar import Limit
+from infinivar.machines import LeggedDrive
+from infinivar.transmission import Configuration, Legs, PlanarArm, Platform, WrenchSet
 from jacobians import jacobian
 from made import loaded
 
@@ -23,7 +25,7 @@ HOME = PLATFORM.at([0.0, 0.0, PLATFORM.home])
 seeds = st.integers(0, 2**32 - 1)
 
 MEASURED = {"wheel_radius": 0.012, "preload": 300.0, "friction": 0.2, "creep_stiffness": 9000.0}
-WHEEL = iv.RollingContact(**MEASURED, rolling_torque=4e-3, bearing_torque=2e-3)
+WHEEL = iv.transmission.RollingContact(**MEASURED, rolling_torque=4e-3, bearing_torque=2e-3)
 IVT = iv.RotaryLinearIVT(**MEASURED, rolling_torque=4e-3, bearing_torque=2e-3, cylinder_radius=0.05)
 
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import shaking
+from infinivar.analysis import shaking
 from internals import shipped_study
 from sampled import examples
 
@@ -43,7 +43,7 @@ def test_drives_use_only_the_standard(motor, gearhead, amplifier, element, seed)
     random = np.random.default_rng(seed)
     speed, force = random.uniform(-2, 2, 50), random.uniform(-1, 1, 50) * element.slip_force
     drives = (
-        iv.ConventionalDrive(motor=motor, gearhead=gearhead, amplifier=amplifier, pulley=iv.Pulley(radius=0.01)),
+        iv.ConventionalDrive(motor=motor, gearhead=gearhead, amplifier=amplifier, pulley=iv.parts.Pulley(radius=0.01)),
         iv.CoboticDrive(motor=motor, gearhead=gearhead, amplifier=amplifier, transmission=element, cylinder_speed=14.0),
     )
     for drive in drives:
@@ -69,6 +69,7 @@ def test_jit_and_vmap_agree_with_numpy(element, seed):
             assert_allclose(found, getattr(expected, field), rtol=1e-9, atol=1e-9, err_msg=field)
 
 
+@pytest.mark.slow
 @given(elements(largest_h=0.01, smallest_k=100.0), laws, seeds)
 @examples(2)  # each compiles four derivatives
 def test_gradients_agree_with_differences(element, law, seed):
@@ -125,7 +126,7 @@ def test_inverse_dynamics_uses_only_the_standard(name):
             steering=replace(drive.steering, patch_half_length=5e-4, bell_bearing=None, bell_friction=2e-5),
         )
     expected = drive.follow(course, load_mass=0.8)
-    arrays = iv.Course(
+    arrays = iv.motion.Course(
         **{what: strict.asarray(getattr(course, what)) for what in ("speed", "acceleration", "jerk", "snap")}
     )
     point = drive.follow(arrays, load_mass=0.8)
@@ -141,7 +142,7 @@ def test_energy_of_a_cycle_has_a_gradient():
 
     def power(bell, link, xp):
         changed = replace(drive, link_mass=link, steering=replace(drive.steering, bell_inertia=bell))
-        arrays = iv.Course(
+        arrays = iv.motion.Course(
             **{what: xp.asarray(getattr(course, what)) for what in ("speed", "acceleration", "jerk", "snap")}
         )
         return xp.mean(changed.follow(arrays, load_mass=0.8).power_in)

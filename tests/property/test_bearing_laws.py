@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from infinivar import Bearing
+from infinivar.parts import Bearing
 from internals import BearingPair
 from sampled import examples, sampled
 

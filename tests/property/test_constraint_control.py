@@ -17,7 +17,7 @@ MASS, SLIP, STICK = 8.0, 40.0, 1e-7
 def wheel(stiffness=4e5, law="linear", **changes):
     """A wheel that slips at 40 N, without resistance."""
     torques = {"rolling_torque": 0.0, "bearing_torque": 0.0}
-    return iv.RollingContact(
+    return iv.transmission.RollingContact(
         wheel_radius=0.03, preload=200.0, friction=0.2, creep_stiffness=stiffness, creep_law=law, **torques | changes
     )
 
@@ -27,7 +27,7 @@ def ridden(contact, *, speed, heading, duration, rate, push=lambda time: (0.0, 0
 
     `rate` steers by time, place, speed along the heading and the force that the user exerts across it.
     """
-    machine = iv.PlanarCarriage(contact=contact).mechanism
+    machine = iv.transmission.PlanarCarriage(contact=contact).mechanism
 
     def rates(time, state):
         vx, vy, h = state[2:]
@@ -62,6 +62,7 @@ def test_a_wheel_steered_as_a_caster_moves_as_a_free_mass():
         assert_allclose(done.y[axis], free, atol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.5, 3.0])
 def test_a_caster_of_another_mass_feels_like_it_across(share):
     """Across its heading the wheel is a mass M: its side force is ``F_n (m/M - 1)``; along it the mass stays m."""
@@ -88,6 +89,7 @@ def test_a_caster_of_another_mass_feels_like_it_across(share):
 # ---- wall
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.3, 1.0])
 def test_a_wall_is_overrun_by_the_turn_into_it(angle):
     """Turning at the rate W from the wall on, at the speed u: ``(u/W)(1 - cos theta)`` deep."""
@@ -136,7 +138,7 @@ def test_the_contact_bounds_the_rate_of_turning():
 
 def followed(contact, *, side, gain, fed_forward, offset, length):
     """Offset from a straight path along x by the way, of a wheel steered at ``dpsi/ds = -k1 d - k2 e``, k2 = 2 sqrt(k1)."""
-    machine = iv.PlanarCarriage(contact=contact).mechanism
+    machine = iv.transmission.PlanarCarriage(contact=contact).mechanism
     slip_angle = float(drift(contact, side))
 
     def rates(way, state):
@@ -168,7 +170,7 @@ def test_offset_from_a_path_by_creep():
 
 # ---- constraint surfaces of a platform on six legs
 
-PLATFORM = iv.Platform.hexapod()
+PLATFORM = iv.transmission.Platform.hexapod()
 IDEAL = iv.RotaryLinearIVT(
     cylinder_radius=0.05,
     wheel_radius=0.01,
@@ -190,7 +192,7 @@ def test_motion_on_a_constraint_surface_does_not_leak(freedoms):
         across = random.normal(size=(6 - freedoms, 6)) * scale
         within = np.linalg.svd(across)[2][6 - freedoms :]
         twist = random.normal(size=freedoms) @ within * 0.1
-        legs = iv.Legs(transmission=IDEAL, count=6)
+        legs = iv.transmission.Legs(transmission=IDEAL, count=6)
         point = legs.operate(pose, cylinder_speed=14.0, wrench=np.zeros(6), twist=twist)
         again = pose.twist_of(IDEAL.cylinder_radius * -14.0 * point.steering_tangent)
         assert np.max(np.abs(across @ again)) < 1e-14 * np.linalg.norm(twist) * np.linalg.norm(across)
@@ -233,7 +235,7 @@ def test_motion_on_a_constraint_surface_keeps_its_energy(held):
 def test_creep_leaks_across_a_constraint_surface_in_proportion_to_the_push():
     """Leak per newton of a platform that is steered without regard to its load: that of the locked one, ``R omega/C``."""
     pose, push = PLATFORM.at([0.0, 0.0, PLATFORM.home]), np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-    legs = iv.Legs(transmission=IDEAL, count=6)
+    legs = iv.transmission.Legs(transmission=IDEAL, count=6)
     twist = np.array([0.05, 0.0, 0.0, 0.0, 0.0, 0.0])  # within the plane across z
     planned = legs.operate(pose, cylinder_speed=14.0, wrench=np.zeros(6), twist=twist)
     for size in (1.0, 20.0):

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
@@ -15,7 +16,10 @@ from made import loaded
 from sampled import examples
 
 DRIVES = loaded("hand_controller").drives
-PAIRS = [iv.DisplayPair(cobotic=DRIVES[name], conventional=DRIVES["motor2-gear4"]) for name in ("cobotic", "cobotic-b")]
+PAIRS = [
+    iv.displays.DisplayPair(cobotic=DRIVES[name], conventional=DRIVES["motor2-gear4"])
+    for name in ("cobotic", "cobotic-b")
+]
 pairs = st.sampled_from(PAIRS)
 forces = st.floats(0.0, 50.0)
 few = examples(25)
@@ -26,7 +30,7 @@ def sessions(draw):
     """With shares of at most 1 together, and forces and speeds within the requirement."""
     weights = np.array(draw(st.lists(st.floats(0.01, 1.0), min_size=5, max_size=5)))
     free, contact, hold, explore, _ = (weights / weights.sum()).tolist()
-    return iv.HandleSession(
+    return iv.displays.HandleSession(
         round_time=draw(st.floats(1.0, 100.0)),
         free=free,
         contact=contact,
@@ -41,7 +45,7 @@ def sessions(draw):
 @few
 @given(pairs, forces, forces, st.integers(1, 6))
 def test_more_force_never_costs_less(pair, one, other, axes):
-    low, high = (iv.HandleSession(hold_force=force, contact_force=force) for force in sorted([one, other]))
+    low, high = (iv.displays.HandleSession(hold_force=force, contact_force=force) for force in sorted([one, other]))
     for part in ("hold", "contact"):
         for cost, drive in ((cobotic_part, pair.cobotic), (geared_part, pair.conventional)):
             less, more = (cost(drive, session, part, axes=axes, handle_mass=0.5) for session in (low, high))
@@ -49,6 +53,7 @@ def test_more_force_never_costs_less(pair, one, other, axes):
             assert less.heating <= more.heating * (1.0 + 1e-12)
 
 
+@pytest.mark.slow
 @few
 @given(pairs, sessions())
 def test_a_round_is_the_sum_of_its_parts(pair, session):
@@ -91,7 +96,7 @@ def test_a_longer_round_costs_as_much_more(pair, session, scale):
 @given(pairs, st.floats(0.05, 0.5), st.floats(0.0, 1.0))
 def test_friction_is_paid_by_the_user_or_the_motor(pair, speed, share):
     """What is fed forward saves the user its power, and heats the winding on top of it."""
-    session = iv.HandleSession(free_speed=speed)
+    session = iv.displays.HandleSession(free_speed=speed)
     power = geared_part(pair.conventional, session, "free", axes=1, handle_mass=0.5, compensation=share)
     rubbing = sum(pair.motors.frictions)
     resistance = pair.conventional.motor.resistance

@@ -253,12 +253,13 @@ def test_pinned_to_one_patch():
     assert creep.pinned(creep.POLACH, 0.3, 0.25) is creep.POLACH
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("crown", [None, 0.2])
 def test_simulated_creep_is_the_laws(crown):
     """A locked link under a push creeps at each instant as the law of its patch says; the equations have their own copy."""
     drive = replace(shipped_study("faulring2006").drives["cobotic"], transmission=element(crown))
     wheel = drive.transmission
-    push = iv.StepForce(size=-0.6 * wheel.slip_force, start=0.02)
+    push = iv.motion.StepForce(size=-0.6 * wheel.slip_force, start=0.02)
     run = iv.simulate(drive, iv.Scenario(duration=0.1, steering="locked", load_mass=0.8, force=push))
     assert run.complete
     contact = ("transmission.lateral", "transmission.creep")

@@ -84,10 +84,11 @@ def _fast_peak(flux, grid):
     return hottest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("load", "low", "high"), [(0.5, 1.9, 2.3), (0.9, 1.3, 1.45), (1.0, 0.99, 1.03)])
 def test_heat_released_where_the_patch_slides(load, low, high):
     """The sheet spreads heat like the pressure and states twice its result at half the slip force; exact in gross slip."""
-    patch = iv.RollingPatch(1.03, 0.3, 0.0, 30)
+    patch = iv.contact.RollingPatch(1.03, 0.3, 0.0, 30)
     creepage = brentq(lambda one: patch.steady(0.0, one).fy - load, 0.0, 2.0, xtol=1e-5) if load < 1.0 else 5.0
     found = patch.steady(0.0, creepage)
     heat = np.sum(found.traction * found.slip, axis=0)

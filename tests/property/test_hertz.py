@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy import special
 
-from infinivar import Material
-from infinivar.contact import friction, hertz, hysteresis, spin, wear
+from infinivar.contact import Material, friction, hertz, hysteresis, spin, wear
 from internals import ContactWheel as Wheel
 from internals import Cylinder, elliptic
 

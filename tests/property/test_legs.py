@@ -12,7 +12,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
 import infinivar as iv
-from infinivar import Configuration, Legs, Limit, Platform
+from infinivar import Limit
+from infinivar.transmission import Configuration, Legs, Platform
 from internals import CREEP_LAWS as LAWS
 from internals import legs as formulas
 from made import loaded
@@ -56,7 +57,7 @@ def random_points(random, count, links, freedoms, slip=60.0):
 @given(st.sampled_from(sorted(LAWS)), st.integers(1, 6), st.integers(0, 2), st.sampled_from([-1, 1]), seeds)
 def test_legs_are_passive_and_balanced(law, freedoms, more, sign, seed):
     random = np.random.default_rng(seed)
-    legs = Legs(transmission=wheel(law), count=freedoms + more, guideway=iv.Guideway(friction=0.3))
+    legs = Legs(transmission=wheel(law), count=freedoms + more, guideway=iv.parts.Guideway(friction=0.3))
     found, wrench, twist = random_points(random, 60, freedoms + more, freedoms)
     point = legs.operate(found, cylinder_speed=sign * random.uniform(2, 30, 60), wrench=wrench, twist=twist)
     holds = point.limit == Limit.OK
@@ -73,7 +74,7 @@ def test_legs_are_passive_and_balanced(law, freedoms, more, sign, seed):
 def test_power_closure_at_many_points(law):
     """100,000 poses of six legs per law, each leg in any quadrant, locked and moving."""
     random = np.random.default_rng(7)
-    legs = Legs(transmission=wheel(law), count=6, guideway=iv.Guideway(friction=0.3))
+    legs = Legs(transmission=wheel(law), count=6, guideway=iv.parts.Guideway(friction=0.3))
     for motion in (True, False):
         for _ in range(5):
             found, wrench, twist = random_points(random, 10_000, 6, 6)
@@ -246,7 +247,7 @@ def test_locked_machine_with_the_cylinder_at_rest_holds_until_a_wheel_slips():
 
 
 def test_guideway_holds_a_small_load_of_a_locked_link():
-    legs = Legs(transmission=wheel(), count=1, guideway=iv.Guideway(friction=2.0))
+    legs = Legs(transmission=wheel(), count=1, guideway=iv.parts.Guideway(friction=2.0))
     free, stuck = (
         legs.operate(Configuration(jacobian=[[1.0]]), cylinder_speed=10.0, wrench=[-load]) for load in (5.0, 1.9)
     )

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import infinivar as iv
-from infinivar import MachinePath, MachineTask
+from infinivar.motion import MachinePath, MachineTask
 from internals import as_machine
 from internals import course_on_path as on_path
 from internals import course_through as through
@@ -70,9 +70,9 @@ def test_balance_closes_in_tasks(name, data):
     moves, pushes = drawn(data, machine)
     pose = {"x": 0.3, "y": 0.25} if name.startswith("arm") else {}
     task = MachineTask(
-        pose=iv.Pose(**pose),
-        twist=iv.Twist(**{one: 5.0 * size for one, size in moves.items()}),
-        wrench=iv.Wrench(**pushes),
+        pose=iv.motion.Pose(**pose),
+        twist=iv.motion.Twist(**{one: 5.0 * size for one, size in moves.items()}),
+        wrench=iv.motion.Wrench(**pushes),
     )
     names = machine.coordinates
     rows = task.pose.row(names, machine.home), task.twist.row(names), names, task.corners(names)
@@ -88,8 +88,8 @@ def test_balance_closes_on_paths(name, data, frequency):
     motions = {}
     for place, (one, size) in enumerate(moves.items()):
         way = {"angle": abs(size) + 1e-3} if one[0] in "ra" else {"distance": abs(size) + 1e-3}
-        motions[one] = iv.Sinusoid(**way, frequency=frequency, start=place * 0.3 / frequency)
-    path = MachinePath(pose=iv.Pose(**pose), wrench=iv.Wrench(**pushes), **motions)
+        motions[one] = iv.motion.Sinusoid(**way, frequency=frequency, start=place * 0.3 / frequency)
+    path = MachinePath(pose=iv.motion.Pose(**pose), wrench=iv.motion.Wrench(**pushes), **motions)
     _, course = on_path(path, machine.coordinates, machine.home)
     few = slice(None, None, 40)
     balance(

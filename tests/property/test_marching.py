@@ -13,6 +13,7 @@ KEYS = ((iv.Limit.SLIP, "wheel 1"), (iv.Limit.PEAK, "motor"))
 LEVELS = st.sampled_from([0.2, 0.9, 1.0, 1.0 + 5e-10, 1.5, 2.0, np.inf])
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(st.lists(st.tuples(LEVELS, LEVELS, st.booleans()), min_size=2, max_size=40), st.integers(-1, 40))
 def test_events_and_touches_are_those_of_all_steps(rows, split):
@@ -44,12 +45,13 @@ def test_steps_within_limits_leave_nothing_behind():
     assert len(log.sampled) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["arm", "serial arm", "planar"])
 def test_motors_are_judged_at_every_sample(name):
     """However far apart the results are: a limit passed between them counts, and so does the current there."""
     machine, how = MACHINES[name]
     fine, coarse = (
-        iv.simulate_machine(machine, iv.MachineScenario(**{**how, "duration": 0.05, "output_step": step}))
+        iv.simulate_machine(machine, iv.motion.MachineScenario(**{**how, "duration": 0.05, "output_step": step}))
         for step in (0.001, 0.05)
     )
     assert coarse.root_mean_squares == pytest.approx(fine.root_mean_squares, rel=1e-12)

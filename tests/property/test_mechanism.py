@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
-from infinivar import Limit, Mechanism, RollingContact
+from infinivar import Limit
+from infinivar.transmission import Mechanism, RollingContact
 from internals import slopes
 from made import loaded
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import Course, Limit, RotaryLinearIVT
+from infinivar import Limit, RotaryLinearIVT
+from infinivar.motion import Course
 from internals import Varying, steering_rates
 
 ROUNDING = 1e-12
@@ -28,8 +29,8 @@ def conventional_drives(draw):
         motor=with_rotor(draw(motors()), draw(inertias)),
         gearhead=replace(draw(gearheads()), inertia=draw(inertias)),
         amplifier=draw(amplifiers()),
-        pulley=iv.Pulley(radius=draw(st.floats(0.001, 0.1)), friction_torque=draw(st.floats(0, 0.05))),
-        guideway=iv.Guideway(friction=draw(st.floats(0, 10))),
+        pulley=iv.parts.Pulley(radius=draw(st.floats(0.001, 0.1)), friction_torque=draw(st.floats(0, 0.05))),
+        guideway=iv.parts.Guideway(friction=draw(st.floats(0, 10))),
         output_inertia=draw(inertias),
     )
 
@@ -42,10 +43,10 @@ def cobotic_drives(draw):
         amplifier=draw(amplifiers()),
         transmission=draw(elements(st.sampled_from(["linear", "vermeulen-johnson", "polach"]))),
         cylinder_speed=draw(st.floats(0.5, 200)) * draw(st.sampled_from([-1, 1])),
-        guideway=iv.Guideway(coefficient=draw(st.floats(0, 0.01)), friction=draw(st.floats(0, 2))),
+        guideway=iv.parts.Guideway(coefficient=draw(st.floats(0, 0.01)), friction=draw(st.floats(0, 2))),
         cylinder_inertia=draw(inertias),
         link_mass=draw(st.floats(0.01, 5)),
-        steering=iv.SteeringPlant(
+        steering=iv.drivetrain.SteeringPlant(
             motor=with_rotor(draw(motors()), draw(inertias)),
             ratio=draw(st.floats(0.5, 50)),
             bell_inertia=draw(inertias),

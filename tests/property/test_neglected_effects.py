@@ -26,6 +26,7 @@ def _creepages(rolling, longitudinal, lateral, spin=0.0):
     return found.x
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     ["hand_controller", *(pytest.param(one, marks=pytest.mark.slow) for one in ("knee_walking", "ankle_walking"))],
@@ -35,7 +36,7 @@ def test_longitudinal_creep_of_the_driven_wheel(name):
     drive = _wheel(name)
     wheel, contact = drive.transmission, drive.transmission.contact
     groups = wheel.groups(drive.cylinder_speed)
-    rolling = iv.RollingPatch(contact.axis_ratio, contact.poisson, 0.0, 16)
+    rolling = iv.contact.RollingPatch(contact.axis_ratio, contact.poisson, 0.0, 16)
     unit = groups.slip_force / (contact.shear_modulus * contact.patch.a * contact.patch.b)
     for load in (0.1, 0.5, 0.9):
         free, driven = _creepages(rolling, 0.0, load), _creepages(rolling, groups.rolling_group, load)
@@ -44,9 +45,10 @@ def test_longitudinal_creep_of_the_driven_wheel(name):
         assert 0.0 < unit * driven[0] < 1e-4
 
 
+@pytest.mark.slow
 def test_the_change_of_lateral_creep_grows_with_the_square_of_rolling_resistance():
     """It is below 1 % up to H = 0.08 at half the slip force, many times that of any shipped wheel."""
-    rolling = iv.RollingPatch(1.03, 0.3, 0.0, 16)
+    rolling = iv.contact.RollingPatch(1.03, 0.3, 0.0, 16)
     free = _creepages(rolling, 0.0, 0.5)[1]
     shares = [_creepages(rolling, resistance, 0.5)[1] / free - 1.0 for resistance in (0.02, 0.04, 0.08)]
     assert shares[-1] < 0.01
@@ -60,7 +62,7 @@ def test_tilting_changes_the_creepage_by_the_aligning_stiffness_over_the_tilting
     size = math.sqrt(contact.patch.a * contact.patch.b)
     unit = slip / (contact.shear_modulus * size**2)
     aligning = contact.coefficients.c23 * contact.shear_modulus * size**3
-    rolling = iv.RollingPatch(contact.axis_ratio, contact.poisson, 0.0, 16)
+    rolling = iv.contact.RollingPatch(contact.axis_ratio, contact.poisson, 0.0, 16)
     for stiffness in (50.0 * aligning, 200.0 * aligning):
         spin = 0.1 * slip / stiffness * size / unit
         changed = _creepages(rolling, 0.0, 0.1, spin)[1] / _creepages(rolling, 0.0, 0.1)[1] - 1.0

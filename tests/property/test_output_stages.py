@@ -25,7 +25,7 @@ def drives(draw, stages=None):
         gearhead=replace(draw(gearheads()), inertia=draw(inertias)),
         amplifier=draw(amplifiers()),
         # A shaft has friction of its own.
-        guideway=iv.Guideway(friction=0.0 if stage.axis.rotary else draw(st.floats(0, 10))),
+        guideway=iv.parts.Guideway(friction=0.0 if stage.axis.rotary else draw(st.floats(0, 10))),
         output_inertia=draw(inertias),
         **{stage.title: stage},
     )
@@ -97,11 +97,11 @@ def moving_drive(random):
     }
     teeth, sliding = int(random.integers(12, 60)), random.uniform(0, 0.1)
     stages = [
-        iv.Pulley(radius=random.uniform(0.005, 0.05), friction_torque=friction),
-        iv.Screw(lead=5e-3, diameter=16e-3, friction_coefficient=sliding, friction_torque=friction),
-        iv.Belt(pitch=3e-3, teeth=teeth, **lossy, **stretch),
-        iv.Rack(module=random.uniform(0.5e-3, 3e-3), teeth=20, **lossy),
-        iv.Shaft(friction_torque=friction),
+        iv.parts.Pulley(radius=random.uniform(0.005, 0.05), friction_torque=friction),
+        iv.parts.Screw(lead=5e-3, diameter=16e-3, friction_coefficient=sliding, friction_torque=friction),
+        iv.parts.Belt(pitch=3e-3, teeth=teeth, **lossy, **stretch),
+        iv.parts.Rack(module=random.uniform(0.5e-3, 3e-3), teeth=20, **lossy),
+        iv.parts.Shaft(friction_torque=friction),
     ]
     stage = stages[random.integers(len(stages))]
     base = SHIPPED.drives["motor2-gear4"]
@@ -109,7 +109,7 @@ def moving_drive(random):
     gear = replace(base.gearhead, ratio=random.uniform(2, 20), loss_model=model)
     if random.random() < 0.5:
         gear = replace(gear, stiffness=random.uniform(5, 200), backlash=[None, 0.005, 0.02][random.integers(3)])
-    guide = iv.Guideway(friction=0.0 if stage.axis.rotary else random.uniform(0, 5))
+    guide = iv.parts.Guideway(friction=0.0 if stage.axis.rotary else random.uniform(0, 5))
     return replace(base, gearhead=gear, guideway=guide, output_inertia=1e-5, **{"pulley": None, stage.title: stage})
 
 
@@ -118,12 +118,12 @@ def run_of(random, rotary):
     pull, frequency = random.uniform(1, 30) * (0.02 if rotary else 1), random.uniform(1, 20)
     mass = random.uniform(0.2, 2) * (0.01 if rotary else 1)
     way = {"angle" if rotary else "distance": size}
-    motions = [iv.Sinusoid(frequency=4.0, **way), iv.Reach(time=0.1, **way)]
+    motions = [iv.motion.Sinusoid(frequency=4.0, **way), iv.motion.Reach(time=0.1, **way)]
     return iv.Scenario(
         duration=0.15,
         output_step=0.01,
         motion=motions[random.integers(2)],
-        force=iv.SinusoidalForce(frequency=frequency, **{"moment" if rotary else "size": pull}),
+        force=iv.motion.SinusoidalForce(frequency=frequency, **{"moment" if rotary else "size": pull}),
         electrical=["current", "voltage"][random.integers(2)],
         **{"load_inertia" if rotary else "load_mass": mass},
     )

@@ -9,25 +9,10 @@ from hypothesis import strategies as st
 from test_simulation import SHIPPED, check_energy, cobotic_drives, conventional_drives
 
 import infinivar as iv
-from infinivar import (
-    ConstantForce,
-    DutyCycle,
-    Limit,
-    Linkage,
-    Output,
-    ParameterError,
-    Reach,
-    Scenario,
-    Shaft,
-    Sinusoid,
-    SinusoidalForce,
-    Spring,
-    StepForce,
-    TorsionSpring,
-    Walking,
-    plant_graph,
-    two_ways,
-)
+from infinivar import DutyCycle, Limit, Output, ParameterError, Scenario, plant_graph
+from infinivar.analysis import two_ways
+from infinivar.motion import ConstantForce, Reach, Sinusoid, SinusoidalForce, StepForce, Walking
+from infinivar.parts import Linkage, Shaft, Spring, TorsionSpring
 from sampled import examples, sampled
 
 PROGRESSIVE = Spring(
@@ -86,12 +71,14 @@ def check_both_ways(drive, duty):
 QUICK = ("series", "one-sided", "crank")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in OUTPUTS])
 def test_a_geared_drive_takes_the_energy_that_inverse_dynamics_gives(name):
     found = check_both_ways(with_output("motor2-gear4", OUTPUTS[name]), cycle(OUTPUTS[name]))
     assert found.rms_error < 1e-3 * (0.3 if found.rotary else 0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["hysteresis", *(pytest.param(n, marks=pytest.mark.slow) for n in OUTPUTS if n != "hysteresis")]
 )
@@ -99,6 +86,7 @@ def test_a_cobotic_drive_takes_the_energy_that_inverse_dynamics_gives(name):
     check_both_ways(with_output("cobotic", OUTPUTS[name]), cycle(OUTPUTS[name]))
 
 
+@pytest.mark.slow
 @sampled("drive", ["motor2-gear4", pytest.param("cobotic", marks=pytest.mark.slow)], every=2)
 @pytest.mark.parametrize("hysteresis", [None, 2.0])
 def test_a_joint_without_inertia_behind_a_spring(drive, hysteresis):
@@ -112,11 +100,12 @@ def test_a_joint_without_inertia_behind_a_spring(drive, hysteresis):
     np.testing.assert_allclose(run.at("series_spring_node")[0] * 0.06, -moment, atol=1e-9 * np.abs(moment).max())
 
 
+@pytest.mark.slow
 @sampled("linkage", [None, FOUR_BAR], every=2)
 def test_a_shaft_with_torsion_springs_or_a_four_bar(linkage):
     geared = SHIPPED.drives["motor2-gear4"]
     output = Output(linkage=linkage, series_torsion_spring=TorsionSpring(stiffness=10.0))
-    drive = replace(geared, pulley=None, shaft=Shaft(), guideway=iv.Guideway(), output=output)
+    drive = replace(geared, pulley=None, shaft=Shaft(), guideway=iv.parts.Guideway(), output=output)
     check_both_ways(drive, DutyCycle(motion=Sinusoid(angle=0.4, frequency=1.0), load_inertia=5e-4, moment=0.02))
 
 
@@ -218,6 +207,7 @@ def check_any(data, drives):
     check_energy(replace(data.draw(drives), output=output), data.draw(runs(output)))
 
 
+@pytest.mark.slow
 def test_resonance_of_a_locked_drive_with_a_series_spring():
     """The locked link holds one end of the spring: the load oscillates at sqrt(k/m) about its rest position."""
     stiffness, mass = 20000.0, 0.8

@@ -92,8 +92,8 @@ def conventional_drives(draw):
         motor=draw(motors()),
         gearhead=draw(gearheads()),
         amplifier=draw(amplifiers()),
-        pulley=iv.Pulley(radius=draw(st.floats(0.001, 0.1)), friction_torque=draw(st.floats(0, 0.05))),
-        guideway=iv.Guideway(friction=draw(st.floats(0, 10))),
+        pulley=iv.parts.Pulley(radius=draw(st.floats(0.001, 0.1)), friction_torque=draw(st.floats(0, 0.05))),
+        guideway=iv.parts.Guideway(friction=draw(st.floats(0, 10))),
     )
 
 
@@ -106,7 +106,7 @@ def cobotic_drives(draw):
         amplifier=draw(amplifiers()),
         transmission=element,
         cylinder_speed=draw(st.floats(0.5, 200)) * draw(st.sampled_from([-1, 1])),
-        guideway=iv.Guideway(coefficient=draw(st.floats(0, 0.01)), friction=draw(st.floats(0, 2))),
+        guideway=iv.parts.Guideway(coefficient=draw(st.floats(0, 0.01)), friction=draw(st.floats(0, 2))),
     )
 
 

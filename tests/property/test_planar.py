@@ -11,9 +11,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import solve_ivp
 
 import infinivar as iv
-from infinivar import Limit, PlanarCarriage, PlanarCobot
+from infinivar import Limit
 from infinivar import array_namespace as namespace
 from infinivar.contact import creep
+from infinivar.transmission import PlanarCarriage, PlanarCobot
 from internals import drift, instant_centre, turning
 from jacobians import jacobian
 from made import loaded
@@ -29,7 +30,7 @@ def wheel(law="exact", resistance=0.5, stiffness=100.0, **changes):
     """A wheel that slips at 40 N, with its rolling resistance [N] and K."""
     values = {"wheel_radius": 0.03, "preload": 200.0, "friction": 0.2, "creep_stiffness": 40.0 * stiffness}
     torques = {"rolling_torque": 0.6 * 0.03 * resistance, "bearing_torque": 0.4 * 0.03 * resistance}
-    return iv.RollingContact(**values | torques | {"creep_law": law} | changes)
+    return iv.transmission.RollingContact(**values | torques | {"creep_law": law} | changes)
 
 
 def body(contacts=None, positions=POINTS, **changes):
@@ -65,7 +66,7 @@ def test_a_side_load_makes_the_path_drift_whatever_the_speed(law, share, angle):
     force = share * contact.slip_force
     # The wheel heads along `angle`; the side load is at a right angle to it, the user supplies the rest.
     cosine, sine = math.cos(angle), math.sin(angle)
-    rotated = iv.Mechanism(
+    rotated = iv.transmission.Mechanism(
         contacts=contact, jacobian=[[[cosine, -sine], [sine, cosine]]], coordinates=("along", "across")
     )
     point = rotated.solve(heading=[angle], rates={"along": speeds}, applied={"across": -force})
@@ -162,6 +163,7 @@ def _least_creep(toe):
     return math.sqrt(2.0 * math.sin(toe) ** 2 / 3.0)
 
 
+@pytest.mark.slow
 @examples(12)
 @given(st.sampled_from(LAWS), seeds)
 def test_the_user_supplies_the_losses(law, seed):
@@ -222,7 +224,7 @@ def test_headings_under_a_load_give_the_motion(seed):
 
 def test_wheels_with_geometry_feel_the_spin_of_the_body():
     """A body that turns about its only wheel: the moment is that of a patch that turns on the spot."""
-    contact = iv.RollingContact(wheel_radius=0.012, preload=300.0, friction=0.2, geometry=GEOMETRY)
+    contact = iv.transmission.RollingContact(wheel_radius=0.012, preload=300.0, friction=0.2, geometry=GEOMETRY)
     cobot = body(contact, ((0.0, 0.0),))
     point = cobot.mechanism.operate(rates=[0.0, 0.0, 2.0], heading=[0.3])
     _, moment = turning.on_the_spot(contact, 0.0)
@@ -259,7 +261,9 @@ def test_the_strict_array_library_computes_the_same(law):
     cobot, twist = body(wheel(law)), twists(np.random.default_rng(4), 5)
     machine, heading = cobot.mechanism, cobot.headings(twist)
     jacobian_, spin = (strict.asarray(np.asarray(part)) for part in (machine.jacobian, machine.spin))
-    other = iv.Mechanism(contacts=wheel(law), jacobian=jacobian_, spin=spin, coordinates=machine.coordinates)
+    other = iv.transmission.Mechanism(
+        contacts=wheel(law), jacobian=jacobian_, spin=spin, coordinates=machine.coordinates
+    )
     point = other.operate(rates=strict.asarray(twist), heading=strict.asarray(heading + 1e-3))
     expected = machine.operate(rates=twist, heading=heading + 1e-3)
     assert_allclose(np.asarray(point.applied), expected.applied, rtol=1e-12, atol=1e-12)
@@ -326,7 +330,7 @@ def test_power_closure_at_many_points(law, quadrant):
 @pytest.mark.slow
 def test_power_closure_with_spin_at_many_points():
     random = np.random.default_rng(7)
-    cobot = body(iv.RollingContact(wheel_radius=0.012, preload=300.0, friction=0.2, geometry=GEOMETRY))
+    cobot = body(iv.transmission.RollingContact(wheel_radius=0.012, preload=300.0, friction=0.2, geometry=GEOMETRY))
     rates = twists(random, 100_000)
     cosine, sine = cobot.mechanism.steer(rates=rates)
     off = 2e-3 * random.normal(size=cosine.shape)
@@ -371,9 +375,11 @@ def ideal(cobot, way, duration):
 
 def moved(cobot, steering, duration, **scenario):
     """A run of a cobot that coasts from `START`, or is pushed."""
-    machine = iv.PlanarMachine(cobot=cobot)
+    machine = iv.machines.PlanarMachine(cobot=cobot)
     given_ = {"source": "none", "servos": False, "rates": START, "stick_speed": 1e-5, "tolerance": 1e-7}
-    return iv.simulate_machine(machine, iv.MachineScenario(duration=duration, steering=steering, **given_ | scenario))
+    return iv.simulate_machine(
+        machine, iv.motion.MachineScenario(duration=duration, steering=steering, **given_ | scenario)
+    )
 
 
 @pytest.mark.slow
@@ -395,6 +401,7 @@ def test_a_coasting_cobot_keeps_its_energy_without_losses():
     assert 0.0 < lost[-1] < 5e-5
 
 
+@pytest.mark.slow
 def test_a_coasting_cobot_comes_to_rest_by_its_losses():
     """Straight on, rolling resistance alone stops it: v^2/(2 a)."""
     cobot = body(wheel(resistance=2.0))
@@ -425,7 +432,7 @@ def test_a_pushed_cobot_balances_work_and_losses():
 @pytest.mark.slow
 def test_steering_under_load_makes_its_own_losses():
     """With the forces of spin the steering does work, which the balance counts."""
-    contact = iv.RollingContact(wheel_radius=0.012, preload=65.0, friction=0.2, geometry=GEOMETRY)
+    contact = iv.transmission.RollingContact(wheel_radius=0.012, preload=65.0, friction=0.2, geometry=GEOMETRY)
     cobot = body(contact)
     run = moved(cobot, turning_way(cobot), 0.1, output_step=0.02)
     assert run.closure < 1e-6

@@ -19,17 +19,17 @@ RADIUS, SLIP, STIFFNESS, RESISTANCE = 0.03, 40.0, 4000.0, 0.5
 
 def wheel(law="exact"):
     torques = {"rolling_torque": 0.6 * RADIUS * RESISTANCE, "bearing_torque": 0.4 * RADIUS * RESISTANCE}
-    return iv.RollingContact(
+    return iv.transmission.RollingContact(
         wheel_radius=RADIUS, preload=200.0, friction=0.2, creep_stiffness=STIFFNESS, creep_law=law, **torques
     )
 
 
 def pressed():
-    return iv.RollingContact(wheel_radius=0.012, preload=65.0, friction=0.2, geometry=GEOMETRY)
+    return iv.transmission.RollingContact(wheel_radius=0.012, preload=65.0, friction=0.2, geometry=GEOMETRY)
 
 
 def body(contacts=None, positions=POINTS):
-    return iv.PlanarCobot(contacts=contacts or wheel(), positions=positions)
+    return iv.transmission.PlanarCobot(contacts=contacts or wheel(), positions=positions)
 
 
 def off_balance(point):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import butter, filtfilt
 
-from infinivar import DutyCycle, Hold, Reaches, Recording, Sinusoid, Walking, duty_cycle
+from infinivar import DutyCycle, duty_cycle
+from infinivar.motion import Hold, Reaches, Recording, Sinusoid, Walking
 from made import parameter_study
 from motions import recorded
 

@@ -9,19 +9,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
-from infinivar import (
-    ConstantForce,
-    Course,
-    DutyCycle,
-    Hold,
-    Reach,
-    Reaches,
-    Recording,
-    Scenario,
-    Sinusoid,
-    duty_cycle,
-    two_ways,
-)
+from infinivar import DutyCycle, Scenario, duty_cycle
+from infinivar.analysis import two_ways
+from infinivar.motion import ConstantForce, Course, Hold, Reach, Reaches, Recording, Sinusoid
 from internals import coulomb
 from made import parameter_study
 from motions import moves_and_dwells, recorded
@@ -101,6 +91,7 @@ def agree(random, folder, names):
     return by_file, simulated, as_turning
 
 
+@pytest.mark.slow
 @sampled("seed", range(3), every=3)
 def test_a_motion_takes_the_same_by_shape_recorded_and_simulated(tmp_path, seed):
     """2 %: what smoothing at 10 Hz, rows 10 ms apart and controllers that stop a load leave.
@@ -210,6 +201,7 @@ def test_a_resolution_given_decides(tmp_path):
     assert duty_cycle(GEARED, moving).energy > 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("force", [None, -25.0])
 @sampled("drive", DRIVES.values(), ids=DRIVES, every=2)
 def test_controllers_come_to_rest(drive, force):
@@ -238,6 +230,7 @@ STAYS = [(force, efficiency) for force in (-20.0, 10.0) for efficiency in (0.4, 
 DAILY = ((-20.0, 0.4),)  # gears that lock themselves under a load
 
 
+@pytest.mark.slow
 @sampled(
     ("force", "efficiency", "pause"),
     [

@@ -75,7 +75,7 @@ def moved(monkeypatch):
 
 def _errors(ratio):
     """Relative errors of C11, C22, C23 from the force and C23 from the moment on 20 x 20 cells."""
-    gradient = iv.RollingPatch(ratio).steady(0.0, 1e-6, gradient=True).gradient
+    gradient = iv.contact.RollingPatch(ratio).steady(0.0, 1e-6, gradient=True).gradient
     table = kalker.coefficients(ratio, 0.3)
     found = [gradient[0, 0], gradient[1, 1], gradient[1, 2], -gradient[2, 1]]
     return np.array(found) / [table.c11, table.c22, table.c23, table.c23] - 1.0
@@ -107,7 +107,7 @@ def _lengthwise(patch):
 @pytest.mark.parametrize("poisson", [0.0, 0.4])
 def test_shift_by_a_quarter_makes_the_grid_reciprocal(poisson, turned, moved):
     """Turned by 180 degrees, the steps along which slip is taken are the cells: the matrix is then its own transpose."""
-    patch = iv.RollingPatch(0.7, poisson, turned, 8)
+    patch = iv.contact.RollingPatch(0.7, poisson, turned, 8)
     matrix = _lengthwise(patch)
     size = np.abs(matrix).max()
     back = np.concatenate([np.arange(63, -1, -1), np.arange(127, 63, -1)])
@@ -120,7 +120,7 @@ def test_shift_by_a_quarter_makes_the_grid_reciprocal(poisson, turned, moved):
 @pytest.mark.parametrize("poisson", [0.0, 0.3])
 def test_displacements_are_those_of_point_loads(poisson):
     """The influence of one cell on others against the integral of Cerruti's point loads over it."""
-    patch = iv.RollingPatch(1.5, poisson, 0.4, 4)
+    patch = iv.contact.RollingPatch(1.5, poisson, 0.4, 4)
     grid = patch.grid
     matrix = equations_of.influence(grid, poisson, False).displacement.reshape(2, 4, 4, 2, 4, 4)
     row, cell = 2, 1
@@ -147,7 +147,7 @@ def test_displacements_are_those_of_point_loads(poisson):
 @pytest.mark.parametrize("turned", [0.0, 0.5])
 def test_chords_of_a_turned_ellipse(turned):
     """Ends of each row's chord lie on the ellipse turned by the angle."""
-    grid = iv.RollingPatch(2.5, 0.3, turned, 10).grid
+    grid = iv.contact.RollingPatch(2.5, 0.3, turned, 10).grid
     a, b = np.sqrt(2.5), 1.0 / np.sqrt(2.5)
     middle = grid.x.mean(axis=1) + cells_of.AHEAD * grid.length
     half = 0.5 * grid.length * (grid.cells + cells_of.INSET)
@@ -159,7 +159,7 @@ def test_chords_of_a_turned_ellipse(turned):
 
 def test_friction_holds_in_every_cell():
     """Where a cell sticks, slip half a cell ahead vanishes; where it slides, the traction opposes the extrapolated slip."""
-    patch = iv.RollingPatch(0.8, cells=12)
+    patch = iv.contact.RollingPatch(0.8, cells=12)
     for creepage in ((0.0, 0.3, 0.2), (0.2, 0.1, -0.3)):
         rolling = equations(patch.grid, patch.poisson, False)
         found = rolling.friction.solve(rolling.free_slip(np.array(creepage)))
@@ -195,7 +195,7 @@ def _failures(weight_of, count=24, cells=10):
     failed = steps = 0
     for number in range(count):
         ratio = float(np.exp(rng.uniform(np.log(0.1), np.log(10.0))))
-        patch, linear = iv.RollingPatch(ratio, cells=cells), kalker.coefficients(ratio, 0.3)
+        patch, linear = iv.contact.RollingPatch(ratio, cells=cells), kalker.coefficients(ratio, 0.3)
         direction = rng.normal(size=3) * [(0, 1, 1), (1, 1, 0), (0, 0, 1), (1, 1, 1)][number % 4]
         size = np.exp(rng.uniform(np.log(0.05), np.log(4.0))) / np.linalg.norm(direction)
         creepage = size * direction * np.array([3.0 / linear.c11, 3.0 / linear.c22, 1.0 / linear.c23])

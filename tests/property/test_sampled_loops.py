@@ -19,7 +19,7 @@ from internals import (
     with_values,
 )
 
-ARM = iv.ArmModel.named("vanbeek2015")
+ARM = iv.motion.ArmModel.named("vanbeek2015")
 WITHIN = 2000
 """Explicit steps in a sample: the creep of the contact settles within microseconds."""
 
@@ -35,7 +35,7 @@ class ByHand:
     def __init__(self, display, arm):
         self.display, self.arm, drive = display, arm, display.drive
         self.period = 1.0 / drive.control.sample_rate
-        self.geared = isinstance(display, iv.ImpedanceDisplay)
+        self.geared = isinstance(display, iv.displays.ImpedanceDisplay)
         if self.geared:
             radius, motor, ratio = drive.pulley.radius, drive.motor, drive.gearhead.ratio
             turning = motor.rotor_inertia * ratio**2 + drive.output_inertia
@@ -134,7 +134,7 @@ def _cases(drives):
     draw = np.random.default_rng(21)
     found = []
     for number in range(20):
-        arm = iv.ArmModel(
+        arm = iv.motion.ArmModel(
             name="drawn",
             mass=draw.uniform(0.2, 2.0),
             damping=draw.uniform(2.0, 15.0),
@@ -143,7 +143,7 @@ def _cases(drives):
         rate = draw.uniform(800.0, 3000.0)
         if number % 5 == 4:
             drive = with_values(drives["motor2-gear4"], {"control.sample_rate": rate})
-            display = iv.ImpedanceDisplay(
+            display = iv.displays.ImpedanceDisplay(
                 drive=drive,
                 viscous_friction=draw.uniform(0.0, 5.0),
                 wall_damping=draw.uniform(0.0, 5.0),
@@ -155,7 +155,7 @@ def _cases(drives):
             drives["cobotic" if number % 2 else "cobotic-b"],
             {"control.sample_rate": rate, "control.steering_bandwidth": draw.uniform(8.0, 40.0)},
         )
-        display = iv.AdmittanceDisplay(
+        display = iv.displays.AdmittanceDisplay(
             drive=drive,
             virtual_mass=8.0,
             virtual_damping=draw.uniform(20.0, 80.0) if number % 4 == 3 else 0.0,
@@ -172,13 +172,14 @@ def _cases(drives):
     return found
 
 
+@pytest.mark.slow
 def test_boundaries_are_those_of_runs_in_time(drives):
     """5 % inside of the boundary by eigenvalues a disturbance decays, 5 % outside it grows: 20 displays."""
     for number, (display, arm, name) in enumerate(_cases(drives)):
         if name == "virtual_mass":
-            limit, inside = iv.least_stable_mass(display, arm), 1.05
+            limit, inside = iv.displays.least_stable_mass(display, arm), 1.05
         else:
-            limit, inside = iv.stiffest_wall(display, arm), 0.95
+            limit, inside = iv.displays.stiffest_wall(display, arm), 0.95
         assert 1e-2 < limit < 1e7, (number, name)
         for factor, grows in ((inside, False), (2.0 - inside, True)):
             changed = replace(display, **{name: factor * limit})
@@ -190,13 +191,14 @@ def test_boundaries_are_those_of_runs_in_time(drives):
                 assert rate == pytest.approx(math.log(growth), rel=0.03, abs=2e-4), (number, name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["measured", "virtual", "impedance"])
 def test_a_run_in_time_is_that_of_an_adaptive_solver(drives, kind):
     """The plant under a held current by an implicit solver with error control, sample by sample."""
     if kind == "impedance":
-        display = iv.ImpedanceDisplay(drive=drives["motor2-gear4"], wall_stiffness=2000.0, wall_damping=3.0)
+        display = iv.displays.ImpedanceDisplay(drive=drives["motor2-gear4"], wall_stiffness=2000.0, wall_damping=3.0)
     else:
-        display = iv.AdmittanceDisplay(
+        display = iv.displays.AdmittanceDisplay(
             drive=drives["cobotic"], virtual_mass=1.0, wall_stiffness=2000.0, wall=kind, filter_frequency=80.0
         )
     hand = ByHand(display, ARM)
@@ -250,11 +252,13 @@ def _continuous(display, arm):
 def test_fast_sampling_is_continuous_time(drives):
     """The least mass tends to that of continuous time, in proportion to the period."""
     arm, off = ARM, []
-    base = iv.AdmittanceDisplay(drive=drives["cobotic"], virtual_mass=1.0, wall_stiffness=1000.0, filter_frequency=60.0)
+    base = iv.displays.AdmittanceDisplay(
+        drive=drives["cobotic"], virtual_mass=1.0, wall_stiffness=1000.0, filter_frequency=60.0
+    )
     limit = brentq(lambda mass: _continuous(replace(base, virtual_mass=mass), arm), 0.05, 1.0, xtol=1e-14, rtol=1e-12)
     for rate in (2e4, 4e4, 8e4):
         display = with_values(base, {"drive.control.sample_rate": rate})
-        off.append(iv.least_stable_mass(display, arm, (0.05, 10.0)) - limit)
+        off.append(iv.displays.least_stable_mass(display, arm, (0.05, 10.0)) - limit)
     assert off[0] / off[1] == pytest.approx(2.0, rel=0.02)
     assert off[1] / off[2] == pytest.approx(2.0, rel=0.01)
     assert (2.0 * off[2] - off[1]) / limit == pytest.approx(0.0, abs=2e-4)
@@ -263,20 +267,20 @@ def test_fast_sampling_is_continuous_time(drives):
 def test_wall_of_a_mass_without_friction(drives):
     """Jury's criterion: k < 2 d (1 - d)/(1 + d) with k = K T^2/(2 m), d = B T/(2 m), for a wall that is not late."""
     for share in (0.02, 0.2, 0.5, 0.9):
-        display = iv.ImpedanceDisplay(drive=drives["motor1-gear3"], handle_mass=0.3, samples_late=0)
+        display = iv.displays.ImpedanceDisplay(drive=drives["motor1-gear3"], handle_mass=0.3, samples_late=0)
         mass, period = display.reflected_mass + 0.3, 1e-3
         display = replace(display, wall_damping=share * 2.0 * mass / period)
         limit = 2.0 * share * (1.0 - share) / (1.0 + share) * 2.0 * mass / period**2
-        assert iv.stiffest_wall(display, "free") == pytest.approx(limit, rel=1e-5)
+        assert iv.displays.stiffest_wall(display, "free") == pytest.approx(limit, rel=1e-5)
 
 
 @pytest.mark.parametrize("late", [0, 1])
 def test_wall_of_a_heavy_mass(drives, late):
     """A wall that lags by half a sample, and one more if it is late, is damped by b and B less K times the lag."""
-    display = iv.ImpedanceDisplay(
+    display = iv.displays.ImpedanceDisplay(
         drive=drives["motor1-gear3"], handle_mass=300.0, viscous_friction=4.0, samples_late=late
     )
-    limit = iv.stiffest_wall(display, "free")
+    limit = iv.displays.stiffest_wall(display, "free")
     assert limit == pytest.approx(4.0 / ((0.5 + late) * 1e-3), rel=2e-3)
 
 
@@ -301,7 +305,7 @@ def test_colgate_and_schenkel():
 def test_a_passive_display_is_stable_with_every_passive_arm(drives, late):
     """At 1.001 of the damping needed; at 0.98 a heavy hand without damping finds the instability."""
     draw = np.random.default_rng(6)
-    base = iv.ImpedanceDisplay(drive=drives["motor2-gear4"], samples_late=late)
+    base = iv.displays.ImpedanceDisplay(drive=drives["motor2-gear4"], samples_late=late)
     for number in range(40):
         wall = {
             "wall_stiffness": 10.0 ** draw.uniform(1.0, 4.0),
@@ -309,31 +313,33 @@ def test_a_passive_display_is_stable_with_every_passive_arm(drives, late):
         }
         needed = required_damping(*wall.values(), base.period, late)
         passive = replace(base, **wall, viscous_friction=1.001 * needed)
-        assert iv.passivity(passive).passive
-        arm = iv.ArmModel(
+        assert iv.displays.passivity(passive).passive
+        arm = iv.motion.ArmModel(
             name="any", mass=10.0 ** draw.uniform(-3, 3), damping=0.0, stiffness=10.0 ** draw.uniform(-1.0, 6.0)
         )
         assert sampled_loop(passive, arm).stable
         assert sampled_loop(passive, "free").stable
         other = replace(passive, viscous_friction=0.98 * needed)
-        assert not iv.passivity(other).passive
+        assert not iv.displays.passivity(other).passive
         if wall["wall_damping"] == 0.0:
-            heavy = iv.ArmModel(name="heavy", mass=max(1.0, 1e-3 * wall["wall_stiffness"]), damping=0.0, stiffness=0.0)
+            heavy = iv.motion.ArmModel(
+                name="heavy", mass=max(1.0, 1e-3 * wall["wall_stiffness"]), damping=0.0, stiffness=0.0
+            )
             assert not sampled_loop(other, heavy).stable
 
 
 @pytest.mark.slow
 def test_a_sweep_in_time_measures_the_impedance(drives):
     """Response of the sampled loop by matrices against a run of 2 to 5 s, at the fundamental."""
-    admittance = iv.AdmittanceDisplay(
+    admittance = iv.displays.AdmittanceDisplay(
         drive=drives["cobotic"], virtual_mass=1.0, wall_stiffness=3000.0, filter_frequency=100.0
     )
-    geared = iv.ImpedanceDisplay(
+    geared = iv.displays.ImpedanceDisplay(
         drive=drives["motor2-gear4"], wall_stiffness=3000.0, viscous_friction=3.0, wall_damping=5.0
     )
     for display in (admittance, replace(admittance, wall="virtual", samples_late=0, filter_frequency=None), geared):
         for frequency in (8.0, 150.0):
-            swept = iv.swept_impedance(display, ARM, frequency)
+            swept = iv.displays.swept_impedance(display, ARM, frequency)
             known = impedance(display, [frequency], ARM)[0]
             assert abs(swept - known) < 1e-4 * abs(known)
             # Aliases of the arm's reaction matter little.
@@ -342,10 +348,10 @@ def test_a_sweep_in_time_measures_the_impedance(drives):
 
 def test_the_least_mass_is_not_monotone_in_the_bandwidth_of_the_servo(drives):
     """With a slow filter of the force sensor, the mass is largest where servo and filter are about as fast."""
-    display = iv.AdmittanceDisplay(drive=drives["cobotic"], virtual_mass=1.0, filter_frequency=30.0)
+    display = iv.displays.AdmittanceDisplay(drive=drives["cobotic"], virtual_mass=1.0, filter_frequency=30.0)
 
     def least(bandwidth):
-        return iv.least_stable_mass(with_values(display, {"drive.control.steering_bandwidth": bandwidth}), ARM)
+        return iv.displays.least_stable_mass(with_values(display, {"drive.control.steering_bandwidth": bandwidth}), ARM)
 
     slow, middle, fast = least(5.0), least(20.0), least(60.0)
     assert middle > 1.5 * slow
@@ -377,9 +383,11 @@ def test_spin_of_the_contact_takes_energy(drives):
         moment / 1e-9, contact.moment(speed, angle, rate), rtol=1e-4, atol=1e-4 * np.max(np.abs(moment)) / 1e-9
     )
     with_spin, without = (
-        iv.AdmittanceDisplay(drive=one, virtual_mass=1.0, filter_frequency=100.0) for one in (turning, drive)
+        iv.displays.AdmittanceDisplay(drive=one, virtual_mass=1.0, filter_frequency=100.0) for one in (turning, drive)
     )
-    assert iv.least_stable_mass(with_spin, ARM) == pytest.approx(iv.least_stable_mass(without, ARM), rel=0.15)
+    assert iv.displays.least_stable_mass(with_spin, ARM) == pytest.approx(
+        iv.displays.least_stable_mass(without, ARM), rel=0.15
+    )
 
 
 def test_the_contact_is_that_of_the_transmission(drives):

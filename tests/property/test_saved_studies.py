@@ -168,7 +168,7 @@ def some(part, **fixed):
 
 names = st.text(st.characters(codec="utf-8", exclude_categories=("C", "Z")), min_size=1, max_size=20)
 motors = some(
-    iv.Motor,
+    iv.parts.Motor,
     name=names,
     voltage=st.floats(10.0, 100.0),
     resistance=st.floats(0.1, 1.0),
@@ -177,14 +177,14 @@ motors = some(
     continuous_torque=st.floats(0.01, 0.02),
     peak_torque=st.none() | st.floats(0.02, 0.05),
 )
-gearheads = some(iv.Gearhead, name=names, loss_model=st.just("proportional"), efficiency=st.floats(0.1, 1.0))
+gearheads = some(iv.parts.Gearhead, name=names, loss_model=st.just("proportional"), efficiency=st.floats(0.1, 1.0))
 conventional = st.builds(
     lambda motor, scale, gear, radius, inertia, friction: iv.ConventionalDrive(
         motor=motor if scale is None else motor.scaled(scale),
         gearhead=gear,
-        pulley=iv.Pulley(radius=radius),
+        pulley=iv.parts.Pulley(radius=radius),
         output_inertia=inertia,
-        guideway=iv.Guideway(friction=friction),
+        guideway=iv.parts.Guideway(friction=friction),
     ),
     motors,
     st.none() | st.floats(0.1, 10.0),
@@ -208,11 +208,11 @@ cobotic = st.builds(
 )
 positive = st.floats(1e-3, 1e3)
 motions = (
-    st.builds(lambda d, f: iv.Sinusoid(distance=d, frequency=f), positive, positive)
-    | st.builds(lambda t: iv.Hold(time=t), positive)
-    | st.builds(lambda d, t, p: iv.Reaches(distance=d, time=t, pause=p), positive, positive, amount(2.0))
+    st.builds(lambda d, f: iv.motion.Sinusoid(distance=d, frequency=f), positive, positive)
+    | st.builds(lambda t: iv.motion.Hold(time=t), positive)
+    | st.builds(lambda d, t, p: iv.motion.Reaches(distance=d, time=t, pause=p), positive, positive, amount(2.0))
     | st.builds(
-        lambda joint, mass, share: iv.Walking(
+        lambda joint, mass, share: iv.motion.Walking(
             joint=joint, body_mass=mass, stride_time=1.1, lever_arm=0.05, share=share
         ),
         st.sampled_from(["ankle", "knee", "hip"]),
@@ -220,7 +220,7 @@ motions = (
         st.floats(0.1, 1.0),
     )
     | st.builds(
-        lambda mass, stride: iv.Running(joint="hip", body_mass=mass, stride_time=stride, lever_arm=0.05),
+        lambda mass, stride: iv.motion.Running(joint="hip", body_mass=mass, stride_time=stride, lever_arm=0.05),
         positive,
         st.none() | positive,
     )
@@ -235,8 +235,8 @@ duties = st.builds(
 scenarios = st.builds(
     lambda duration, distance, force: iv.Scenario(
         duration=duration,
-        motion=None if distance is None else iv.Reach(distance=distance, time=0.5),
-        force=None if force is None else iv.StepForce(size=force, start=0.1),
+        motion=None if distance is None else iv.motion.Reach(distance=distance, time=0.5),
+        force=None if force is None else iv.motion.StepForce(size=force, start=0.1),
     ),
     positive,
     st.none() | positive,
@@ -259,7 +259,7 @@ studies = st.builds(
     st.dictionaries(words, conventional | cobotic, min_size=1, max_size=3),
     st.dictionaries(words, duties, max_size=2),
     st.dictionaries(words, scenarios, max_size=2),
-    st.just(iv.Rig()) | some(iv.Rig),
+    st.just(iv.study.Rig()) | some(iv.study.Rig),
     st.text(st.characters(codec="utf-8", exclude_categories=("C", "Zl", "Zp")), max_size=60).filter(str.isprintable),
 )
 
@@ -324,7 +324,7 @@ def test_the_key_of_every_field_reads_what_is_written():
 
     seen: set = set()
     found = []
-    for owner in (*schema.DRIVES.values(), iv.Requirement, iv.Rig, iv.DutyCycle, iv.Scenario):
+    for owner in (*schema.DRIVES.values(), iv.Requirement, iv.study.Rig, iv.DutyCycle, iv.Scenario):
         found += fields_below(owner, seen)
     assert len(found) > 150
     for part, field in found:
@@ -370,7 +370,7 @@ def test_recordings_by_their_file(tmp_path):
 
 @pytest.mark.parametrize("kind", ["position", "speed"])
 def test_data_without_a_file_get_one(kind, tmp_path):
-    recording = iv.Recording(file="none", time=TIME, force=100.0 * WAVE, resolution=1e-5, **{kind: WAVE})
+    recording = iv.motion.Recording(file="none", time=TIME, force=100.0 * WAVE, resolution=1e-5, **{kind: WAVE})
     study = iv.Study(
         name="mine",
         requirement=iv.Requirement(force=5.0, speed=1.0),
@@ -379,8 +379,8 @@ def test_data_without_a_file_get_one(kind, tmp_path):
         scenarios={
             "walk": iv.Scenario(
                 duration=1.0,
-                motion=iv.Waypoints(file="x", time=TIME, position=WAVE),
-                force=iv.RecordedForce(file="y", time=TIME, force=WAVE / 3.0),
+                motion=iv.motion.Waypoints(file="x", time=TIME, position=WAVE),
+                force=iv.motion.RecordedForce(file="y", time=TIME, force=WAVE / 3.0),
             )
         },
     )
@@ -442,7 +442,10 @@ MINE = iv.Study(
             "requirement.force = .* cannot be stated",
         ),
         ({"title": "a\nb"}, "title = .* must be text without control characters"),
-        ({"duty": {"a": iv.DutyCycle(motion=iv.Hold(time=1.0), title="x\x07")}}, "duty.a.title = .* cannot be stated"),
+        (
+            {"duty": {"a": iv.DutyCycle(motion=iv.motion.Hold(time=1.0), title="x\x07")}},
+            "duty.a.title = .* cannot be stated",
+        ),
     ],
 )
 def test_what_no_file_can_state_is_refused(change, message, tmp_path):
@@ -455,7 +458,9 @@ def test_what_no_file_can_state_is_refused(change, message, tmp_path):
 
 
 def test_own_values_need_a_word(tmp_path):
-    law = iv.CreepLaw(name="mine", creepage=lambda x: x, slope=lambda x: 1.0, force=lambda x: x, slip_creepage=1.0)
+    law = iv.contact.CreepLaw(
+        name="mine", creepage=lambda x: x, slope=lambda x: 1.0, force=lambda x: x, slip_creepage=1.0
+    )
     drive = SHIPPED.drives["cobotic"]
     drive = replace(drive, transmission=replace(drive.transmission, creep_law=law))
     with pytest.raises(iv.InputError, match=r"drives.a.transmission.creep_law = mine cannot be stated in a study file"):
@@ -560,7 +565,7 @@ def test_a_study_in_python_is_complete():
         name="mine",
         requirement=iv.Requirement(force=5.0, speed=1.0, load_mass=2.0),
         drives={"a": drive},
-        duty={"d": iv.DutyCycle(motion=iv.Hold(time=1.0))},
+        duty={"d": iv.DutyCycle(motion=iv.motion.Hold(time=1.0))},
     )
     assert study.title == "mine"
     assert study.duty["d"].title == "d"

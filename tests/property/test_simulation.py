@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import infinivar as iv
-from infinivar import ConstantForce, Cruise, Reach, Scenario, Sinusoid, SinusoidalForce, Step
+from infinivar import Scenario
+from infinivar.motion import ConstantForce, Cruise, Reach, Sinusoid, SinusoidalForce, Step
 from internals import AUDIT_CLOSURE as CLOSURE
 from internals import CoboticControl, ConventionalControl
 from made import parameter_study
@@ -42,8 +43,8 @@ def cobotic_drives(draw):
             efficiency=draw(st.floats(0.5, 1.0)),
             loss_model=draw(st.sampled_from(["coulomb", "proportional"])),
         ),
-        guideway=iv.Guideway(friction=draw(st.floats(0, 5))),
-        amplifier=iv.Amplifier(efficiency=draw(st.floats(0.7, 1.0)), standby_power=draw(st.floats(0, 1))),
+        guideway=iv.parts.Guideway(friction=draw(st.floats(0, 5))),
+        amplifier=iv.parts.Amplifier(efficiency=draw(st.floats(0.7, 1.0)), standby_power=draw(st.floats(0, 1))),
         cylinder_inertia=draw(st.floats(5e-4, 1e-2)),
         link_mass=draw(st.floats(0.1, 1.0)),
     )
@@ -61,9 +62,9 @@ def conventional_drives(draw):
             efficiency=draw(st.floats(0.5, 1.0)),
             loss_model=draw(st.sampled_from(["coulomb", "proportional"])),
         ),
-        pulley=iv.Pulley(radius=draw(st.floats(0.005, 0.03)), friction_torque=draw(st.floats(0, 0.02))),
-        guideway=iv.Guideway(friction=draw(st.floats(0, 5))),
-        amplifier=iv.Amplifier(efficiency=draw(st.floats(0.7, 1.0)), standby_power=draw(st.floats(0, 1))),
+        pulley=iv.parts.Pulley(radius=draw(st.floats(0.005, 0.03)), friction_torque=draw(st.floats(0, 0.02))),
+        guideway=iv.parts.Guideway(friction=draw(st.floats(0, 5))),
+        amplifier=iv.parts.Amplifier(efficiency=draw(st.floats(0.7, 1.0)), standby_power=draw(st.floats(0, 1))),
     )
 
 
@@ -101,6 +102,7 @@ def test_energy_of_a_cobotic_drive_closes(drive, scenario):
     check_energy(drive, scenario)
 
 
+@pytest.mark.slow
 @given(conventional_drives(), scenarios(cobotic=False))
 @examples(10)
 def test_energy_of_a_conventional_drive_closes(drive, scenario):
@@ -144,6 +146,7 @@ def settled(drive, scenario):
     return result.columns
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "count"),
     [
@@ -173,6 +176,7 @@ def test_a_settled_cobotic_drive_is_the_steady_map(name, count):
         compare(settled(drive, scenario), speed, steady)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [25, pytest.param(100, marks=pytest.mark.slow)])
 def test_a_settled_conventional_drive_is_the_steady_map(count):
     drive = replace(

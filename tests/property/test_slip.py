@@ -7,8 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import Limit, Scenario, StepForce
+from infinivar import Limit, Scenario
 from infinivar.contact import creep, kalker
+from infinivar.motion import StepForce
 from internals import MEASURED_FULL_SLIP, lateral_creep
 from sampled import sampled
 
@@ -55,6 +56,7 @@ def test_no_point_within_limits_is_beyond_slip(element, drawn, law):
         assert_allclose(point.utilisation[Limit.SLIP][within], nearer, rtol=2e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_loss_never_enlarges_what_is_possible(element, drawn):
     """Eq 17 takes link speed away, or lets the link run away faster: points within its limits are within those of Eq 16."""
     linear = three_ways(element, drawn)

@@ -23,7 +23,9 @@ GEOMETRY = loaded("hand_controller").drives["cobotic"].transmission.geometry
 
 def measured(law="linear", **changes):
     values = {"wheel_radius": WHEEL, "preload": 300.0, "friction": 0.2, "creep_stiffness": DRIVE, "surface": "sphere"}
-    return iv.RollingContact(**values | {"rolling_torque": 0.0, "bearing_torque": 0.0, "creep_law": law} | changes)
+    return iv.transmission.RollingContact(
+        **values | {"rolling_torque": 0.0, "bearing_torque": 0.0, "creep_law": law} | changes
+    )
 
 
 def sphere(layout="tetrahedral", law="linear", **changes):
@@ -35,7 +37,7 @@ def sphere(layout="tetrahedral", law="linear", **changes):
 
 def pressed(layout="tetrahedral", **changes):
     values = {"wheel_radius": WHEEL, "preload": 300.0, "friction": 0.2, "geometry": GEOMETRY, "creep_law": "exact"}
-    contact = iv.RollingContact(**values | {"surface": "sphere", "surface_radius": RADIUS} | changes)
+    contact = iv.transmission.RollingContact(**values | {"surface": "sphere", "surface_radius": RADIUS} | changes)
     return iv.SphericalIVT(sphere_radius=RADIUS, drive=contact, layout=layout)
 
 
@@ -273,7 +275,7 @@ def test_closed_forms_of_kinematic_creep():
     _, moment = rigid_circle(1e-6)
     assert_allclose(moment, 3.0 * np.pi / 16.0, rtol=1e-4)
     for ratio, low in ((0.05, 0.0), (0.4, 0.03), (0.8, 0.17)):
-        creep = iv.spin_map(1.0, 0.3).on_the_spot(ratio)[0]
+        creep = iv.contact.spin_map(1.0, 0.3).on_the_spot(ratio)[0]
         assert_allclose(rigid_circle(float(creep))[0], ratio, rtol=2e-3)
         assert_allclose(1.0 - slope * ratio / creep, low, atol=5e-3)
 
@@ -317,8 +319,8 @@ def test_a_loaded_roller_of_a_locked_shaft_creeps_by_spin(layout):
 def test_a_driven_contact_without_spin_is_that_of_the_wheel():
     """Across it, forces are those of a free wheel; along it, with the stiffness C11."""
     wheel = circle()
-    free = iv.RollingContact(**{name: getattr(wheel, name) for name in ("wheel_radius", "preload", "friction", "geometry",
-                                "creep_law", "surface", "surface_radius")})  # fmt: skip
+    own = ("wheel_radius", "preload", "friction", "geometry", "creep_law", "surface", "surface_radius")
+    free = iv.transmission.RollingContact(**{name: getattr(wheel, name) for name in own})
     speed, spin = np.array([1.0, -1.0, 2.0, -0.5]), np.array([0.0, 0.0, 30.0, -60.0])
     creep = np.array([1e-3, -3e-3, 2e-3, 1e-3])
     known = free.act((speed, creep), (1.0, 0.0), spin=spin, surface_speed=speed)
@@ -340,7 +342,7 @@ def test_driven_contact_against_exact_theory():
     c, scale = wheel.contact.patch.a, wheel.contact.shear_modulus * wheel.contact.patch.a**2 / wheel.slip_force
     worst = np.zeros(3)
     for creep, spin in ((0.3, 0.0), (0.1, 0.3), (0.3, 0.3), (0.6, 0.3), (0.1, 1.0), (0.6, 1.0), (1.0, 3.0)):
-        exact = iv.rolling_forces(1.0, longitudinal=creep, spin=spin, poisson=wheel.contact.poisson)
+        exact = iv.contact.rolling_forces(1.0, longitudinal=creep, spin=spin, poisson=wheel.contact.poisson)
         found = wheel.act(
             (np.array(creep / scale), np.array(0.0)), spin=np.array(spin / scale / c), surface_speed=np.array(1.0)
         )
@@ -399,7 +401,7 @@ def test_cubic_layout_loses_the_same_at_both_signs():
 def test_map(layout):
     ivt = pressed(layout)
     load = np.array([0.0, 0.3, 0.6]) * ivt.drive.slip_force
-    found = iv.sphere_map(ivt, np.radians([-90.0, -45.0, 0.0, 45.0]), load, sphere_speed=20.0)
+    found = iv.analysis.sphere_map(ivt, np.radians([-90.0, -45.0, 0.0, 45.0]), load, sphere_speed=20.0)
     assert found.title == layout
     assert_allclose(found.power_in - found.power_out, found.loss, rtol=1e-9)
     assert np.all(found.limit == Limit.OK)
@@ -447,7 +449,7 @@ def test_figures():
     from internals import sphere_map_figure as sphere_map
 
     maps = [
-        iv.sphere_map(
+        iv.analysis.sphere_map(
             pressed(layout), np.radians(np.linspace(-90, 90, 9)), np.linspace(0, 1.45, 16) * 60.0, sphere_speed=9.0
         )
         for layout in LAYOUTS
@@ -462,7 +464,7 @@ def test_figures():
     assert any("slips" in text.get_text() for text in figure.axes[0].texts)
     assert len(maps[0].plot().axes) >= 2
     with pytest.raises(iv.InputError, match="a map of one angle or load cannot be drawn"):
-        iv.sphere_map(pressed(), [0.1], [1.0, 2.0], sphere_speed=9.0).plot()
+        iv.analysis.sphere_map(pressed(), [0.1], [1.0, 2.0], sphere_speed=9.0).plot()
     known = sphere_gears.data({"tetrahedral": pressed()}, 9.0)
     assert known["gears"] == gear_points.gears()
     curve = known["efficiency"]["tetrahedral"][0.5]
@@ -484,17 +486,17 @@ def test_own_positions_are_a_layout():
     one, two = (ivt.operate(steering_angle=ANGLES, sphere_speed=20.0, load=20.0) for ivt in (known, own))
     assert_allclose(two.input_torque, one.input_torque, rtol=1e-7, atol=1e-9)
     assert_allclose(two.output_speed, one.output_speed, rtol=1e-7, atol=1e-9)
-    assert iv.sphere_map(own, [0.5, 0.6], [1.0, 2.0], sphere_speed=20.0).title == "own rollers"
+    assert iv.analysis.sphere_map(own, [0.5, 0.6], [1.0, 2.0], sphere_speed=20.0).title == "own rollers"
 
 
 def test_drive_rollers_at_another_angle():
     """A third of a straight angle apart: the ratio follows from the axes, and the torque limit from the forces."""
     cosine, sine = math.cos(math.pi / 6), 0.5
     rollers = [
-        iv.Roller(position=(cosine, sine, 0), axis=(sine, -cosine, 0), shaft=1),
-        iv.Roller(position=(cosine, -sine, 0), axis=(sine, cosine, 0), shaft=2),
-        iv.Roller(position=(-cosine, 0, 0.5)),
-        iv.Roller(position=(-cosine, 0, -0.5)),
+        iv.transmission.Roller(position=(cosine, sine, 0), axis=(sine, -cosine, 0), shaft=1),
+        iv.transmission.Roller(position=(cosine, -sine, 0), axis=(sine, cosine, 0), shaft=2),
+        iv.transmission.Roller(position=(-cosine, 0, 0.5)),
+        iv.transmission.Roller(position=(-cosine, 0, -0.5)),
     ]
     ivt = replace(sphere(law="exact", rolling_torque=1e-3), rollers=rollers)
     angle = np.linspace(-3.0, 3.0, 41)
@@ -523,8 +525,11 @@ def test_rest_at_a_locked_shaft():
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 ROOT = math.sqrt(0.5)
-FIRST, SECOND = iv.Roller(position=X, axis=(0, -1, 0), shaft=1), iv.Roller(position=Y, axis=(-1, 0, 0), shaft=2)
-STEERED = (iv.Roller(position=(-0.5, -0.5, ROOT)), iv.Roller(position=(-0.5, -0.5, -ROOT)))
+FIRST, SECOND = (
+    iv.transmission.Roller(position=X, axis=(0, -1, 0), shaft=1),
+    iv.transmission.Roller(position=Y, axis=(-1, 0, 0), shaft=2),
+)
+STEERED = (iv.transmission.Roller(position=(-0.5, -0.5, ROOT)), iv.transmission.Roller(position=(-0.5, -0.5, -ROOT)))
 
 ROLLERS = {
     "position must be a unit vector, got one of length 2": {"position": (2, 0, 0)},
@@ -540,7 +545,7 @@ ROLLERS = {
 @pytest.mark.parametrize("message", ROLLERS)
 def test_wrong_rollers_are_refused(message):
     with pytest.raises(iv.ParameterError) as caught:
-        iv.Roller(**{"position": X} | ROLLERS[message])
+        iv.transmission.Roller(**{"position": X} | ROLLERS[message])
     assert message in str(caught.value)
 
 
@@ -554,35 +559,43 @@ WRONG = {
     "rollers have none on shaft 2": {"rollers": [FIRST, *STEERED]},
     "rollers have none on shaft 1": {"rollers": [SECOND, *STEERED]},
     "rollers have no steered one": {"rollers": [FIRST, SECOND]},
-    "rollers 1 and 3 have the same position": {"rollers": [FIRST, SECOND, iv.Roller(position=X), *STEERED]},
+    "rollers 1 and 3 have the same position": {
+        "rollers": [FIRST, SECOND, iv.transmission.Roller(position=X), *STEERED]
+    },
     "positions of all rollers lie in one plane": {
-        "rollers": [FIRST, SECOND, iv.Roller(position=(-ROOT, -ROOT, 0))],
+        "rollers": [FIRST, SECOND, iv.transmission.Roller(position=(-ROOT, -ROOT, 0))],
     },
     "preloads of the rollers do not balance: their sum is (-150, -150, 212.1) N": {
-        "rollers": [FIRST, SECOND, iv.Roller(position=(-1, 0, 0)), iv.Roller(position=(0, -1, 0)), STEERED[0]]
+        "rollers": [
+            FIRST,
+            SECOND,
+            iv.transmission.Roller(position=(-1, 0, 0)),
+            iv.transmission.Roller(position=(0, -1, 0)),
+            STEERED[0],
+        ]
     },
     "preloads of the rollers do not balance": {"steering": measured(preload=200.0)},
     "roller 2 does not roll with the others": {
-        "rollers": [FIRST, iv.Roller(position=Y, axis=Z, shaft=2), *STEERED],
+        "rollers": [FIRST, iv.transmission.Roller(position=Y, axis=Z, shaft=2), *STEERED],
     },
     "rollers of shaft 1 must have the same axis, got 2 that differ": {
         "rollers": [
             FIRST,
             SECOND,
-            iv.Roller(position=(-1, 0, 0), axis=(0, 1, 0), shaft=1),
-            iv.Roller(position=(0, -1, 0)),
-            iv.Roller(position=Z),
-            iv.Roller(position=(0, 0, -1)),
+            iv.transmission.Roller(position=(-1, 0, 0), axis=(0, 1, 0), shaft=1),
+            iv.transmission.Roller(position=(0, -1, 0)),
+            iv.transmission.Roller(position=Z),
+            iv.transmission.Roller(position=(0, 0, -1)),
         ]
     },
     "axes of the drive rollers of both shafts are parallel": {
         "rollers": [
             FIRST,
-            iv.Roller(position=(-1, 0, 0), axis=Y, shaft=2),
-            iv.Roller(position=Z),
-            iv.Roller(position=(0, 0, -1)),
-            iv.Roller(position=Y),
-            iv.Roller(position=(0, -1, 0)),
+            iv.transmission.Roller(position=(-1, 0, 0), axis=Y, shaft=2),
+            iv.transmission.Roller(position=Z),
+            iv.transmission.Roller(position=(0, 0, -1)),
+            iv.transmission.Roller(position=Y),
+            iv.transmission.Roller(position=(0, -1, 0)),
         ]
     },
 }
@@ -612,6 +625,6 @@ def test_wrong_questions_are_refused(given, message):
 
 def test_wrong_maps_are_refused():
     with pytest.raises(iv.ParameterError, match=r"sphere_speed must be finite and not 0 rad/s, got 0\.0"):
-        iv.sphere_map(sphere(), [0.1], [1.0], sphere_speed=0.0)
+        iv.analysis.sphere_map(sphere(), [0.1], [1.0], sphere_speed=0.0)
     with pytest.raises(iv.ParameterError, match="load must be a row of finite numbers"):
-        iv.sphere_map(sphere(), [0.1], [[1.0]], sphere_speed=1.0)
+        iv.analysis.sphere_map(sphere(), [0.1], [[1.0]], sphere_speed=1.0)

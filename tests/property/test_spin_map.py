@@ -33,7 +33,7 @@ def _errors(rng, low, high, count):
     errors = []
     for _ in range(count):
         ratio, poisson = float(np.exp(rng.uniform(np.log(low), np.log(high)))), float(rng.uniform(0.0, 0.5))
-        patch = iv.spin_map(ratio, poisson)
+        patch = iv.contact.spin_map(ratio, poisson)
         u, alpha = rng.uniform(0.02, 0.97), rng.uniform(-math.pi, math.pi)
         rho = spin_map.HALF * u / (1.0 - u) / patch.scale.c22
         lateral, turn = rho * math.cos(alpha), rho * math.sin(alpha) / patch.scale.lever
@@ -65,6 +65,7 @@ def test_errors_of_the_documentation(low, high, force, moment, share):
     assert np.max(errors[:, 1]) < moment
 
 
+@pytest.mark.slow
 def test_a_sample_of_the_table_is_what_the_solver_finds():
     """Nodes of the stored table, computed anew; 1e-6 for its single precision, 0.005 with what is added for slender ones."""
     rng = np.random.default_rng(RNG_SEED)
@@ -72,7 +73,7 @@ def test_a_sample_of_the_table_is_what_the_solver_finds():
         ratio, poisson = float(rng.choice(spin_map.A_OVER_B)), float(rng.choice(spin_map.POISSON))
         i, j = int(rng.integers(spin_map.SIZES - 1)), int(rng.integers(spin_map.ANGLES))
         u, alpha = (i + 1) / spin_map.SIZES, j * math.pi / spin_map.ANGLES
-        patch = iv.spin_map(ratio, poisson)
+        patch = iv.contact.spin_map(ratio, poisson)
         rho = spin_map.HALF * u / (1.0 - u) / patch.scale.c22
         lateral, turn = rho * math.cos(alpha), rho * math.sin(alpha) / patch.scale.lever
         found = tabulate.solved(ratio, poisson, lateral, turn)
@@ -80,6 +81,7 @@ def test_a_sample_of_the_table_is_what_the_solver_finds():
         assert_allclose(patch.forces(lateral, turn), found, atol=room * patch.scale.lever)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [spin_map.A_OVER_B[0], spin_map.A_OVER_B[5], spin_map.A_OVER_B[-1]])
 def test_the_stored_table_is_what_its_generator_makes(ratio):
     """Nodes of the file as the generator makes them, what is added for slender patches and full slip included."""
@@ -122,7 +124,7 @@ def test_friction_takes_power_everywhere():
     """200,000 random points in all quadrants."""
     rng = np.random.default_rng(RNG_SEED)
     for ratio, poisson in _patches(rng, 40):
-        patch = iv.spin_map(ratio, poisson)
+        patch = iv.contact.spin_map(ratio, poisson)
         lateral, turn = _creepages(rng, patch, 5000)
         force, moment = patch.forces(lateral, turn)
         assert np.min(force * lateral + moment * turn) >= 0.0
@@ -134,7 +136,7 @@ def test_both_creepages_reversed_reverse_both_forces():
     """Mirrored in the rolling direction, it is the same patch."""
     rng = np.random.default_rng(RNG_SEED)
     for ratio, poisson in _patches(rng, 5):
-        patch = iv.spin_map(ratio, poisson)
+        patch = iv.contact.spin_map(ratio, poisson)
         lateral, turn = _creepages(rng, patch, 200)
         assert_allclose(np.array(patch.forces(-lateral, -turn)), -np.array(patch.forces(lateral, turn)), atol=1e-13)
 
@@ -144,17 +146,17 @@ def test_small_creepages_are_those_of_the_linear_theory():
     rng = np.random.default_rng(RNG_SEED)
     for ratio, poisson in [*_patches(rng, 5), (0.05, 0.0), (20.0, 0.5)]:
         linear = kalker.coefficients(ratio, poisson)
-        _, gradient = iv.spin_map(ratio, poisson).forces_and_gradient(0.0, 0.0)
+        _, gradient = iv.contact.spin_map(ratio, poisson).forces_and_gradient(0.0, 0.0)
         expected = (linear.c22, linear.c23, -linear.c23, linear.c33)
         assert_allclose(gradient, expected, rtol=1e-12)
         small = 1e-7
-        assert_allclose(iv.spin_map(ratio, poisson).forces(small, 0.0).fy, linear.c22 * small, rtol=1e-5)
+        assert_allclose(iv.contact.spin_map(ratio, poisson).forces(small, 0.0).fy, linear.c22 * small, rtol=1e-5)
 
 
 @pytest.mark.parametrize("ratio", [0.05, 0.4, 1.0, 7.0, 20.0])
 def test_full_slip(ratio):
     """Lateral slip gives mu N, turning on the spot the moment of a rigid patch; both lie within 1e-4 of the limit."""
-    patch = iv.spin_map(ratio, 0.3)
+    patch = iv.contact.spin_map(ratio, 0.3)
     assert_allclose(patch.forces(1e6, 0.0), (1.0, 0.0), atol=1e-4)
     spot = spin.ellipse_moment(1.0, ratio**0.5, ratio**-0.5, 1.0)
     found = patch.forces(0.0, 1e8)
@@ -165,7 +167,7 @@ def test_gradient():
     """Against central differences, and continuous where half a turn begins."""
     rng = np.random.default_rng(RNG_SEED)
     for ratio, poisson in _patches(rng, 4):
-        patch = iv.spin_map(ratio, poisson)
+        patch = iv.contact.spin_map(ratio, poisson)
         lateral, turn = _creepages(rng, patch, 300)
         _, gradient = patch.forces_and_gradient(lateral, turn)
         step = 1e-5 * np.abs(lateral)
@@ -184,7 +186,7 @@ def test_inverse():
     """The creepage that a force needs, to 1e-10; within 1 % of full slip, where the map is flat, another than it came from."""
     rng = np.random.default_rng(RNG_SEED)
     for ratio, poisson in _patches(rng, 8):
-        patch = iv.spin_map(ratio, poisson)
+        patch = iv.contact.spin_map(ratio, poisson)
         lateral, turn = _creepages(rng, patch, 400)
         force = patch.forces(lateral, turn).fy
         found = patch.lateral_creepage(force, turn)
@@ -197,7 +199,7 @@ def test_inverse():
 
 def test_no_creepage_gives_more_than_full_slip():
     """nan beyond full slip, and for nan."""
-    patch = iv.spin_map(0.7, 0.3)
+    patch = iv.contact.spin_map(0.7, 0.3)
     found = patch.lateral_creepage(np.array([1.0, -1.2, np.nan, np.inf, 0.2]), np.array([0.0, 0.3, 0.1, 0.0, np.nan]))
     assert np.all(np.isnan(found))
 
@@ -206,7 +208,7 @@ def test_force_rises_with_creepage():
     """At any spin, up to errors of the table near full slip: 0.006 of the initial slope, 0.03 for slender patches."""
     rng = np.random.default_rng(RNG_SEED)
     for ratio, poisson in _patches(rng, 20):
-        patch = iv.spin_map(ratio, poisson)
+        patch = iv.contact.spin_map(ratio, poisson)
         _, gradient = patch.forces_and_gradient(*_creepages(rng, patch, 1000))
         assert np.min(gradient.fy_by_lateral) > -(0.03 if ratio > 4.0 else 0.006) * patch.scale.c22
 
@@ -225,7 +227,7 @@ def test_jax():
     """Values, gradient and the derivative of the inverse, for shapes that are traced as well; nan out of range."""
     jax = pytest.importorskip("jax")
     jax.config.update("jax_enable_x64", True)
-    patch = iv.spin_map(0.6, 0.3)
+    patch = iv.contact.spin_map(0.6, 0.3)
     creepage = patch.lateral_creepage(0.4, 0.3)
     _, gradient = patch.forces_and_gradient(creepage, 0.3)
     by_force, by_spin = jax.grad(patch.lateral_creepage, argnums=(0, 1))(0.4, 0.3)
@@ -244,12 +246,12 @@ def test_jax():
 )
 def test_out_of_range(ratio, poisson, message):
     with pytest.raises(iv.ParameterError, match=message):
-        iv.spin_map(ratio, poisson)
+        iv.contact.spin_map(ratio, poisson)
 
 
 def test_large_creepages():
     """The inverse up to turning on the spot, and infinite creepages."""
-    patch = iv.spin_map(1.0, 0.3)
+    patch = iv.contact.spin_map(1.0, 0.3)
     spin = np.array([0.0, 1.0, 1e3, 1e6, 1e8])
     assert_allclose(patch.forces(patch.lateral_creepage(0.5, spin), spin).fy, 0.5, atol=1e-9)
     assert_allclose(patch.lateral_creepage(0.5, 1e8) / 1e8, patch.on_the_spot(0.5)[0], rtol=1e-6)

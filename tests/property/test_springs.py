@@ -12,7 +12,9 @@ from scipy.optimize import brentq
 from test_motion import cobotic_drives, conventional_drives
 
 import infinivar as iv
-from infinivar import Course, Limit, Linkage, Output, Spring, TorsionSpring
+from infinivar import Limit, Output
+from infinivar.motion import Course
+from infinivar.parts import Linkage, Spring, TorsionSpring
 from internals import FourierSeries as Series
 from internals import chain, elastic
 from internals import parts_history as history
@@ -341,7 +343,7 @@ def test_motion_on_the_drives_side_has_its_own_derivatives(name):
     output = SMOOTH[name]
     joint = output.linkage is not None
     size = {"angle": 0.35} if joint else {"distance": 0.02}
-    duty = iv.DutyCycle(motion=iv.Sinusoid(**size, frequency=1.3))
+    duty = iv.DutyCycle(motion=iv.motion.Sinusoid(**size, frequency=1.3))
     axis = duty.axis
     instants = duty.instants(2000, 6)
     found = chain.inward(output.chain, instants.course, 0.02 if joint else 4.0, axis, (4, 2))
@@ -372,9 +374,9 @@ def test_out_of_reach_no_energy_is_stated(name):
     linkage = UNREACHABLE[name]
     geared = iv.load_study("studies/hand_controller.toml").drives["motor2-gear4"]
     if linkage.rotary_drive:
-        geared = replace(geared, pulley=None, shaft=iv.Shaft(), guideway=iv.Guideway())
+        geared = replace(geared, pulley=None, shaft=iv.parts.Shaft(), guideway=iv.parts.Guideway())
     drive = replace(geared, output=Output(linkage=linkage))
-    duty = iv.DutyCycle(motion=iv.Sinusoid(angle=np.radians(10.0), frequency=1.0), load_inertia=0.01)
+    duty = iv.DutyCycle(motion=iv.motion.Sinusoid(angle=np.radians(10.0), frequency=1.0), load_inertia=0.01)
     found = iv.duty_cycle(drive, duty)
     assert found.exceeded[0] == (Limit.LINKAGE, "linkage")
     assert found.tightest[0] == (Limit.LINKAGE, "linkage")
@@ -388,7 +390,7 @@ def test_out_of_reach_no_energy_is_stated(name):
         assert np.isnan(point.power_in)
         assert np.isnan(point.power_out)
         start = {"start": 0.25} if lowest else {}
-        motion = iv.Sinusoid(angle=np.radians(10.0), frequency=1.0, **start)
+        motion = iv.motion.Sinusoid(angle=np.radians(10.0), frequency=1.0, **start)
         with pytest.raises(iv.ParameterError, match="at or beyond a dead centre of the drive's linkage"):
             iv.simulate(drive, iv.Scenario(duration=0.5, motion=motion, load_inertia=0.01))
 
@@ -396,20 +398,20 @@ def test_out_of_reach_no_energy_is_stated(name):
 def test_limits_name_spring_and_linkage():
     drive = iv.load_study("studies/hand_controller.toml").drives["cobotic"]
     joint = replace(drive, output=Output(linkage=LINKAGES["crank"]))
-    duty = iv.DutyCycle(motion=iv.Sinusoid(angle=1.7, frequency=0.1))
+    duty = iv.DutyCycle(motion=iv.motion.Sinusoid(angle=1.7, frequency=0.1))
     found = iv.duty_cycle(joint, duty)
     assert not found.feasible
     assert found.demands[Limit.LINKAGE, "linkage"] > 1
     assert found.exceeded[0][0] == Limit.LINKAGE
     stiff = replace(drive, output=Output(parallel_spring=Spring(shape="progressive", **TABLE)))
-    found = iv.duty_cycle(stiff, iv.DutyCycle(motion=iv.Sinusoid(distance=0.05, frequency=0.1)))
+    found = iv.duty_cycle(stiff, iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.05, frequency=0.1)))
     assert found.demands[Limit.SPRING, "parallel spring"] == pytest.approx(0.055 / 0.035, rel=1e-3)
 
 
 def test_zero_stands_for_none():
     """Hysteresis, backlash, iron loss and the stiffness of a parallel spring may be swept from zero on."""
     drive = iv.load_study("studies/hand_controller.toml").drives["motor2-gear4"]
-    duty = iv.DutyCycle(motion=iv.Sinusoid(distance=0.01, frequency=2.0), load_mass=1.0)
+    duty = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.01, frequency=2.0), load_mass=1.0)
 
     def energy(output=None, **changes):
         return iv.duty_cycle(replace(drive, output=output or Output(), **changes), duty).energy

@@ -41,7 +41,7 @@ def test_stiffness_between_the_angles_that_determine_it(name):
         assert found == pytest.approx(groups.steered(math.sin(-angle) ** 2).creep_stiffness)
     assert groups.steered(1.0).creep_stiffness > 1.08 * groups.creep_stiffness
     contact, angle = _pressed(wheel, 0.6), 0.6
-    patch = iv.RollingPatch(contact.axis_ratio, contact.poisson, contact.rotation)
+    patch = iv.contact.RollingPatch(contact.axis_ratio, contact.poisson, contact.rotation)
     by = patch.steady(0.0, 1e-9, gradient=True).gradient
     solved = (by[1, 1] - by[0, 1] * by[1, 0] / by[0, 0]) * contact.shear_modulus * contact.patch.a * contact.patch.b
     assert groups.steered(math.sin(angle) ** 2).creep_stiffness == pytest.approx(solved, rel=4e-3)

@@ -58,7 +58,7 @@ def test_signs_are_those_of_the_solver(way):
     wheel = link_speed * np.array([1.0, 0.0]) - surface * np.array([0.0, 1.0])  # velocity relative to the surface
     size = math.sqrt(contact.patch.a * contact.patch.b)
     scale = contact.shear_modulus * size**2 / patch.slip_force
-    solved = iv.RollingPatch(contact.axis_ratio, contact.poisson).steady(
+    solved = iv.contact.RollingPatch(contact.axis_ratio, contact.poisson).steady(
         lateral=scale * float(wheel @ y) / abs(v), spin=scale * size * rate / abs(v)
     )
     force, moment = turning.law(u, rate, v, **patch._asdict())
@@ -104,7 +104,7 @@ def test_steering_changes_creepage_at_equal_force():
     creepage = point.creep_speed / np.abs(point.rolling_speed)
     assert abs(creepage[0]) > 5e-4
     slow = ELEMENT.groups(SPEED)
-    exact = iv.spin_map(ELEMENT.contact.axis_ratio, ELEMENT.contact.poisson)
+    exact = iv.contact.spin_map(ELEMENT.contact.axis_ratio, ELEMENT.contact.poisson)
     scaled = exact.lateral_creepage(point.lateral_force[1] / slow.slip_force, 0.0) * exact.scale.c22
     assert creepage[1] == pytest.approx(scaled / slow.creep_group, rel=1e-9)
     assert abs(creepage[2] - creepage[3]) > 1e-3
@@ -114,7 +114,7 @@ def test_following_a_motion_closes_the_balance():
     """Power in is power out, losses and stored; every loss takes power, and the steering motor feels the patch's moment."""
     rng = np.random.default_rng(RNG_SEED)
     for _ in range(5):
-        motion = iv.Sinusoid(distance=rng.uniform(0.01, 0.06), frequency=rng.uniform(0.5, 4.0))
+        motion = iv.motion.Sinusoid(distance=rng.uniform(0.01, 0.06), frequency=rng.uniform(0.5, 4.0))
         duty = iv.DutyCycle(motion=motion, load_mass=rng.uniform(0.2, 2.0))
         point = DRIVE.follow(duty.instants(orders=DRIVE.orders).course, load_mass=duty.moved_mass)
         rest = point.power_in - point.power_out - sum(point.losses.values()) - sum(point.stored.values())
@@ -140,7 +140,7 @@ def test_knee():
 
 def test_rate_without_the_creep_by_spin():
     """The steering rate is that of a wheel without spin: differenced angles with spin agree to 1 % of the largest rate."""
-    duty = iv.DutyCycle(motion=iv.Sinusoid(distance=0.06, frequency=2.0), load_mass=2.0)
+    duty = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.06, frequency=2.0), load_mass=2.0)
     instants = duty.instants(orders=DRIVE.orders)
     point = DRIVE.follow(instants.course, load_mass=duty.moved_mass)
     time = np.asarray(instants.time)
@@ -160,17 +160,18 @@ def test_rate_without_the_creep_by_spin():
 @pytest.mark.slow
 def test_simulated_and_prescribed_motion_take_the_same_energy(law, frequency):
     """Inverse dynamics and simulation book the same losses, as closely as without spin: controllers follow a motion roughly."""
-    duty = iv.DutyCycle(motion=iv.Sinusoid(distance=0.03, frequency=frequency), load_mass=1.0)
-    found = iv.two_ways(replace(DRIVE, transmission=replace(ELEMENT, creep_law=law)), duty)
+    duty = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.03, frequency=frequency), load_mass=1.0)
+    found = iv.analysis.two_ways(replace(DRIVE, transmission=replace(ELEMENT, creep_law=law)), duty)
     assert found.followed == pytest.approx(found.as_turning, rel=0.002)
     for loss in ("creep", "steering patch"):
         assert found.lost_followed[loss] == pytest.approx(found.lost_prescribed[loss], rel=0.05)
     assert found.lost_followed["slip"] == 0.0
 
 
+@pytest.mark.slow
 def test_audit_of_a_simulation():
     """Every element's balance and the energy balance over time are checked within; here the contact's own."""
-    scenario = iv.Scenario(motion=iv.Sinusoid(distance=0.04, frequency=3.0), load_mass=1.0, duration=0.5)
+    scenario = iv.Scenario(motion=iv.motion.Sinusoid(distance=0.04, frequency=3.0), load_mass=1.0, duration=0.5)
     run = iv.simulate(DRIVE, scenario)
     assert run.complete
     lost = run.trajectory.lost
@@ -216,7 +217,7 @@ def test_generated_code_calls_the_same_map():
     """Floats, arrays, JAX and CasADi: force and moment at random points, and at none."""
     rng = np.random.default_rng(RNG_SEED)
     x, y = rng.normal(size=(2, 50)) * 3.0
-    patch = iv.spin_map(0.6, 0.3)
+    patch = iv.contact.spin_map(0.6, 0.3)
     scale = patch.scale
     forces = patch.forces(x / scale.c22, y / (scale.c22 * scale.lever))
     expected = (forces.fy, forces.mz / scale.lever)

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import StrainWave
+from infinivar.parts import StrainWave
 from internals import Torsion, hardening, hardening_energy, strain_wave_friction
 
 MOTOR = 0.2  # continuous torque [N m], of no effect on these gears
@@ -27,7 +27,7 @@ def random_gear(random):
         backdriving_torque=backdriving,
         temperature=random.uniform(263.15, 333.15),
     )
-    return iv.Gearhead(ratio=ratio, loss_model="strain wave", strain_wave=said)
+    return iv.parts.Gearhead(ratio=ratio, loss_model="strain wave", strain_wave=said)
 
 
 @pytest.mark.parametrize("seed", range(30))

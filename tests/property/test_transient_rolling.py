@@ -13,7 +13,7 @@ from internals import Friction
 from sampled import sampled
 
 LINEAR = kalker.coefficients(1.0, 0.3)
-SMALL = iv.RollingPatch(1.0, cells=10)
+SMALL = iv.contact.RollingPatch(1.0, cells=10)
 
 
 def _forces(rolling):
@@ -22,7 +22,7 @@ def _forces(rolling):
 
 def test_step_from_rest():
     """A circle under a scaled lateral creepage of 1.5: forces that another program computed, to 0.005."""
-    rolling = iv.RollingPatch(1.0).transient([0.25, 1.0, 4.0], lateral=1.5 / LINEAR.c22)
+    rolling = iv.contact.RollingPatch(1.0).transient([0.25, 1.0, 4.0], lateral=1.5 / LINEAR.c22)
     assert_allclose(rolling.fy, [0.222, 0.692, 0.894], atol=0.005)
     assert np.all(np.abs(rolling.balance) < 0.01 * rolling.work)
 
@@ -42,7 +42,8 @@ def test_first_step_is_a_shift(ratio):
     stiffness = 4.0 * np.pi / quad(integrand, 0.0, 2.0 * np.pi)[0]
     shift = 1e-6
     coarse, fine = (
-        iv.RollingPatch(ratio, 0.3, 0.0, cells).transient([1e-5], lateral=shift / 1e-5).fy[0] / (stiffness * shift)
+        iv.contact.RollingPatch(ratio, 0.3, 0.0, cells).transient([1e-5], lateral=shift / 1e-5).fy[0]
+        / (stiffness * shift)
         for cells in (10, 20)
     )
     assert abs(fine - 1.0) < 0.02
@@ -55,7 +56,7 @@ def test_balance(ratio, creepage):
     """On 20 x 20 cells, work of the creepages is stored or dissipated to 0.5 %, already after a/2 from rest."""
     linear = kalker.coefficients(ratio, 0.3)
     creepage = creepage / np.array([linear.c11, linear.c22, linear.c23])
-    rolling = iv.RollingPatch(ratio, 0.3, 0.0, 20).transient(np.array([0.5, 1.0]) * np.sqrt(ratio), *creepage)
+    rolling = iv.contact.RollingPatch(ratio, 0.3, 0.0, 20).transient(np.array([0.5, 1.0]) * np.sqrt(ratio), *creepage)
     assert np.all(np.abs(rolling.balance) < 0.005 * rolling.work)
     assert np.all(rolling.dissipated > 0.0)
     assert np.all(rolling.energy > 0.0)
@@ -79,7 +80,7 @@ def test_order():
 @pytest.mark.parametrize("creepage", [(0.2, 0.3, 0.2), (0.0, 0.4, -0.3), (0.3, 0.0, 0.0), (0.0, 0.0, 2.0)])
 def test_steady_limit(creepage, turned):
     """Rolled far enough, from rest or from the opposite state, the patch is in the state that the steady solver finds."""
-    patch = iv.RollingPatch(0.6, 0.3, turned, 8)
+    patch = iv.contact.RollingPatch(0.6, 0.3, turned, 8)
     steady = patch.steady(*creepage)
     opposite = patch.steady(*np.negative(creepage))
     for start in (None, opposite):
@@ -90,7 +91,7 @@ def test_steady_limit(creepage, turned):
 
 def test_steady_state_lasts():
     """From the steady state nothing changes but work and dissipation, which are equal."""
-    patch = iv.RollingPatch(2.0, 0.3, 0.3, 10)
+    patch = iv.contact.RollingPatch(2.0, 0.3, 0.3, 10)
     steady = patch.steady(0.1, 0.3, 0.2)
     rolling = patch.transient([0.5, 3.0], 0.1, 0.3, 0.2, start=steady)
     assert_allclose(_forces(rolling), np.tile(steady.forces, (2, 1)), atol=1e-7)
@@ -141,23 +142,23 @@ def _steered_at_random(patch, steps, longitudinal):
 
 @sampled("ratio", [0.3, 4.0], every=2)
 def test_random_steering(ratio):
-    _steered_at_random(iv.RollingPatch(ratio, cells=10), 300 if ratio > 1.0 else 100, False)
+    _steered_at_random(iv.contact.RollingPatch(ratio, cells=10), 300 if ratio > 1.0 else 100, False)
 
 
 def test_random_creepage_of_a_turned_patch():
-    _steered_at_random(iv.RollingPatch(0.6, 0.3, 0.5, 8), 100, True)
+    _steered_at_random(iv.contact.RollingPatch(0.6, 0.3, 0.5, 8), 100, True)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.1, 1.0, 10.0])
 def test_random_steering_on_the_usual_grid(ratio):
-    _steered_at_random(iv.RollingPatch(ratio), 300, False)
+    _steered_at_random(iv.contact.RollingPatch(ratio), 300, False)
 
 
 @sampled(("ratio", "turned"), [(0.1, 0.0), (1.0, 0.0), (10.0, 0.0), (0.3, 0.7)], every=2)
 def test_default_step(ratio, turned):
     """After jumps of creepage and spin, forces err by about 0.001 of mu N, the moment by 0.0015 of mu N a."""
-    patch, linear = iv.RollingPatch(ratio, 0.3, turned, 8), kalker.coefficients(ratio, 0.3)
+    patch, linear = iv.contact.RollingPatch(ratio, 0.3, turned, 8), kalker.coefficients(ratio, 0.3)
     half = 1.0 / patch.grid.reach
     creepage = {"lateral": np.array([1.2, -0.9]) / linear.c22, "spin": np.array([0.0, 0.5]) / linear.c23}
     error = _forces(patch.transient([half, 2.0 * half], **creepage)) - _forces(
@@ -169,7 +170,7 @@ def test_default_step(ratio, turned):
 
 def test_slip_opposes_traction():
     """Where a cell slides, the slip in its middle opposes its traction; where it sticks there is none."""
-    rolling = iv.RollingPatch(1.0, cells=20).transient([0.5], lateral=0.6, spin=0.3)
+    rolling = iv.contact.RollingPatch(1.0, cells=20).transient([0.5], lateral=0.6, spin=0.3)
     traction, slip, slides = rolling.traction[0], rolling.slip[0], rolling.slides[0]
     along = np.sum(traction * slip, axis=0)
     inside = slides[:, :-1] & slides[:, 1:]  # the mean over a cell at the border of both areas holds half of each
@@ -218,7 +219,11 @@ def test_progress():
         ([0.1, 0.2], {"spin": float("inf")}, "spin must be"),
         ([0.1], {"step": 0.0}, "step must be"),
         ([0.1], {"keep": [1]}, "keep must be indices of the 1 distances, got 1"),
-        ([0.1], {"start": iv.RollingPatch(1.0, cells=8).steady()}, "start must be a state of a patch with a_over_b"),
+        (
+            [0.1],
+            {"start": iv.contact.RollingPatch(1.0, cells=8).steady()},
+            "start must be a state of a patch with a_over_b",
+        ),
         (
             [0.1],
             {"start": dataclasses.replace(SMALL.steady(), outcome="not converged")},

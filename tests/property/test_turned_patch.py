@@ -15,10 +15,11 @@ rng = np.random.default_rng(18)
 
 def _solved(ratio, poisson, turn):
     """Lateral force by lateral creepage at no longitudinal force, from derivatives of the solver at no creepage."""
-    by = iv.RollingPatch(ratio, poisson, turn).steady(0.0, 1e-9, 0.0, gradient=True).gradient
+    by = iv.contact.RollingPatch(ratio, poisson, turn).steady(0.0, 1e-9, 0.0, gradient=True).gradient
     return by[1, 1] - by[0, 1] * by[1, 0] / by[0, 0]
 
 
+@pytest.mark.slow
 @sampled(
     ("largest", "error"),
     [
@@ -62,7 +63,7 @@ def test_the_stiffness_of_a_steered_wheel_is_continuous():
     """Also where the rotated patch renames its axes; there the coefficient of the patch without its turn jumps."""
     steel = iv.contact.bodies.Material(youngs_modulus=210e9, poisson=0.3)
     bearing = iv.load_study("hand_controller").drives["cobotic"].transmission.geometry.axle_bearing
-    geometry = iv.ContactGeometry(
+    geometry = iv.transmission.ContactGeometry(
         crown_radius=0.02, wheel_material=steel, cylinder_material=steel, axle_bearing=bearing
     )
     angles = np.linspace(0.0, 0.5 * math.pi, 401)

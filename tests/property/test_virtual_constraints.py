@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 import reference_meshes
 from constraints import constrained_motion, free_projection
-from infinivar import (
+from infinivar.motion import (
     AboutAxis,
     AboutPoint,
     AlongLine,

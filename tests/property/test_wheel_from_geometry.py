@@ -24,7 +24,7 @@ bending = st.sampled_from([name for name, law in creep.LAWS.items() if not law.s
 
 @st.composite
 def materials(draw):
-    return iv.Material(
+    return iv.contact.Material(
         youngs_modulus=draw(st.floats(1e9, 7e11)),
         poisson=draw(st.floats(0.0, 0.5)),
         yield_strength=draw(st.none() | st.floats(1e7, 3e9)),
@@ -39,7 +39,7 @@ def wheels(draw, law=every_law):
     radius, preload = draw(st.floats(0.004, 0.1)), draw(st.floats(10, 2000))
     bearing = bearings()[draw(st.sampled_from(["608", "625", "6000", "6004"]))]
     falls = draw(st.booleans())
-    geometry = iv.ContactGeometry(
+    geometry = iv.transmission.ContactGeometry(
         crown_radius=draw(st.floats(0.001, 1.0)),
         wheel_material=draw(materials()),
         cylinder_material=draw(materials()),

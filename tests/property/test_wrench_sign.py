@@ -66,7 +66,10 @@ def test_power_to_the_load_of_every_kind_of_machine(name):
 
 
 def test_power_to_the_load_of_legged_drives():
-    machine, platform = iv.LeggedDrive.of(loaded("hand_controller").drives["cobotic"], 6), iv.Platform.hexapod()
+    machine, platform = (
+        iv.machines.LeggedDrive.of(loaded("hand_controller").drives["cobotic"], 6),
+        iv.transmission.Platform.hexapod(),
+    )
     place = platform.at([0.01, 0.0, platform.home], [0.0, 0.05, 0.0])
     twist, wrench = drawn(2, 6, 0.1, 10.0)
     wrench[:, 3:] *= 0.02
@@ -85,7 +88,7 @@ def test_power_to_all_that_is_connected_to_a_mechanism(spin):
     """The forces of the contacts times the rates are minus the losses; prescribed forces are met with that sign."""
     random = np.random.default_rng(3)
     rows = random.normal(size=(4, 3)) if spin else None
-    mechanism = iv.Mechanism(contacts=REAL_WHEEL, jacobian=random.normal(size=(4, 2, 3)), spin=rows)
+    mechanism = iv.transmission.Mechanism(contacts=REAL_WHEEL, jacobian=random.normal(size=(4, 2, 3)), spin=rows)
     rates, wrench = drawn(4, 3, 0.5, 10.0)
     heading = mechanism.steer(rates=rates, applied={"q1": wrench[:, 0], "q2": wrench[:, 1]})
     found = np.isfinite(heading[0][:, 0])

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from infinivar import Bearing
+from infinivar.parts import Bearing
 from internals import BearingPair
 
 RPM = math.pi / 30

@@ -160,7 +160,7 @@ def test_a_loaded_patch_drives_the_bell_and_a_fast_one_the_link(element):
         creeping = np.linspace(-0.02, 0.02, 4001)
         force, moment = spin_law.law(creeping, np.full_like(creeping, rate), rolling, **patch._asdict())
         speed = float(np.interp(float(point.lateral_force), force, creeping))
-        exact = iv.rolling_forces(
+        exact = iv.contact.rolling_forces(
             contact.axis_ratio, lateral=scale * speed, spin=-scale * size * rate, poisson=contact.poisson, cells=16
         )
         slip = float(patch.slip_force)
@@ -216,7 +216,7 @@ def test_energy_put_into_elastic_gear_trains(found, machine):
         stored = 0.5 * torque**2 / (motor.continuous_torque * ratio)
         taken += float(np.maximum(np.diff(np.append(stored, stored[0])), 0.0).sum())
     drawn = float(
-        iv.dynamic_map(drive, [frequency], [plane.fraction[column]], power=12.0, load_mass=0.8).power_in[0, 0]
+        iv.analysis.dynamic_map(drive, [frequency], [plane.fraction[column]], power=12.0, load_mass=0.8).power_in[0, 0]
     )
     assert share[row, column] == pytest.approx(frequency * taken / drawn, rel=0.03)
     assert (found["G2"].shown, found["G2"].verdict) == ("holds", "undecidable")

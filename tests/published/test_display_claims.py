@@ -15,12 +15,12 @@ from made import loaded
 pytestmark = pytest.mark.slow
 
 DRIVES = loaded("hand_controller").drives
-PAIR = iv.DisplayPair(cobotic=DRIVES["cobotic"], conventional=DRIVES["motor2-gear4"])
+PAIR = iv.displays.DisplayPair(cobotic=DRIVES["cobotic"], conventional=DRIVES["motor2-gear4"])
 
 
 @pytest.fixture(scope="module")
 def found():
-    return iv.display_claims()
+    return iv.paper.display_claims()
 
 
 def test_verdicts(found):
@@ -46,7 +46,7 @@ def test_verdicts(found):
 
 def test_power_against_a_high_force(found):
     """By the comparison of shared motors, and by R (F r/(k N))^2."""
-    shared = iv.share_motor(PAIR.cobotic, PAIR.conventional, force=[50.0], legs=(1, 6))
+    shared = iv.analysis.share_motor(PAIR.cobotic, PAIR.conventional, force=[50.0], legs=(1, 6))
     for name, place in (("H1", 1), ("H2", 0)):
         assert_allclose(found.claim(name).computed, shared.turning[0, place, 0], rtol=5e-3)
     motor = PAIR.conventional.motor
@@ -67,8 +67,10 @@ def test_clutched_state_against_the_linear_drift(found):
 
 def test_range_against_the_z_width(found):
     """At a low frequency the decades between both envelopes are those of stiffest wall over least mass."""
-    arm = iv.ArmModel.named("vanbeek2015")
-    mine, other = (iv.z_width(one, arm, frequency=[0.5, 1.0]) for one in (PAIR.admittance(1.0), PAIR.impedance()))
+    arm = iv.motion.ArmModel.named("vanbeek2015")
+    mine, other = (
+        iv.displays.z_width(one, arm, frequency=[0.5, 1.0]) for one in (PAIR.admittance(1.0), PAIR.impedance())
+    )
     assert_allclose(math.log10(found.claim("H7").computed), mine.decades[0] - other.decades[0], atol=0.03)
     assert_allclose(found.claim("H6").computed, mine.mass_felt[0], rtol=0.01)
     assert_allclose(found.comparison.stiffness[0, 0], mine.stiffness_felt[0], rtol=0.02)
@@ -76,7 +78,7 @@ def test_range_against_the_z_width(found):
 
 def test_rivals_with_a_force_sensor(found):
     """H6 and H7 hang on the rival: its mass over 1 + gain by the growth of the sampled loop, and walls found by bisection."""
-    arm = iv.ArmModel.named("vanbeek2015")
+    arm = iv.motion.ArmModel.named("vanbeek2015")
     rival = replace(PAIR.impedance(), filter_frequency=PAIR.filter_frequency)
 
     def stable(display):
@@ -122,7 +124,7 @@ def test_variants_beyond_the_requirement_do_not_count(found):
 
 
 def test_sessions_are_varied():
-    session = iv.HandleSession(free=0.5, contact=0.3, hold=0.1, explore=0.0)
+    session = iv.displays.HandleSession(free=0.5, contact=0.3, hold=0.1, explore=0.0)
     varied = dict(varied_sessions(session, 1.5))
     assert "1.5 times as much free motion in the session" not in varied  # more than the whole time
     assert "1/1.5 as much free motion in the session" in varied
@@ -132,11 +134,11 @@ def test_sessions_are_varied():
 
 def test_bad_input():
     for message, call in {
-        "session must be a HandleSession": lambda: iv.display_claims(20.0),
-        "arm must be an ArmModel": lambda: iv.display_claims(arm="me"),
-        "factor must be > 1": lambda: iv.display_claims(factor=1.0),
-        "session must be one whose requirement the shipped machine meets": lambda: iv.display_claims(
-            replace(iv.HandleSession(), required_force=70.0)
+        "session must be a HandleSession": lambda: iv.paper.display_claims(20.0),
+        "arm must be an ArmModel": lambda: iv.paper.display_claims(arm="me"),
+        "factor must be > 1": lambda: iv.paper.display_claims(factor=1.0),
+        "session must be one whose requirement the shipped machine meets": lambda: iv.paper.display_claims(
+            replace(iv.displays.HandleSession(), required_force=70.0)
         ),
     }.items():
         with pytest.raises(iv.InputError) as caught:

@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 from scipy.optimize import minimize_scalar
 
 import infinivar as iv
-from infinivar import Linkage, Output, Spring, TorsionSpring
+from infinivar import Output
+from infinivar.parts import Linkage, Spring, TorsionSpring
 from internals import LINEAR, chain
 from internals import FourierSeries as Series
 from made import loaded
@@ -36,7 +37,7 @@ def test_parallel_spring_tuned_to_the_motion_takes_the_inertial_power():
     Source: resonance of a mass on a spring; verstraten2016 finds the same for a parallel elastic actuator. The tolerance is
     rounding.
     """
-    instants = iv.DutyCycle(motion=iv.Sinusoid(distance=SIZE, frequency=FREQUENCY)).instants()
+    instants = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=SIZE, frequency=FREQUENCY)).instants()
     tuned = Output(parallel_spring=Spring(stiffness=MASS * TURN**2))
     bare, sprung = (inward(output, instants.course, MASS)[2] for output in (Output(parallel_spring=None), tuned))
     # Without any part of an output the course keeps the mass: its power then is m x'' x'.
@@ -49,7 +50,7 @@ def test_parallel_spring_tuned_to_the_motion_takes_the_inertial_power():
 @pytest.mark.parametrize("name", DRIVES)
 def test_parallel_spring_leaves_a_drive_with_its_own_inertia_and_friction(name):
     """Behind the tuned spring a whole drive does what it does without a load."""
-    loaded = iv.DutyCycle(motion=iv.Sinusoid(distance=SIZE, frequency=FREQUENCY), load_mass=MASS)
+    loaded = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=SIZE, frequency=FREQUENCY), load_mass=MASS)
     tuned = replace(DRIVES[name], output=Output(parallel_spring=Spring(stiffness=MASS * TURN**2)))
     sprung, free = iv.duty_cycle(tuned, loaded), iv.duty_cycle(DRIVES[name], replace(loaded, load_mass=None))
     assert sprung.energy == pytest.approx(free.energy, rel=1e-9)
@@ -57,7 +58,7 @@ def test_parallel_spring_leaves_a_drive_with_its_own_inertia_and_friction(name):
 
 
 @dataclass(frozen=True)
-class Damped(iv.Sinusoid):
+class Damped(iv.motion.Sinusoid):
     """A sinusoid against a viscous damper, -d x'."""
 
     damping: float = 0.0
@@ -96,7 +97,7 @@ def test_series_spring_of_least_peak_power(damping):
 
 def test_at_antiresonance_the_drive_stands_still():
     """k = m w^2 without damping: all of the motion is that of the spring; a load spring of stiffness c adds: k = m w^2 - c."""
-    course = iv.DutyCycle(motion=iv.Sinusoid(distance=SIZE, frequency=FREQUENCY)).instants().course
+    course = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=SIZE, frequency=FREQUENCY)).instants().course
     speed, force, _ = inward(Output(series_spring=Spring(stiffness=MASS * TURN**2)), course, MASS)
     assert np.max(np.abs(speed)) < 1e-14 * SIZE * TURN
     assert np.max(np.abs(force)) == pytest.approx(MASS * SIZE * TURN**2, rel=1e-5)
@@ -108,7 +109,7 @@ def test_at_antiresonance_the_drive_stands_still():
 @pytest.mark.parametrize("name", DRIVES)
 def test_a_stiff_series_spring_is_no_spring(name):
     """The energy per cycle approaches that without a spring in proportion to the compliance."""
-    duty = iv.DutyCycle(motion=iv.Sinusoid(distance=SIZE, frequency=FREQUENCY), load_mass=MASS)
+    duty = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=SIZE, frequency=FREQUENCY), load_mass=MASS)
     rigid = iv.duty_cycle(DRIVES[name], duty).energy
     off = [
         abs(iv.duty_cycle(replace(DRIVES[name], output=Output(series_spring=Spring(stiffness=k))), duty).energy - rigid)
@@ -123,8 +124,8 @@ def test_a_stiff_series_spring_is_no_spring(name):
 def test_a_joint_with_a_lever_is_the_motion_along_the_line(name):
     """Walking about the joint through a lever, and walking with a lever arm, to rounding."""
     walk = {"joint": "ankle", "body_mass": 70.0, "stride_time": 1.1, "share": 0.02}
-    along = iv.DutyCycle(motion=iv.Walking(**walk, lever_arm=0.06))
-    about = iv.DutyCycle(motion=iv.Walking(**walk))
+    along = iv.DutyCycle(motion=iv.motion.Walking(**walk, lever_arm=0.06))
+    about = iv.DutyCycle(motion=iv.motion.Walking(**walk))
     joint = replace(DRIVES[name], output=Output(linkage=Linkage(arm=0.06)))
     one, other = iv.duty_cycle(DRIVES[name], along), iv.duty_cycle(joint, about)
     assert other.energy == pytest.approx(one.energy, rel=1e-12)
@@ -134,7 +135,7 @@ def test_a_joint_with_a_lever_is_the_motion_along_the_line(name):
 
 
 @dataclass(frozen=True)
-class Mapped(iv.Sinusoid):
+class Mapped(iv.motion.Sinusoid):
     """The motion of an actuator at a joint, mapped at instants and differentiated by Fourier series."""
 
     linkage: Linkage = CRANK
@@ -159,7 +160,9 @@ def test_a_crank_is_the_motion_of_its_actuator(name):
     """By the chain rule through the crank, and by mapping angle and moment sample by sample beforehand."""
     inertia = 0.02
     joint = replace(DRIVES[name], output=Output(linkage=CRANK))
-    about = iv.duty_cycle(joint, iv.DutyCycle(motion=iv.Sinusoid(angle=0.4, frequency=FREQUENCY), load_inertia=inertia))
+    about = iv.duty_cycle(
+        joint, iv.DutyCycle(motion=iv.motion.Sinusoid(angle=0.4, frequency=FREQUENCY), load_inertia=inertia)
+    )
     along = iv.duty_cycle(DRIVES[name], iv.DutyCycle(motion=Mapped(distance=0.4, frequency=FREQUENCY, inertia=inertia)))
     assert about.energy == pytest.approx(along.energy, rel=1e-6)
     assert_allclose(about.point.power_in, along.point.power_in, atol=1e-6 * np.max(about.point.power_in))
@@ -173,7 +176,7 @@ def test_hysteresis_costs_the_area_of_its_loop():
     largest, presliding = 3.0, 1e-3
     spring = Spring(stiffness=100.0, hysteresis=largest, presliding=presliding)
     drive = replace(GEARED, output=Output(parallel_spring=spring))
-    found = iv.duty_cycle(drive, iv.DutyCycle(motion=iv.Sinusoid(distance=SIZE, frequency=FREQUENCY)))
+    found = iv.duty_cycle(drive, iv.DutyCycle(motion=iv.motion.Sinusoid(distance=SIZE, frequency=FREQUENCY)))
     # From -z0 at one end the force follows F_c - (F_c + z0) exp(-s/x_s) over the way s = 2 X, to z0 at the other end.
     decay = np.exp(-2 * SIZE / presliding)
     start = largest * (1 - decay) / (1 + decay)
@@ -185,7 +188,7 @@ def test_hysteresis_costs_the_area_of_its_loop():
 def test_springs_about_a_joint_and_along_its_lever_are_one():
     """k_joint = k_line arm^2, for parallel and series springs."""
     arm = 0.05
-    duty = iv.DutyCycle(motion=iv.Sinusoid(angle=0.5, frequency=1.1), load_inertia=0.01, moment=0.3)
+    duty = iv.DutyCycle(motion=iv.motion.Sinusoid(angle=0.5, frequency=1.1), load_inertia=0.01, moment=0.3)
     lever = Linkage(arm=arm)
     line = Output(linkage=lever, parallel_spring=Spring(stiffness=800.0), series_spring=Spring(stiffness=3e3))
     joint = Output(
@@ -201,7 +204,7 @@ def test_springs_about_a_joint_and_along_its_lever_are_one():
 @pytest.mark.parametrize("name", DRIVES)
 def test_a_reach_whose_jerk_jumps_is_refused_behind_a_series_spring(name):
     drive = replace(DRIVES[name], output=Output(series_spring=Spring(stiffness=1e4)))
-    reaches = iv.Reaches(distance=0.05, time=0.4, pause=0.2)
+    reaches = iv.motion.Reaches(distance=0.05, time=0.4, pause=0.2)
     with pytest.raises(iv.ParameterError, match="set profile = 'smooth'"):
         iv.duty_cycle(drive, iv.DutyCycle(motion=reaches, load_mass=1.0))
     smooth = iv.duty_cycle(drive, iv.DutyCycle(motion=replace(reaches, profile="smooth"), load_mass=1.0))
@@ -210,7 +213,7 @@ def test_a_reach_whose_jerk_jumps_is_refused_behind_a_series_spring(name):
 
 
 def test_a_smooth_reach_has_four_derivatives_that_vanish_at_its_ends():
-    reach = iv.Reaches(distance=0.1, time=0.5, pause=0.1, profile="smooth")
+    reach = iv.motion.Reaches(distance=0.1, time=0.5, pause=0.1, profile="smooth")
     rows = reach.derivatives(np.array([0.0, 0.5 - 1e-12, 0.25]), 6)
     assert_allclose([row[:2] for row in rows[1:5]], 0.0, atol=1e-5)
     assert_allclose(rows[0], [0.0, 0.1, 0.05], atol=1e-12)

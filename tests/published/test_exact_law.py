@@ -8,8 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import fit_lateral_law as fit
-from infinivar import RollingPatch
-from infinivar.contact import creep, exact_law, exact_tables, kalker
+from infinivar.contact import RollingPatch, creep, exact_law, exact_tables, kalker
 
 
 def solved(a_over_b, poisson, k):

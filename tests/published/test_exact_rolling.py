@@ -8,8 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 
 import infinivar as iv
-from infinivar import rolling_forces
-from infinivar.contact import exact_tables, kalker
+from infinivar.contact import exact_tables, kalker, rolling_forces
 from internals import Friction
 from internals import exact_grid as cells_of
 from internals import extrapolated_forces as extrapolated
@@ -20,7 +19,7 @@ from sampled import sampled
 def _lateral(curve, cells):
     """Force ratio at the points of one reference curve."""
     ratio = curve["a_over_b"]
-    patch, c22 = iv.RollingPatch(ratio, 0.3, 0.0, cells), kalker.coefficients(ratio, 0.3).c22
+    patch, c22 = iv.contact.RollingPatch(ratio, 0.3, 0.0, cells), kalker.coefficients(ratio, 0.3).c22
     return np.array([patch.steady(0.0, 3.0 * k / c22).fy for k in curve["scaled_creepage"]])
 
 
@@ -35,7 +34,7 @@ def test_lateral_creep(curve):
 
 def _coefficients(ratio, poisson, cells):
     """C11, C22, C23 from the force, C23 from the moment, C33."""
-    patch, small = iv.RollingPatch(ratio, poisson, 0.0, cells), 1e-6
+    patch, small = iv.contact.RollingPatch(ratio, poisson, 0.0, cells), 1e-6
     gradient = patch.steady(0.0, small, 0.0, gradient=True).gradient
     return gradient[0, 0], gradient[1, 1], gradient[1, 2], -gradient[2, 1], gradient[2, 2]
 
@@ -62,7 +61,7 @@ def test_strips_of_carter(poisson):
     weight = s**3 / np.sum(s**3)
     differences = []
     for ratio in (0.05, 0.1):
-        patch = iv.RollingPatch(ratio, poisson, 0.0, 20)
+        patch = iv.contact.RollingPatch(ratio, poisson, 0.0, 20)
         parts = np.array([0.1, 0.3, 0.6, 0.9])
         forces = [patch.steady(part * 2.0 * (1.0 - poisson) * p0).fx for part in parts]
         strips = [np.sum(weight * (1.0 - np.maximum(1.0 - part / s, 0.0) ** 2)) for part in parts]
@@ -120,7 +119,7 @@ def test_order_of_convergence():
     linear = kalker.coefficients(1.0, 0.3)
     forces = {}
     for cells in (8, 24, 48):
-        patch = iv.RollingPatch(1.0, 0.3, 0.0, cells)
+        patch = iv.contact.RollingPatch(1.0, 0.3, 0.0, cells)
         forces[cells] = np.array([patch.steady(0.0, 3.0 * k / linear.c22).fy for k in np.linspace(0.1, 0.8, 8)])
     errors = {cells: np.sqrt(np.mean((forces[cells] - forces[48]) ** 2)) for cells in (8, 24)}
     order = math.log(errors[8] / errors[24]) / math.log(3.0)
@@ -152,7 +151,7 @@ def test_onset_of_full_slip(ratio):
     )
     shares = []
     for cells in (10, 20):
-        patch = iv.RollingPatch(ratio, 0.0, 0.0, cells)
+        patch = iv.contact.RollingPatch(ratio, 0.0, 0.0, cells)
         low, high = 0.0, 2.0 * onset
         while high - low > 1e-3 * onset:
             middle = 0.5 * (low + high)
@@ -185,8 +184,8 @@ def test_slender_patches_under_spin_are_refined_where_two_grids_do_not_agree(lat
     """At a/b = 0.1, 10 and 20 cells extrapolated err by 0.008, more than 20 cells alone; with 20 and 40 by 0.001."""
     linear = kalker.coefficients(0.1, 0.3)
     creepage = (0.0, lateral / linear.c22, spin / linear.c23)
-    rough = extrapolated(iv.RollingPatch(0.1), creepage, 10)
-    fine = iv.RollingPatch(0.1, cells=40).steady(*creepage)
+    rough = extrapolated(iv.contact.RollingPatch(0.1), creepage, 10)
+    fine = iv.contact.RollingPatch(0.1, cells=40).steady(*creepage)
     assert rough.error[1] > 0.005
     assert abs(rough.forces[1] - fine.fy) > 0.006 > 0.003 > abs(rough.fine.fy - fine.fy)
     found = rolling_forces(0.1, *creepage)
@@ -204,6 +203,6 @@ def test_rolling_forces_at_fresh_random_points():
         linear, (angle, size) = kalker.coefficients(ratio, poisson), rng.uniform([0.0, 0.02], [2.0 * np.pi, 0.97])
         rho = 2.0 * size / (1.0 - size)
         creepage = (0.0, rho * np.cos(angle) / linear.c22, rho * np.sin(angle) / np.sqrt(linear.c22 * linear.c33))
-        fine = extrapolated(iv.RollingPatch(ratio, poisson, cells=40), creepage, 20)
+        fine = extrapolated(iv.contact.RollingPatch(ratio, poisson, cells=40), creepage, 20)
         found = rolling_forces(ratio, *creepage, poisson=poisson)
         assert_allclose([found.fx, found.fy, found.mz], fine.forces, rtol=0, atol=0.003)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from infinivar import Material
-from infinivar.contact import hertz
+from infinivar.contact import Material, hertz
 from internals import ContactWheel as Wheel
 from internals import Cylinder, plane_strain_modulus
 

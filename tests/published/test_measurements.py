@@ -31,7 +31,7 @@ def test_the_fitted_motor_is_a_motor_of_this_program():
     """The same efficiencies by `Motor.operate`, with the torque constant of 270 rpm/V: the loss has no other definition."""
     fit = motor_map.fit(MAP)
     constant = 60.0 / (2 * math.pi * 270.0)
-    motor = iv.Motor(
+    motor = iv.parts.Motor(
         voltage=48.0,
         resistance=fit.values[0] * constant**2,
         torque_constant=constant,
@@ -117,9 +117,9 @@ def test_a_compared_law_is_the_gearhead_of_this_program(law):
     found = gear_laws.compare("mx64")
     values = found.laws[law].values
     if law == "coulomb":
-        gear = iv.Gearhead(ratio=1.0, efficiency=0.5, rated_torque=2.0 * values[0])
+        gear = iv.parts.Gearhead(ratio=1.0, efficiency=0.5, rated_torque=2.0 * values[0])
     else:
-        gear = iv.Gearhead(ratio=1.0, efficiency=values[0], backdriving_efficiency=values[1], loss_model=law)
+        gear = iv.parts.Gearhead(ratio=1.0, efficiency=values[0], backdriving_efficiency=values[1], loss_model=law)
     point = gear.operate(output_torque=found.torque, output_speed=found.speed, motor_rated_torque=1.0)
     error = math.sqrt(np.mean((point.motor_torque - found.torque - found.friction) ** 2))
     assert error == pytest.approx(found.laws[law].error, rel=1e-9)

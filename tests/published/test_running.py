@@ -14,7 +14,8 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.interpolate import PchipInterpolator
 
-from infinivar import DutyCycle, ParameterError, Running
+from infinivar import DutyCycle, ParameterError
+from infinivar.motion import Running
 
 MASS = 70.0
 GRAVITY = 9.80665

@@ -19,7 +19,7 @@ from made import loaded
 STUDY = loaded("ankle_walking")
 WALKING = STUDY.duty["walking"]
 ARM = 0.05
-LEVER = replace(STUDY.drives["geared"], output=iv.Output(linkage=iv.Linkage(arm=ARM)))
+LEVER = replace(STUDY.drives["geared"], output=iv.Output(linkage=iv.parts.Linkage(arm=ARM)))
 """A screw on a lever, so that a spring in its line is a spring about the ankle, with arm^2 times its stiffness."""
 
 
@@ -30,7 +30,7 @@ def walking(body_mass=80.0, stride_time=1.25):
 
 def output_power(stiffness=None, duty=None):
     """Power at the output of the actuator over a stride, with a spring of a stiffness about the ankle. [W], [N m/rad]"""
-    spring = None if stiffness is None else iv.Spring(stiffness=stiffness / ARM**2)
+    spring = None if stiffness is None else iv.parts.Spring(stiffness=stiffness / ARM**2)
     drive = replace(LEVER, output=replace(LEVER.output, series_spring=spring))
     columns = iv.duty_cycle(drive, duty or walking()).columns
     return columns["moment_Nm"] / columns["lever_arm_m"] * columns["drive_speed_m_s"]
@@ -179,6 +179,7 @@ def test_the_energy_in_the_spring_is_that_of_the_prosthesis(of_least_work):
     assert measured - ROUNDING < stored < model + ROUNDING
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", ["running, measured", "running, model"])
 def test_running_is_not_reproduced(row):
     """Of the avoidable work our spring saves 0.66 in running, theirs more than 0.85 within rounding.
@@ -186,7 +187,7 @@ def test_running_is_not_reproduced(row):
     The data differ, not the law: our one runner at 2.7 m/s (duarte2018) moves 1.19 J/kg per stride at the ankle, more than twice
     the 0.44 to 0.51 J/kg of the table, and its moment follows the angle less closely.
     """
-    duty = iv.DutyCycle(motion=iv.Running(joint="ankle", body_mass=80.0))
+    duty = iv.DutyCycle(motion=iv.motion.Running(joint="ankle", body_mass=80.0))
 
     def amount(stiffness):
         return sum(work(output_power(stiffness, duty), duty.period))
@@ -219,7 +220,7 @@ def test_what_a_real_motor_adds(of_least_peak):
     )
     peaks = []
     for stiffness in (of_least_peak * 75 / 80, None):
-        spring = None if stiffness is None else iv.Spring(stiffness=stiffness / ARM**2)
+        spring = None if stiffness is None else iv.parts.Spring(stiffness=stiffness / ARM**2)
         drive = replace(light, output=replace(light.output, series_spring=spring))
         peaks.append(
             np.max((columns := iv.duty_cycle(drive, duty).columns)["motor_torque_Nm"] * columns["motor_speed_rad_s"])
@@ -234,6 +235,7 @@ def test_the_drives_of_the_study_close_their_energy_balance(name):
     assert found.feasible is (name != "geared")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -242,6 +244,6 @@ def test_the_drives_of_the_study_close_their_energy_balance(name):
     ],
 )
 def test_prescribed_and_simulated_energies_agree(name):
-    both = iv.two_ways(STUDY.drives[name], WALKING)
+    both = iv.analysis.two_ways(STUDY.drives[name], WALKING)
     assert both.followed == pytest.approx(both.prescribed, rel=0.02)
     assert both.rms_error < 2e-3

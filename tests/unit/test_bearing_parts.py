@@ -7,7 +7,8 @@ import typing
 import numpy as np
 import pytest
 
-from infinivar import Bearing, units
+from infinivar import units
+from infinivar.parts import Bearing
 from internals import COEFFICIENTS, BearingPair, BearingType, Lubrication, catalogue
 from internals import BearingSeries as Series
 

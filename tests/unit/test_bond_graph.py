@@ -12,7 +12,7 @@ import threadpoolctl
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import AuditError, Scenario, Step
+from infinivar import AuditError, Scenario
 from infinivar import array_namespace as namespace
 from infinivar.bondgraph import (
     Bond,
@@ -27,6 +27,7 @@ from infinivar.bondgraph import (
     solve,
     text,
 )
+from infinivar.motion import Step
 from internals import FloatNamespace, Traced, casadi_namespace, coulomb, products_on_one_thread, stepper
 from internals import bond_graph_audit as audit
 from internals import bond_graph_elements as bg
@@ -273,14 +274,15 @@ def test_tracing_refuses_branches():
         trace(lambda x: 1.0 if x > 0 else 2.0, sympy.Symbol("x"))
 
 
+@pytest.mark.slow
 @sampled("name", ["cobotic", "cobotic-b", "motor2-gear4", "held"], every=3)
 @pytest.mark.parametrize("electrical", ["current", "voltage"])
 def test_one_code_for_floats_numpy_jax_and_casadi(study, name, electrical):
     drive = study.drives["cobotic" if name == "held" else name]
     if name == "held":
         bearing = replace(drive.steering.bell_bearing, friction_model="skf")
-        bearings = iv.CylinderBearings(bearing=bearing, span=0.14, backing_rollers=1)
-        drive = replace(drive, cylinder_bearings=bearings, guideway=iv.Guideway(friction=1.0))
+        bearings = iv.parts.CylinderBearings(bearing=bearing, span=0.14, backing_rollers=1)
+        drive = replace(drive, cylinder_bearings=bearings, guideway=iv.parts.Guideway(friction=1.0))
     graph = plants.plant_graph(drive, electrical=electrical, load_mass=0.8)
     made = model(graph)
     parameters = {symbol: parameter.value for symbol, parameter in graph.parameters.items()}
@@ -472,7 +474,7 @@ def test_fastsim_has_a_value_in_slip(study):
         transmission=soft,
         cylinder_inertia=0.0078125,
         link_mass=1.0,
-        guideway=iv.Guideway(),
+        guideway=iv.parts.Guideway(),
         steering=replace(drive.steering, patch_half_length=4e-4),
     )
     step = Step(distance=-0.015625, start=0.02)
@@ -480,6 +482,7 @@ def test_fastsim_has_a_value_in_slip(study):
     assert result.complete, result.trajectory.outcome
 
 
+@pytest.mark.slow
 def test_what_a_run_holds_does_not_grow_with_its_duration(monkeypatch):
     """Powers between the results are summed as it goes, in batches of any size the same."""
     study = iv.load_study("hand_controller")

@@ -27,7 +27,7 @@ CASES = [
     ("with bearings", "system", "current"),
     ("with bearings", "cylinder", "current"),
 ]
-BEARINGS = iv.CylinderBearings(friction_coefficient=0.0015, bore=0.02, span=0.2)
+BEARINGS = iv.parts.CylinderBearings(friction_coefficient=0.0015, bore=0.02, span=0.2)
 
 
 @pytest.fixture(params=CASES, ids="-".join)

@@ -48,7 +48,7 @@ def slide(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def swept(slide, tmp_path_factory):
-    problem = iv.builds_sweep(slide, draws=128, size=32)
+    problem = iv.sweeps.builds_sweep(slide, draws=128, size=32)
     return problem, iv.sweep(problem, tmp_path_factory.mktemp("swept") / "s")
 
 
@@ -58,6 +58,7 @@ def test_a_part_of_the_sequence_is_that_of_the_whole(start):
     np.testing.assert_array_equal(low_discrepancy(16, 5, seed=3, start=start), whole[start : start + 16])
 
 
+@pytest.mark.slow
 def test_samples_and_results_are_those_of_compare(slide, swept):
     problem, found = swept
     mine, whole = problem.result(found), iv.compare(slide).builds["geared"]
@@ -94,8 +95,8 @@ def test_more_draws_or_other_spreads_do_not_continue_a_sweep(slide, swept):
 
 def test_what_cannot_be_sampled_is_refused(slide, study):
     with pytest.raises(iv.InputError, match="the study states no spreads"):
-        iv.builds_sweep(replace(slide, uncertainty=iv.Uncertainty()))
+        iv.sweeps.builds_sweep(replace(slide, uncertainty=iv.Uncertainty()))
     with pytest.raises(iv.InputError, match=r"draws must be a power of two from 16 to \d+, got 100"):
-        iv.builds_sweep(slide, draws=100)
+        iv.sweeps.builds_sweep(slide, draws=100)
     with pytest.raises(iv.InputError, match="the study has no drive 'gear'"):
-        iv.builds_sweep(slide, "gear")
+        iv.sweeps.builds_sweep(slide, "gear")

@@ -89,7 +89,7 @@ def test_a_study_that_knows_of_no_loss_finds_all_of_them(drive, exact):
             rolling_torque=0.0,
             bearing_torque=0.0,
         ),
-        guideway=iv.Guideway(),
+        guideway=iv.parts.Guideway(),
         steering=None,
     )
     sought = ("creep_stiffness", "rolling_torque", "guideway_friction", "nominal_torque")
@@ -195,6 +195,7 @@ def test_loads_and_slip_are_of_the_friction_at_the_speed_of_the_rig(drive):
     assert_allclose(identifiable.motor_current, made.data.motor_current, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_proportional_gearhead_is_taken_into_account(study):
     drive = study.drives["cobotic-b"]
     truth = virtual_rig.experiment(
@@ -232,12 +233,14 @@ def test_outliers_are_named_and_left_out(drive, study):
     assert_allclose(list(found.fit.values.values()), list(clean.fit.values.values()), rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_sensors_worse_than_said_widen_the_intervals(drive, study):
     found = calibrate(study, "cobotic", session(drive, 2, replace(RIG, current_noise=0.06)))
     assert 1.3 < found.fit.widened < 3.0
     assert any("worse than stated in [rig]" in remark for remark in found.remarks)
 
 
+@pytest.mark.slow
 def test_runs_proposed_narrow_what_is_told(drive):
     """Made on the virtual rig, they do what was promised, and more than others would."""
     data = session(drive, 7)

@@ -12,8 +12,9 @@ from scipy import stats
 from scipy.special import ndtr
 
 import infinivar as iv
-from infinivar import InputError, ParameterError, Rig, calibrate
+from infinivar import InputError, ParameterError, calibrate
 from infinivar.contact import creep
+from infinivar.study import Rig
 from internals import CALIBRATION_COLUMNS as COLUMNS
 from internals import Problem, virtual_rig
 from internals import calibration_laws as laws
@@ -44,6 +45,7 @@ def contains(choice, known, name="creep_stiffness"):
     return low <= known[name] <= high
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "sessions"),
     [
@@ -146,6 +148,7 @@ def test_a_run_proposed_tells_laws_apart_as_far_as_it_says(drive, study):
     assert_allclose(rise, telling.apart**2, rtol=0.3)
 
 
+@pytest.mark.slow
 def test_a_new_law_is_a_candidate_by_itself(drive, monkeypatch):
     """Twice the bend of Vermeulen and Johnson's up to half of slip, far from any other."""
     known = creep.LAWS["vermeulen-johnson"]
@@ -265,6 +268,7 @@ def measured(drive):
     return replace(drive, transmission=element, steering=None)
 
 
+@pytest.mark.slow
 def test_a_law_of_the_patch_is_a_candidate_where_the_study_has_the_geometry(drive, study):
     """Clean readings of an exact wheel under a study that says linear: without the law, 18 of 42 runs are no outliers."""
     data = session(under(drive, "exact"), 0, RIGS[-1], loads=(0.15, 0.4, 0.65, 0.9))
@@ -280,6 +284,7 @@ def test_a_law_of_the_patch_is_a_candidate_where_the_study_has_the_geometry(driv
     assert contains(found.laws, known)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "sessions",
     [1, pytest.param(24, marks=pytest.mark.slow), pytest.param(200, marks=pytest.mark.full)],
@@ -309,6 +314,7 @@ def test_sessions_of_an_exact_wheel(drive, study, sessions):
     assert abs(np.mean(bias)) < (0.002 if sessions == 200 else 0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "sessions"),
     [
@@ -392,6 +398,7 @@ def test_the_patch_that_a_calibrated_study_loses_is_named(drive, study):
     assert_allclose(float(named[1]), np.abs(apart).max(), rtol=0.05)
 
 
+@pytest.mark.slow
 def test_without_geometry_a_law_of_the_patch_is_one_by_its_name_only(drive):
     """As the study's law, or asked for."""
     plain = measured(drive)
@@ -401,6 +408,7 @@ def test_without_geometry_a_law_of_the_patch_is_one_by_its_name_only(drive):
     assert {one.law for one in chosen(plain, data, ("linear", "exact")).candidates} == {"linear", "exact"}
 
 
+@pytest.mark.slow
 def test_intervals_contain_what_the_laws_left_open_differ_by(drive):
     """Few runs leave all laws open: the variance is the mean square about the value used, by Akaike's weights."""
     choice = chosen(drive, session(under(drive, "vermeulen-johnson"), 1, ratios=(20.0, 2.0), loads=(0.2, 0.4)))

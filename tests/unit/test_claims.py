@@ -10,7 +10,8 @@ from numpy.testing import assert_allclose
 from scipy.optimize import brentq, minimize_scalar
 
 import infinivar as iv
-from infinivar import Definition, Limit, Reproduction, dynamic_map, reproduce
+from infinivar import Limit, Reproduction, reproduce
+from infinivar.analysis import Definition, dynamic_map
 from infinivar.contact import creep
 from internals import BENCH_MOVES as MOVES
 from internals import PAPER_CHECKS as CHECKS
@@ -428,7 +429,7 @@ def test_drag_between_c3_and_c6(machine, claims):
     assert most == pytest.approx(5.1, abs=0.05)
     crossing = claims["C7"].ranges[0].high
     assert least < 4.5 < crossing < most
-    drive = replace(machine.conventional("motor2-gear4"), guideway=iv.Guideway(friction=crossing))
+    drive = replace(machine.conventional("motor2-gear4"), guideway=iv.parts.Guideway(friction=crossing))
     speed, force, weight = machine.study.requirement.sample(61)
     losses = drive.operate(speed=speed, force=force).losses
     assert np.sum(weight * losses["winding"]) == pytest.approx(np.sum(weight * losses["guideway"]), rel=0.01)

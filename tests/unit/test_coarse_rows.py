@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar import Recording
+from infinivar.motion import Recording
 
 SPAN = np.linspace(0.0, 1.0, 4001)[1:-1]
 
@@ -62,6 +62,7 @@ def test_twenty_rows_of_a_cosine(column, closed, cutoff):
     assert not named(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [25, pytest.param(100, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("column", "closed"),
@@ -110,6 +111,7 @@ def noisy(seed, *, shares, count, closed=True, gap=False, column="position"):
     return np.array(found).T
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("column", "closed"),
@@ -126,6 +128,7 @@ def test_noise_that_spoils_the_acceleration_is_named(column, closed, count):
     assert np.sum(wrong & (said == 0)) <= 0.05 * wrong.sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("gap", [False, True])
 def test_a_clean_cycle_is_named_only_where_it_is_wrong(gap, count):
@@ -183,7 +186,7 @@ def test_what_rows_do_not_determine_is_named_with_a_way_out():
 
 def test_a_pause_of_coarse_rows_is_still_rest():
     """Ten rows a second, of which ten rest."""
-    motion = iv.Reaches(distance=0.2, time=1.0, pause=1.0, profile="smooth")
+    motion = iv.motion.Reaches(distance=0.2, time=1.0, pause=1.0, profile="smooth")
     time = np.linspace(0.0, 4.0, 41)
     position = motion.derivatives(np.minimum(time, 4.0 * (1 - 1e-12)), 0)[0]
     found = Recording(file="rows.csv", time=time, position=position)
@@ -214,6 +217,7 @@ def test_other_ways_to_coarse_rows(tmp_path, rows):
         assert not len(found.smoothed.stays)
 
 
+@pytest.mark.slow
 def test_a_coarse_cycle_does_not_kink_at_its_join():
     """A cubic through eight of ten rows does not follow two harmonics: it is no kink."""
     random = np.random.default_rng(0)
@@ -235,7 +239,7 @@ def test_the_sized_motor_does_not_change_with_the_rows(rows):
         best = iv.size(study, drive="geared", objective="mass", top=1).verdict
         return best.partition("; pulley")[0]
 
-    by_shape = sized(iv.Sinusoid(distance=1.0 / np.pi**2, frequency=0.5, start=0.5))
+    by_shape = sized(iv.motion.Sinusoid(distance=1.0 / np.pi**2, frequency=0.5, start=0.5))
     time = np.linspace(0.0, 2.0, rows + 1)
     assert sized(Recording(file="rows.csv", time=time, position=0.1 * cosine(time))) == by_shape
 
@@ -244,9 +248,9 @@ def test_the_sized_motor_does_not_change_with_the_rows(rows):
 def test_waypoints_that_begin_in_motion_are_named(rows):
     """A spline from rest jumps to the motion's speed within a row; one that does begin at rest is as it is."""
     time = np.linspace(0.0, 2.0, rows + 1)
-    at_rest = iv.Waypoints(file="rows.csv", time=time, position=cosine(time), rotary=True)
+    at_rest = iv.motion.Waypoints(file="rows.csv", time=time, position=cosine(time), rotary=True)
     assert not at_rest.warnings
-    moving = iv.Waypoints(file="rows.csv", time=time, position=cosine(time + 0.5), rotary=True)
+    moving = iv.motion.Waypoints(file="rows.csv", time=time, position=cosine(time + 0.5), rotary=True)
     (said,) = moving.warnings
     assert "the rows begin at 3." in said
     most = max(abs(moving.at(instant).acceleration) for instant in np.linspace(0.0, 2.0, 2001))
@@ -256,7 +260,7 @@ def test_waypoints_that_begin_in_motion_are_named(rows):
 
 def test_a_simulation_says_what_is_doubtful_in_its_file():
     time = np.linspace(0.0, 0.4, 9)
-    motion = iv.Waypoints(file="rows.csv", time=time, position=0.05 * np.sin(8.0 * time))
+    motion = iv.motion.Waypoints(file="rows.csv", time=time, position=0.05 * np.sin(8.0 * time))
     scenario = iv.Scenario(duration=0.05, motion=motion, load_mass=0.5)
     run = iv.simulate(iv.load_study("hand_controller").drives["motor2-gear4"], scenario)
     assert "rows.csv: the rows begin at 0.4" in run.verdict

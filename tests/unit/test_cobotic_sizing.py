@@ -45,9 +45,9 @@ KNEE = loaded("knee_walking")
 SPIN = KNEE.drives["cobotic"]
 SHEAR = replace(SPIN, transmission=replace(SPIN.transmission, steering_model="shear", steering_range=1.2))
 NO_RETURN = replace(
-    SPIN, amplifier=iv.Amplifier(regeneration="store", storage_efficiency=0.6, efficiency=0.9, standby_power=0.3)
+    SPIN, amplifier=iv.parts.Amplifier(regeneration="store", storage_efficiency=0.6, efficiency=0.9, standby_power=0.3)
 )
-SHAKE = iv.DutyCycle(motion=iv.Sinusoid(distance=0.04, frequency=1.5), load_mass=1.5, force=-20.0)
+SHAKE = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.04, frequency=1.5), load_mass=1.5, force=-20.0)
 REGION = iv.Requirement(force=120.0, speed=0.3, power=16.0, quadrants=4)
 SAMPLES = 120
 AXLES = tuple(
@@ -63,7 +63,7 @@ AXLES = tuple(
 def run_of_knee():
     """A run that ends before anything has settled."""
     time = np.linspace(0.0, 3.0, 61)
-    recording = iv.Recording(
+    recording = iv.motion.Recording(
         file="log", time=time, position=0.05 * np.sin(2.0 * time), force=-60.0 * np.cos(3.0 * time), closed=False
     )
     return iv.DutyCycle(motion=recording, load_mass=1.0, start_temperature=320.0)
@@ -118,6 +118,7 @@ def single(evaluation, points, place, pair, steered):
     return replace(drive, motor=motor, gearhead=gearhead, steering=steering)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("template", "loss_model"),
     [

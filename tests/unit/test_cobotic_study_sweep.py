@@ -44,8 +44,8 @@ def swept(problem, folder, monkeypatch):
 @pytest.mark.parametrize("objective", ["energy", ("mass", "energy")])
 def test_one_start_gives_the_result_of_size(shelf, tmp_path, monkeypatch, objective):
     whole = iv.size(WALKING, drive="cobotic", sets=shelf, objective=objective, seed=0, top=5, **ASKED)
-    problem = iv.cobotic_study_sweep(WALKING, starts=1, sets=shelf, objective=objective, top=5, **ASKED)
-    assert isinstance(problem, iv.CoboticStudySweep)
+    problem = iv.sweeps.cobotic_study_sweep(WALKING, starts=1, sets=shelf, objective=objective, top=5, **ASKED)
+    assert isinstance(problem, iv.sweeps.CoboticStudySweep)
     found = swept(problem, tmp_path / "s", monkeypatch)
     assert found.designs
     assert found.designs == whole.designs
@@ -68,7 +68,7 @@ def test_one_start_gives_the_result_of_size(shelf, tmp_path, monkeypatch, object
 def test_another_first_objective_does_not_continue_a_sweep(shelf):
     """Workers get the problem, and a folder belongs to one order of designs."""
     both = [
-        iv.cobotic_study_sweep(WALKING, starts=2, sets=shelf, objective=aims, **ASKED)
+        iv.sweeps.cobotic_study_sweep(WALKING, starts=2, sets=shelf, objective=aims, **ASKED)
         for aims in (("energy", "mass"), ("mass", "energy"))
     ]
     assert both[0].identity["options"] == both[1].identity["options"]
@@ -85,7 +85,7 @@ def test_of_several_starts_the_nearest_miss_is_kept(tmp_path, monkeypatch):
     chosen = {**ASKED, "sets": tmp_path / "weak.toml", "objective": "energy"}
     alone = [iv.size(WALKING, drive="cobotic", seed=seed, **chosen).nearest for seed in range(2)]
     assert len({one.margin for one in alone}) == 2
-    problem = iv.cobotic_study_sweep(WALKING, starts=2, **chosen)
+    problem = iv.sweeps.cobotic_study_sweep(WALKING, starts=2, **chosen)
     found = swept(problem, tmp_path / "s", monkeypatch)
     assert not found.feasible
     assert found.nearest == max(alone, key=lambda one: one.margin)
@@ -101,7 +101,7 @@ def test_of_several_starts_the_nearest_miss_is_kept(tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_a_wheel_that_slips_has_no_motors_to_name(shelf, tmp_path, monkeypatch):
     chosen = {**ASKED, "ranges": {**RANGES, "preload": (300.0, 400.0)}, "sets": shelf, "objective": "energy"}
-    problem = iv.cobotic_study_sweep(WALKING, starts=2, **chosen)
+    problem = iv.sweeps.cobotic_study_sweep(WALKING, starts=2, **chosen)
     found = swept(problem, tmp_path / "s", monkeypatch)
     alone = [iv.size(WALKING, drive="cobotic", seed=seed, **chosen).nearest for seed in range(2)]
     assert found.nearest in alone

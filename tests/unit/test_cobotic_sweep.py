@@ -39,7 +39,7 @@ def arguments():
 def prepared(starts=STARTS, **change):
     """The sweep over the drives of a study, but with smaller tables."""
     given = {**arguments(), **change}
-    problem = iv.cobotic_study_sweep(KNEE, starts=starts, sets="shipped", generations=given["generations"])
+    problem = iv.sweeps.cobotic_study_sweep(KNEE, starts=starts, sets="shipped", generations=given["generations"])
     return replace(problem, request=CoboticRequest(template=DRIVE, ranges={}, top=50, **given))
 
 
@@ -143,11 +143,11 @@ def test_more_starts_or_other_values_do_not_continue_a_sweep(swept):
 
 def test_a_sweep_has_a_start():
     with pytest.raises(iv.ParameterError, match="starts must be >= 1, got 0"):
-        iv.cobotic_study_sweep(KNEE, starts=0)
+        iv.sweeps.cobotic_study_sweep(KNEE, starts=0)
 
 
 def test_a_study_is_searched_with_the_arguments_of_size(tmp_path):
-    problem = iv.cobotic_study_sweep(KNEE, starts=2, sets="shipped", generations=3)
+    problem = iv.sweeps.cobotic_study_sweep(KNEE, starts=2, sets="shipped", generations=3)
     assert problem.title == "knee_walking, cobotic drives like cobotic"
     assert problem.request.template == DRIVE
     given = problem.request
@@ -157,7 +157,7 @@ def test_a_study_is_searched_with_the_arguments_of_size(tmp_path):
     assert len(given.steering_ratios) == 5
     assert len(given.bearings) > 5
     chosen = {"ranges": {"preload": (800.0, 3000.0)}, "steering_ratios": (8.0, 12.0), "slip_margin": 1.3, "life": 3.6e6}
-    given = iv.cobotic_study_sweep(KNEE, starts=2, sets="shipped", **chosen).request
+    given = iv.sweeps.cobotic_study_sweep(KNEE, starts=2, sets="shipped", **chosen).request
     assert {name: getattr(given, name) for name in chosen} == chosen
     for wrong, message in (
         ({"ranges": {"preloads": (1.0, 2.0)}}, r"unknown entry 'preloads' \(did you mean 'preload'\?\)"),
@@ -165,6 +165,6 @@ def test_a_study_is_searched_with_the_arguments_of_size(tmp_path):
         ({"steering_ratios": (8.0, 8.0)}, "steering_ratios must be one ratio or several different ones"),
     ):
         with pytest.raises((iv.InputError, iv.ParameterError), match=message):
-            iv.cobotic_study_sweep(KNEE, starts=2, sets="shipped", **wrong)
+            iv.sweeps.cobotic_study_sweep(KNEE, starts=2, sets="shipped", **wrong)
     with pytest.raises(iv.InputError, match=r"no cobotic drive that can be a template: drives\.geared is not one"):
-        iv.cobotic_study_sweep(KNEE, starts=2, drive="geared")
+        iv.sweeps.cobotic_study_sweep(KNEE, starts=2, drive="geared")

@@ -29,7 +29,7 @@ KINDS = {
     CompareOptions: iv.compare,
     SizeOptions: iv.size,
     SensitivityOptions: iv.sensitivity,
-    StepOptions: iv.steering_steps,
+    StepOptions: iv.analysis.steering_steps,
     MotionOptions: iv.inspect_motion,
     RigOptions: virtual_rig.protocol,
     CalibrateOptions: iv.calibrate,

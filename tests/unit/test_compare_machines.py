@@ -109,7 +109,7 @@ def test_share_motor_agrees_while_holding():
     drive = platform.drives["separate"]
     jacobian = drive.configuration(drive.home).jacobian
     wrench = jacobian.T @ np.full(6, 25.0)
-    shared = iv.share_motor(study.drives["cobotic"], study.drives["motor2-gear4"], force=[25.0], legs=[6])
+    shared = iv.analysis.share_motor(study.drives["cobotic"], study.drives["motor2-gear4"], force=[25.0], legs=[6])
     rest = np.zeros(6)
     for name, power in (("cobotic", shared.turning), ("separate", shared.separate)):
         point = platform.drives[name].perform(pose=drive.home, twist=rest, wrench=wrench)
@@ -168,7 +168,7 @@ def test_contact_sheet_of_a_machine_is_that_of_its_leg(studies):
 def test_effects_are_those_of_closed_forms(studies):
     """Without a load, a cart loses its rolling resistance (tau_in + tau_wa) v/r; the margin of slip is mu P/F."""
     study = studies["planar"]
-    free = replace(study, tasks={"free": replace(study.tasks["straight"], wrench=iv.Wrench())})
+    free = replace(study, tasks={"free": replace(study.tasks["straight"], wrench=iv.motion.Wrench())})
     found = machine_sensitivity(free, "cart", "loss")
     effects = {one.path: one.elasticity for one in found.influences}
     assert effects == pytest.approx(
@@ -197,6 +197,7 @@ patch_half_length = "0.5 mm"
 """
 
 
+@pytest.mark.slow
 def test_effects_on_an_arm_of_one_joint_are_those_on_its_leg(tmp_path):
     """A pulley of 1 m makes the joint's torque the force; the complex step of one axis against differences here."""
     files = {

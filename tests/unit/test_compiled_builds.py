@@ -84,6 +84,7 @@ def shipped():
             yield pytest.param(name, drive, marks=marks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "drive"), list(shipped()))
 def test_cycles_of_shipped_drives(name, drive):
     pytest.importorskip("jax")
@@ -114,15 +115,17 @@ def test_cycles_of_drives_with_every_part(name):
     assert_same_in_cycle(DRIVES[name], JOINT if DRIVES[name].axis.rotary else LINE)
 
 
+@pytest.mark.slow
 def test_runs_too():
     """Heat over a run, not settled."""
     pytest.importorskip("jax")
     time = np.linspace(0.0, 1.0, 101)
-    run = iv.Recording(file="log", time=time, position=0.05 * time**2 * (3.0 - 2.0 * time), closed=False)
+    run = iv.motion.Recording(file="log", time=time, position=0.05 * time**2 * (3.0 - 2.0 * time), closed=False)
     drive = iv.load_study("reach_and_hold").drives["geared"]
     assert_same_in_cycle(drive, iv.DutyCycle(motion=run, load_mass=1.0, start_temperature=320.0))
 
 
+@pytest.mark.slow
 def test_builds_are_those_of_numpy(load, monkeypatch):
     pytest.importorskip("jax")
     study = load(STUDY)
@@ -155,7 +158,7 @@ def test_builds_are_those_of_numpy(load, monkeypatch):
 def test_what_cannot_be_compiled_is_computed_by_numpy():
     """Hysteresis of a series spring is followed branch by branch."""
     pytest.importorskip("jax")
-    spring = iv.Spring(stiffness=3e4, hysteresis=2.0)
+    spring = iv.parts.Spring(stiffness=3e4, hysteresis=2.0)
     drive = replace(iv.load_study("reach_and_hold").drives["geared"], output=iv.Output(series_spring=spring))
     paths = ["output.series_spring.stiffness"]
     at = values_of(drive, paths) * np.linspace(0.9, 1.1, 4)[:, None]

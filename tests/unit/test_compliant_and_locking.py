@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar import ParameterError, TwoWays
+from infinivar import ParameterError
+from infinivar.analysis import TwoWays
 from infinivar.bondgraph import BondGraphError
 from internals import ConventionalControl, bandwidths
 from sampled import sampled
@@ -16,20 +17,22 @@ MOTOR = iv.motors()["dcx-32-l-24v"]
 assert MOTOR.rotor_inertia is not None
 ROTOR = 100 * MOTOR.rotor_inertia
 """Inertia of the rotor behind a gear of 10:1. [kg m^2]"""
-SWING = iv.Sinusoid(angle=0.4, frequency=0.8)
-STROKE = iv.Sinusoid(distance=0.03, frequency=0.8)
-MEASURED = iv.GearFriction(friction=0.02, viscous=0.001, load_motor=0.1, load_output=0.05, friction_stribeck=0.02)
+SWING = iv.motion.Sinusoid(angle=0.4, frequency=0.8)
+STROKE = iv.motion.Sinusoid(distance=0.03, frequency=0.8)
+MEASURED = iv.parts.GearFriction(friction=0.02, viscous=0.001, load_motor=0.1, load_output=0.05, friction_stribeck=0.02)
 STAGES = {
-    "screw": {"screw": iv.Screw(lead=0.01, diameter=0.016, efficiency=0.85)},
-    "locking": {"screw": iv.Screw(lead=0.01, diameter=0.016, friction_coefficient=0.22)},
-    "rack": {"rack": iv.Rack(module=1e-3, teeth=20, efficiency=0.9)},
-    "belt": {"belt": iv.Belt(pitch=3e-3, teeth=20, efficiency=0.9)},
+    "screw": {"screw": iv.parts.Screw(lead=0.01, diameter=0.016, efficiency=0.85)},
+    "locking": {"screw": iv.parts.Screw(lead=0.01, diameter=0.016, friction_coefficient=0.22)},
+    "rack": {"rack": iv.parts.Rack(module=1e-3, teeth=20, efficiency=0.9)},
+    "belt": {"belt": iv.parts.Belt(pitch=3e-3, teeth=20, efficiency=0.9)},
 }
 
 
 def elastic(stiffness=600.0, **control):
-    gear = iv.Gearhead(ratio=10, efficiency=0.85, stiffness=stiffness)
-    return iv.ConventionalDrive(motor=MOTOR, gearhead=gear, shaft=iv.Shaft(), control=ConventionalControl(**control))
+    gear = iv.parts.Gearhead(ratio=10, efficiency=0.85, stiffness=stiffness)
+    return iv.ConventionalDrive(
+        motor=MOTOR, gearhead=gear, shaft=iv.parts.Shaft(), control=ConventionalControl(**control)
+    )
 
 
 def test_resonances_of_two_bodies_and_of_three():
@@ -37,7 +40,7 @@ def test_resonances_of_two_bodies_and_of_three():
     line = bandwidths.of(drive, 0.0, inertia).line
     free = math.sqrt(600.0 * (1 / inertia + 1 / ROTOR)) / (2 * math.pi)
     assert line.frequencies() == pytest.approx((math.sqrt(600.0 / inertia) / (2 * math.pi), free), rel=1e-12)
-    belt = iv.Belt(pitch=3e-3, teeth=20, specific_stiffness=1e5, span=0.5)
+    belt = iv.parts.Belt(pitch=3e-3, teeth=20, specific_stiffness=1e5, span=0.5)
     both = iv.ConventionalDrive(motor=MOTOR, gearhead=drive.gearhead, belt=belt, output_inertia=1e-4)
     line = bandwidths.of(both, 0.0, 2.0).line
     assert line.names == ("gearhead", "belt")
@@ -52,11 +55,12 @@ def test_resonances_of_two_bodies_and_of_three():
 
 
 def test_a_rigid_drive_has_the_default_bandwidths():
-    rigid = dataclasses.replace(elastic(), gearhead=iv.Gearhead(ratio=10, efficiency=0.85))
+    rigid = dataclasses.replace(elastic(), gearhead=iv.parts.Gearhead(ratio=10, efficiency=0.85))
     found = bandwidths.of(rigid, 0.0, 0.05)
     assert (found.speed, found.link, found.stable, str(found)) == (25.0, 4.0, math.inf, "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inertia", [pytest.param(0.005, marks=pytest.mark.slow), 0.05])
 def test_the_default_loops_of_an_elastic_gearhead_are_stable(inertia):
     """The simulated energy is that of inverse dynamics, and the resonance is named as the reason of slower loops."""
@@ -64,7 +68,7 @@ def test_the_default_loops_of_an_elastic_gearhead_are_stable(inertia):
     found = bandwidths.of(drive, 0.0, inertia)
     assert found.speed == pytest.approx(0.5 * found.stable)
     assert found.link == pytest.approx(0.16 * found.speed)
-    both = iv.two_ways(drive, iv.DutyCycle(motion=SWING, load_inertia=inertia))
+    both = iv.analysis.two_ways(drive, iv.DutyCycle(motion=SWING, load_inertia=inertia))
     assert both.followed == pytest.approx(both.prescribed, rel=0.01)
     assert both.rms_error < 0.005 * 0.4
     assert "the speed loop is slowed to" in both.explanation
@@ -103,12 +107,13 @@ def test_a_stated_bandwidth_that_is_unstable_is_named_in_the_verdicts():
     assert said in found.to_dict()["duty"]["swing"]["drives"]["joint"]["caution"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("force", [-50.0, None])
 def test_a_screw_far_beyond_its_friction_angle_does_not_chatter(force):
     """Its current suits a load that helps as well as one that resists; the controllers choose between them."""
-    screw = iv.Screw(lead=0.01, diameter=0.016, friction_coefficient=0.3, inertia=1e-5)
-    drive = iv.ConventionalDrive(motor=MOTOR, gearhead=iv.Gearhead(ratio=1.0, efficiency=0.95), screw=screw)
-    both = iv.two_ways(drive, iv.DutyCycle(motion=STROKE, load_mass=2.0, force=force))
+    screw = iv.parts.Screw(lead=0.01, diameter=0.016, friction_coefficient=0.3, inertia=1e-5)
+    drive = iv.ConventionalDrive(motor=MOTOR, gearhead=iv.parts.Gearhead(ratio=1.0, efficiency=0.95), screw=screw)
+    both = iv.analysis.two_ways(drive, iv.DutyCycle(motion=STROKE, load_mass=2.0, force=force))
     assert both.followed == pytest.approx(both.prescribed, rel=0.005)
     assert both.rms_error < 4e-5
     assert np.mean(np.abs(np.diff(both.simulation.columns["motor_current_A"])) > 3.0) < 0.02
@@ -118,9 +123,9 @@ def test_a_screw_far_beyond_its_friction_angle_does_not_chatter(force):
 @pytest.mark.parametrize("stage", ["screw", "locking", "rack", "belt"])
 def test_a_measured_gear_with_a_stage_that_has_losses(stage):
     """Both losses follow their own laws at what they receive, and the energy is that of inverse dynamics."""
-    gear = iv.Gearhead(ratio=5, loss_model="stribeck", friction=MEASURED)
+    gear = iv.parts.Gearhead(ratio=5, loss_model="stribeck", friction=MEASURED)
     drive = iv.ConventionalDrive(motor=MOTOR, gearhead=gear, **STAGES[stage])
-    both = iv.two_ways(drive, iv.DutyCycle(motion=STROKE, load_mass=1.0, force=-20.0))
+    both = iv.analysis.two_ways(drive, iv.DutyCycle(motion=STROKE, load_mass=1.0, force=-20.0))
     assert both.followed == pytest.approx(both.prescribed, rel=0.02)
     run = both.simulation.trajectory
     part, moved = drive.stage, np.abs(run.signals["ldot"]) > 1e-3
@@ -134,6 +139,7 @@ def test_a_measured_gear_with_a_stage_that_has_losses(stage):
     assert run.at("gear_loss")[0][moved] == pytest.approx(np.asarray(own)[moved], rel=1e-6, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("gear", "rows"),
     [
@@ -146,12 +152,12 @@ def test_a_table_of_equal_lever_arms_is_a_lever_with_a_screw(gear, rows):
     """The table's spline is a part of the equations that is evaluated once, not written out in the loop of the losses."""
 
     def drive(**linkage):
-        output = iv.Output(linkage=iv.Linkage(**linkage))
+        output = iv.Output(linkage=iv.parts.Linkage(**linkage))
         return iv.ConventionalDrive(motor=MOTOR, gearhead=geared, output=output, **STAGES["screw"])
 
-    geared = iv.Gearhead(ratio=4, efficiency=0.9, **gear)
+    geared = iv.parts.Gearhead(ratio=4, efficiency=0.9, **gear)
     angles = tuple(np.linspace(-0.7, 0.7, rows).tolist())
-    scenario = iv.Scenario(duration=0.02, motion=iv.Sinusoid(angle=0.35, frequency=1.0), load_inertia=0.05)
+    scenario = iv.Scenario(duration=0.02, motion=iv.motion.Sinusoid(angle=0.35, frequency=1.0), load_inertia=0.05)
     table = iv.simulate(drive(shape="table", angles=angles, arms=(0.05,) * rows), scenario)
     lever = iv.simulate(drive(shape="lever", arm=0.05), scenario)
     spent = [sum(energy[-1] for energy in run.trajectory.supplied.values()) for run in (table, lever)]
@@ -159,7 +165,7 @@ def test_a_table_of_equal_lever_arms_is_a_lever_with_a_screw(gear, rows):
 
 
 def test_a_drive_that_cannot_be_simulated_does_not_stop_the_comparison(monkeypatch):
-    refused = dataclasses.replace(elastic(), gearhead=iv.Gearhead(ratio=12, efficiency=0.85))
+    refused = dataclasses.replace(elastic(), gearhead=iv.parts.Gearhead(ratio=12, efficiency=0.85))
     original = iv.simulate
 
     def simulate(drive, *args, **kwargs):
@@ -185,10 +191,10 @@ def test_a_locking_screw_behind_an_elastic_gearhead_needs_an_inertia():
 
 def test_losses_of_a_gear_leave_less_room_for_a_locking_screw():
     """The rotor pulls the screw through the gear, whose losses multiply what the screw asks for."""
-    screw = iv.Screw(lead=0.01, diameter=0.016, friction_coefficient=0.3)
+    screw = iv.parts.Screw(lead=0.01, diameter=0.016, friction_coefficient=0.3)
 
     def most(efficiency):
-        gear = iv.Gearhead(ratio=1.0, efficiency=efficiency, loss_model="proportional")
+        gear = iv.parts.Gearhead(ratio=1.0, efficiency=efficiency, loss_model="proportional")
         drive = iv.ConventionalDrive(motor=MOTOR, gearhead=gear, screw=screw)
         with pytest.raises(ParameterError, match=r"load_mass must be < [\d.]+ kg") as caught:
             iv.simulate(drive, iv.Scenario(duration=0.1, motion=STROKE, load_mass=50.0))

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar import InputError, ParameterError, Recording
+from infinivar import InputError, ParameterError
+from infinivar.motion import Recording
 
 
 def sine(path, frequency, *, waves=1, rows=81, amplitude=5.0, noise=0.0):

@@ -9,14 +9,16 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import CylinderBearings, InputError, ParameterError, PulleyBearings, power, two_ways
+from infinivar import InputError, ParameterError, power
+from infinivar.analysis import two_ways
+from infinivar.parts import CylinderBearings, PulleyBearings
 from internals import WheelLoad, built_part, experiment, known_values, predict, protocol
 from made import loaded
 
 KNEE = loaded("knee_walking")
 BARE = replace(KNEE.drives["cobotic"], cylinder_bearings=None)
 WALKING = KNEE.duty["walking"]
-PART = built_part(iv.Bearing, "6004")
+PART = built_part(iv.parts.Bearing, "6004")
 SIMPLE, MAKERS = (replace(PART, friction_model=model) for model in ("coefficient", "skf"))
 PRELOAD, RADIUS, SPEED = 2200.0, 0.05, 14.0
 STILL = WheelLoad(preload=PRELOAD, torque=0.0, force=0.0, radius=RADIUS)
@@ -32,7 +34,7 @@ KINDS = {
 
 def held(leg, kind):
     """A drive with bearings; its guideway carries no preload where rollers do."""
-    guideway = iv.Guideway(friction=1.0) if kind == "backing rollers" else leg.guideway
+    guideway = iv.parts.Guideway(friction=1.0) if kind == "backing rollers" else leg.guideway
     return replace(leg, cylinder_bearings=KINDS[kind], guideway=guideway)
 
 
@@ -204,7 +206,7 @@ def test_prescribed_and_simulated_losses_agree(kind):
 def test_backing_rollers_relieve_and_cost():
     relieved = CylinderBearings(bearing=SIMPLE, backing_rollers=1)
     assert_allclose(relieved.moment([STILL], SPEED), 0.0, atol=1e-15)
-    drive = replace(BARE, cylinder_bearings=relieved, guideway=iv.Guideway())
+    drive = replace(BARE, cylinder_bearings=relieved, guideway=iv.parts.Guideway())
     losses = drive.operate(speed=0.0, force=0.0).losses
     with pytest.raises(
         ParameterError, match=r"guideway\.coefficient must be 0 with cylinder_bearings\.backing_rollers"
@@ -216,7 +218,7 @@ def test_backing_rollers_relieve_and_cost():
 
 def test_motor_of_a_coasting_cylinder_supplies_its_bearings():
     leg = replace(iv.load_study("hand_controller").drives["cobotic"], cylinder_bearings=None)
-    duty = iv.DutyCycle(motion=iv.Sinusoid(distance=0.02, frequency=2.0), load_mass=0.8)
+    duty = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.02, frequency=2.0), load_mass=0.8)
     course, torques = duty.instants().course, []
     for bearings in (None, KINDS["measured"], KINDS["coefficient"]):
         drive = replace(leg, cylinder_bearings=bearings)
@@ -280,8 +282,8 @@ def test_machine_of_one_leg_is_the_drive(kind):
     leg = held(BARE, kind)
     speed, force = np.meshgrid([-0.3, 0.0, 0.4], [-150.0, 0.0, 120.0])
     known = leg.operate(speed=speed, force=force)
-    point = iv.LeggedDrive.of(leg, 1).operate(
-        iv.Configuration(jacobian=[[1.0]]), wrench=force[..., None], twist=speed[..., None]
+    point = iv.machines.LeggedDrive.of(leg, 1).operate(
+        iv.transmission.Configuration(jacobian=[[1.0]]), wrench=force[..., None], twist=speed[..., None]
     )
     for name in ("cylinder bearings", *(["backing rollers"] if kind == "backing rollers" else [])):
         assert_allclose(point.losses[name], known.losses[name], rtol=1e-12)
@@ -292,12 +294,12 @@ def test_machine_of_one_leg_is_the_drive(kind):
 def test_six_legs_stay_passive(kind):
     """At random poses, wrenches and twists the balance closes and the cylinder's bearings only take power."""
     leg = held(iv.load_study("hand_controller").drives["cobotic"], kind)
-    platform, random, count = iv.Platform.hexapod(), np.random.default_rng(5), 300
+    platform, random, count = iv.transmission.Platform.hexapod(), np.random.default_rng(5), 300
     place = platform.at(
         np.array([0.0, 0.0, platform.home]) + random.uniform(-0.02, 0.02, (count, 3)),
         random.uniform(-0.2, 0.2, (count, 3)),
     )
-    point = iv.LeggedDrive.of(leg, 6).operate(
+    point = iv.machines.LeggedDrive.of(leg, 6).operate(
         place,
         wrench=random.normal(size=(count, 6)) * [15, 15, 30, 0.5, 0.5, 0.5],
         twist=random.normal(size=(count, 6)) * [0.1, 0.1, 0.1, 1, 1, 1],
@@ -313,7 +315,9 @@ def test_six_legs_stay_passive(kind):
 def test_machine_in_time_loses_what_its_steady_point_does(kind):
     """Friction of the cylinder's bearings in the mechanics of six legs, against the drive at the same speeds and forces."""
     leg = held(iv.load_study("hand_controller").drives["cobotic"], kind)
-    legs = iv.PlatformMachine(leg=leg, platform=iv.Platform.hexapod(), mass=1.0, inertia=(1e-3, 1e-3, 2e-3))
+    legs = iv.machines.PlatformMachine(
+        leg=leg, platform=iv.transmission.Platform.hexapod(), mass=1.0, inertia=(1e-3, 1e-3, 2e-3)
+    )
     mechanics = legs.mechanics(1e-4)
     pose = legs.home[None] + np.array([[0.01, -0.005, 0.004, 0.05, -0.04, 0.02]])
     twist, angles = np.array([[0.05, 0.02, -0.06, 0.2, -0.1, 0.3]]), np.zeros((1, 6))
@@ -412,10 +416,11 @@ def test_wrong_values_are_named(given, message):
 RIGGED = ["measured", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("maker's model", "backing rollers"))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", RIGGED)
 def test_rig_has_them_and_calibration_knows_them(kind):
     leg = held(iv.load_study("hand_controller").drives["cobotic"], kind)
-    rig = iv.Rig()
+    rig = iv.study.Rig()
     settings = protocol(leg, rig, ratios=(20.0, 4.0), loads=(0.3,))
     found = experiment(leg, rig, settings, exact=True, simulated=False)
     predicted = predict(leg, rig, found.data, known_values(leg))

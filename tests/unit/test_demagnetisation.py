@@ -67,6 +67,7 @@ def test_a_search_counts_the_pairs_that_exceed_it_at_every_radius(searched):
     assert max(fixed) > min(fixed)
 
 
+@pytest.mark.slow
 def test_designs_of_a_search_keep_it_as_their_cycles_do(searched):
     found = searched(0.003, 0.05, "4 A")
     assert "a" in {one.parts["motor"].key for one in found.designs}
@@ -82,7 +83,7 @@ def test_designs_of_a_search_keep_it_as_their_cycles_do(searched):
 def test_a_run_names_it_and_its_figure_shows_when():
     """As the peak torque, which is a current too."""
     motor = replace(DRIVE.motor, demagnetisation_current=0.5, peak_torque=0.005)
-    scenario = iv.Scenario(motion=iv.Sinusoid(distance=0.02, frequency=2.0), load_mass=1.0, duration=0.3)
+    scenario = iv.Scenario(motion=iv.motion.Sinusoid(distance=0.02, frequency=2.0), load_mass=1.0, duration=0.3)
     run = iv.simulate(replace(DRIVE, motor=motor), scenario)
     assert {Limit.DEMAGNETISATION, Limit.PEAK} <= {event.limit for event in run.events}
     shown = [words for _, _, words in time_history.data(run)["limits"]["current\n[A]"]]

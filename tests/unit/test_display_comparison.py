@@ -20,9 +20,9 @@ from sampled import sampled
 
 DRIVES = loaded("hand_controller").drives
 LEG, LEG_B, GEARED = (DRIVES[name] for name in ("cobotic", "cobotic-b", "motor2-gear4"))
-PAIR = iv.DisplayPair(cobotic=LEG, conventional=GEARED)
+PAIR = iv.displays.DisplayPair(cobotic=LEG, conventional=GEARED)
 ONLY_HOLDING = {"free": 0.0, "contact": 0.0, "hold": 1.0, "explore": 0.0}
-SESSION = iv.HandleSession()
+SESSION = iv.displays.HandleSession()
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def found():
         "friction of the conventional display compensated": replace(PAIR, compensation=1.0),
         "B, preload / 1.5": replace(PAIR, cobotic=LEG_B.pressed(550.0 / 1.5)),
     }
-    return iv.compare_displays(PAIR, axes=(1, 2, 4, 6), variants=variants)
+    return iv.displays.compare_displays(PAIR, axes=(1, 2, 4, 6), variants=variants)
 
 
 @pytest.mark.parametrize("count", [1, 6])
@@ -61,9 +61,9 @@ def test_the_cylinder_idles_at_its_losses(leg, each, common):
     """By the machine of many legs, and near the closed sums of common part and legs."""
     for count in (1, 6):
         idle = cobotic_part(leg, SESSION, "idle", axes=count, handle_mass=0.5)
-        machine = iv.LeggedDrive.of(leg, count)
+        machine = iv.machines.LeggedDrive.of(leg, count)
         still = np.zeros(count)
-        point = machine.operate(iv.Configuration(jacobian=np.eye(count)), wrench=still, twist=still)
+        point = machine.operate(iv.transmission.Configuration(jacobian=np.eye(count)), wrench=still, twist=still)
         assert_allclose(idle.supply, point.power_in, rtol=1e-9)
         assert_allclose(idle.supply, common + each * count, rtol=0.03)
         assert idle.steering == 0.0
@@ -71,7 +71,7 @@ def test_the_cylinder_idles_at_its_losses(leg, each, common):
 
 @pytest.mark.parametrize("leg", [LEG, LEG_B])
 def test_holding_agrees_with_the_comparison_of_shared_motors(leg):
-    shared = iv.share_motor(leg, GEARED, force=[20.0, 50.0], legs=(1, 6))
+    shared = iv.analysis.share_motor(leg, GEARED, force=[20.0, 50.0], legs=(1, 6))
     for row, count in enumerate((1, 6)):
         for column, force in enumerate((20.0, 50.0)):
             held = replace(SESSION, hold_force=force)
@@ -82,14 +82,15 @@ def test_holding_agrees_with_the_comparison_of_shared_motors(leg):
             assert_allclose(other, shared.separate[0, row, column], rtol=1e-9)
 
 
+@pytest.mark.slow
 @sampled(("leg", "tolerance"), [(LEG, 0.002), (LEG_B, 0.03)], every=2)
 def test_free_motion_in_time(leg, tolerance):
     """A period with sampled servos. Of B most is steering, whose friction a servo feeds forward smoothly near rest."""
     quick = replace(SESSION, free_frequency=2.0, free_speed=0.1)
     pulse = 4.0 * math.pi
     run = iv.session(
-        iv.SlideMachine(leg=leg, masses=[0.5]),
-        iv.Caster(mass=2.0),
+        iv.machines.SlideMachine(leg=leg, masses=[0.5]),
+        iv.motion.Caster(mass=2.0),
         user=lambda at: [2.0 * 0.1 * pulse * math.cos(pulse * at)],
         duration=0.5,
     )
@@ -101,16 +102,23 @@ def test_free_motion_in_time(leg, tolerance):
 def test_holding_in_time():
     """Wheels at the angle that locks them creep a little, so the cylinder has slightly less to do."""
     run = iv.session(
-        iv.SlideMachine(leg=LEG, masses=[0.5]), iv.HoldingTask(stop_cylinder=False), user=[-40.0], duration=0.2
+        iv.machines.SlideMachine(leg=LEG, masses=[0.5]),
+        iv.motion.HoldingTask(stop_cylinder=False),
+        user=[-40.0],
+        duration=0.2,
     )
     power = cobotic_part(LEG, SESSION, "hold", axes=1, handle_mass=0.5)
     assert_allclose(run.electrical_energy, 0.2 * power.supply, rtol=0.02)
     stopped = iv.session(
-        iv.SlideMachine(leg=LEG, masses=[0.5]), iv.HoldingTask(stop_cylinder=True), user=[-40.0], duration=0.05
+        iv.machines.SlideMachine(leg=LEG, masses=[0.5]),
+        iv.motion.HoldingTask(stop_cylinder=True),
+        user=[-40.0],
+        duration=0.05,
     )
     assert stopped.electrical_energy == 0.0
 
 
+@pytest.mark.slow
 def test_free_motion_of_a_geared_drive_in_time():
     """The user moves its mass and overcomes its friction."""
     power = geared_part(GEARED, SESSION, "free", axes=1, handle_mass=0.5)
@@ -121,11 +129,14 @@ def test_free_motion_of_a_geared_drive_in_time():
     def push(at):
         return [mass * 0.2 * pulse * math.cos(pulse * at) + rubbing * np.sign(math.sin(pulse * at))]
 
-    run = iv.session(iv.GearedSlideMachine(drive=GEARED, masses=[0.5]), iv.Caster(), user=push, duration=0.5)
+    run = iv.session(
+        iv.machines.GearedSlideMachine(drive=GEARED, masses=[0.5]), iv.motion.Caster(), user=push, duration=0.5
+    )
     assert_allclose(run.supplied["user"][-1], 0.5 * power.user, rtol=0.01)
     assert power.supply == run.electrical_energy == 0.0
 
 
+@pytest.mark.slow
 @sampled("leg", [LEG, LEG_B], every=2)
 def test_exploring_in_time(leg):
     """Wheels that are steered for the speed alone creep under the force, which takes a little off what the cylinder does."""
@@ -135,19 +146,20 @@ def test_exploring_in_time(leg):
     def law(measured):
         at = pulse * (measured.time + 1e-3)  # acts a sample late
         slope, rise = 0.1 * math.sin(at) / surface, 0.1 * pulse * math.cos(at) / surface
-        return iv.Commands(
+        return iv.machines.Commands(
             steering=np.array([-math.atan(slope)]),
             steering_rate=np.array([-rise / (1.0 + slope**2)]),
             speed=leg.cylinder_speed,
         )
 
-    machine = iv.SlideMachine(leg=leg, masses=[0.5])
+    machine = iv.machines.SlideMachine(leg=leg, masses=[0.5])
     run = iv.session(machine, controller=law, user=[-15.0], duration=0.5)
     power = cobotic_part(leg, quick, "explore", axes=1, handle_mass=0.5)
     assert_allclose(run.electrical_energy, 0.5 * power.supply, rtol=0.03)
     assert_allclose(run.supplied["steering supply"][-1], 0.5 * power.steering, rtol=0.04)
 
 
+@pytest.mark.slow
 def test_exploring_with_a_geared_drive_in_time():
     quick, pulse = replace(SESSION, explore_frequency=2.0), 4.0 * math.pi
     mass, rubbing = PAIR.motors.moved_mass + 0.5, sum(PAIR.motors.frictions)
@@ -156,8 +168,8 @@ def test_exploring_with_a_geared_drive_in_time():
         return [mass * 0.1 * pulse * math.cos(pulse * at) + math.copysign(rubbing, math.sin(pulse * at)) - 15.0]
 
     run = iv.session(
-        iv.GearedSlideMachine(drive=GEARED, masses=[0.5]),
-        controller=lambda measured: iv.Commands(currents=np.array([15.0 / PAIR.motors.gain])),
+        iv.machines.GearedSlideMachine(drive=GEARED, masses=[0.5]),
+        controller=lambda measured: iv.machines.Commands(currents=np.array([15.0 / PAIR.motors.gain])),
         user=push,
         duration=0.5,
     )
@@ -182,8 +194,8 @@ def test_pushing_against_a_wall_in_time():
     pulse = 2.0 * math.pi
     for leg in (LEG, LEG_B):
         run = iv.session(
-            iv.SlideMachine(leg=leg, masses=[0.5]),
-            controller=iv.AdmittanceGuide(mass=2.0, wall=Wall()),
+            iv.machines.SlideMachine(leg=leg, masses=[0.5]),
+            controller=iv.machines.AdmittanceGuide(mass=2.0, wall=Wall()),
             user=lambda at: [-15.0 * (1.0 - math.cos(pulse * at))],
             duration=1.0,
         )
@@ -208,12 +220,15 @@ def test_energies_by_part(found):
             place = PARTS.index(part)
             expected = 0.0 if part in parts else turning[:, place]
             assert_allclose(found.energy[0, row, :, place], expected)
-        runs = [len(parts) * run_up_energy(iv.LeggedDrive.of(LEG, int(count)), 1.5) for count in found.axes]
+        runs = [len(parts) * run_up_energy(iv.machines.LeggedDrive.of(LEG, int(count)), 1.5) for count in found.axes]
         assert_allclose(found.energy[0, row, :, 5], runs)
     idle = [cobotic_part(LEG, SESSION, "idle", axes=int(count), handle_mass=0.5).supply for count in found.axes]
     assert_allclose(
         found.stop[0],
-        [run_up_energy(iv.LeggedDrive.of(LEG, int(n)), 1.5) / p for n, p in zip(found.axes, idle, strict=True)],
+        [
+            run_up_energy(iv.machines.LeggedDrive.of(LEG, int(n)), 1.5) / p
+            for n, p in zip(found.axes, idle, strict=True)
+        ],
     )
     assert_allclose(found.user[0, :3], 0.0, atol=1e-9)
     assert np.all(found.user[0, 3] > 0.0)
@@ -223,7 +238,7 @@ def test_energies_by_part(found):
 def test_heat_of_the_hottest_motor(leg):
     """Of means over the round, of either motor: the steering motors of B, the power motor of a display at rest."""
     session = replace(SESSION, explore_force=20.0)
-    found = iv.compare_displays(replace(PAIR, cobotic=leg), session, axes=(3,))
+    found = iv.displays.compare_displays(replace(PAIR, cobotic=leg), session, axes=(3,))
     each = {part: cobotic_part(leg, session, part, axes=3, handle_mass=0.5) for part in PARTS}
     for values, kinds in ((found.winding[0, 0, 0], ("winding", "steering_winding")),
                           (found.heating[0, 0, 0] ** 2, ("heating", "steering_heating"))):  # fmt: skip
@@ -239,11 +254,11 @@ def test_heat_of_the_hottest_motor(leg):
 def test_measures(found):
     assert_allclose(found.largest_force[0], [78.0, PAIR.motors.gain * GEARED.motor.continuous_current])
     assert_allclose(found.least_force[:, 1], [9.13, 9.13, 0.0, 9.13], atol=0.01)
-    least = iv.least_stable_mass(PAIR.admittance(1.0), iv.ArmModel.named("vanbeek2015"))
+    least = iv.displays.least_stable_mass(PAIR.admittance(1.0), iv.motion.ArmModel.named("vanbeek2015"))
     assert_allclose(found.least_mass[0], [1.1 * least + 0.5, PAIR.impedance().reflected_mass + 0.5])
     assert_allclose(found.margin[0, 0], 1.5 / least)
-    arm = iv.ArmModel.named("vanbeek2015")
-    stiffest = [iv.stiffest_wall(display, arm) for display in (PAIR.admittance(1.1 * least), PAIR.impedance())]
+    arm = iv.motion.ArmModel.named("vanbeek2015")
+    stiffest = [iv.displays.stiffest_wall(display, arm) for display in (PAIR.admittance(1.1 * least), PAIR.impedance())]
     assert_allclose(1.1 * found.stiffness[0], stiffest, rtol=1e-9)
     assert found.stiffness[0, 0] > 10.0 * found.stiffness[0, 1]
     # A variant that cannot hold what is required does not count.
@@ -264,31 +279,33 @@ def test_verdicts(found):
     written = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert written["energy_J"][0][0][0][0] == pytest.approx(found.energy[0, 0, 0, 0])
     assert written["largest_mass_kg"][0][0] is None
-    heavy = iv.compare_displays(PAIR, replace(SESSION, required_force=90.0), axes=(1,))
+    heavy = iv.displays.compare_displays(PAIR, replace(SESSION, required_force=90.0), axes=(1,))
     assert heavy.cheaper(STOPPED) == ("neither",)
-    firm = iv.compare_displays(PAIR, replace(SESSION, required_force=65.0), axes=(1,))
+    firm = iv.displays.compare_displays(PAIR, replace(SESSION, required_force=65.0), axes=(1,))
     assert firm.cheaper(STOPPED) == ("cobotic alone",)
     assert "beyond a limit" in heavy.lines[0]
-    light = iv.compare_displays(PAIR, replace(SESSION, felt_mass=1.0), axes=(1,))
+    light = iv.displays.compare_displays(PAIR, replace(SESSION, felt_mass=1.0), axes=(1,))
     assert light.margin[0, 0] < 1.0
     assert light.cheaper(RESTING) == ("conventional alone",)
 
 
 def test_where_each_side_wins():
     """Holding a large force with many axes against small forces, few axes and long idling."""
-    hold = iv.compare_displays(PAIR, replace(SESSION, **ONLY_HOLDING, hold_force=50.0), axes=(1, 6))
+    hold = iv.displays.compare_displays(PAIR, replace(SESSION, **ONLY_HOLDING, hold_force=50.0), axes=(1, 6))
     assert hold.cheaper(TURNING) == ("cobotic", "cobotic")
     assert_allclose(hold.total[0, [0, 3], 1] / 20.0, [5.24, 28.35], rtol=5e-3)
     # A session that is nothing but holding at rest never runs up.
     assert hold.total[0, 2, 1] == 0.0
-    weak = iv.compare_displays(PAIR, replace(SESSION, **ONLY_HOLDING, hold_force=5.0), axes=(1, 6))
+    weak = iv.displays.compare_displays(PAIR, replace(SESSION, **ONLY_HOLDING, hold_force=5.0), axes=(1, 6))
     assert weak.cheaper(TURNING) == ("conventional", "conventional")
-    idle = iv.compare_displays(PAIR, iv.HandleSession(free=0.0, contact=0.0, hold=0.0, explore=0.0), axes=(6,))
+    idle = iv.displays.compare_displays(
+        PAIR, iv.displays.HandleSession(free=0.0, contact=0.0, hold=0.0, explore=0.0), axes=(6,)
+    )
     assert_allclose(idle.total[0] / 20.0, [[4.91], [0.0], [0.0], [0.0]], atol=5e-3)
 
 
 def test_assumed_variants():
-    every = iv.assumed_variants(PAIR, {"B": LEG_B})
+    every = iv.displays.assumed_variants(PAIR, {"B": LEG_B})
     assert every["B"].cobotic is LEG_B
     assert every["preload x 1.5"].cobotic.transmission.preload == pytest.approx(975.0)
     rubbing = every["B, steering friction / 1.5"].cobotic
@@ -303,8 +320,8 @@ def test_assumed_variants():
 
 def test_break_even_over_force_axes_and_duty():
     force, duty = np.linspace(0.0, 55.0, 12), [0.1, 0.5, 1.0]
-    found = iv.display_break_even(PAIR, force=force, axes=(1, 6), duty=duty)
-    plain = iv.share_motor(LEG, GEARED, force=force, legs=(1, 6), duty=duty, period=20.0)
+    found = iv.displays.display_break_even(PAIR, force=force, axes=(1, 6), duty=duty)
+    plain = iv.analysis.share_motor(LEG, GEARED, force=force, legs=(1, 6), duty=duty, period=20.0)
     assert_allclose(found.turning[2], plain.turning[2])
     free, idle = (
         [cobotic_part(LEG, SESSION, part, axes=count, handle_mass=0.5).supply for count in (1, 6)]
@@ -315,7 +332,7 @@ def test_break_even_over_force_axes_and_duty():
         rest = share * free[row] + (1.0 - share) * idle[row]
         assert_allclose(found.turning[0, row], 0.1 * plain.turning[2, row] + 0.9 * rest, rtol=1e-9)
     assert_allclose(found.separate, plain.separate)  # without friction compensation free motion costs nothing
-    idle_only = iv.display_break_even(PAIR, replace(SESSION, free=0.0), force=force, axes=(1, 6), duty=duty)
+    idle_only = iv.displays.display_break_even(PAIR, replace(SESSION, free=0.0), force=force, axes=(1, 6), duty=duty)
     assert idle_only.equals(plain, rtol=1e-9)
     least = found.least_force()
     assert np.all(least[1:] <= least[:-1])
@@ -345,35 +362,41 @@ def test_table(found):
 
 
 BAD = {
-    "free must be at most 1 together with contact, hold and explore, got 0.6": lambda: iv.HandleSession(free=0.6),
-    "free_speed must be > 0 m/s, got 0": lambda: iv.HandleSession(free_speed=0.0),
-    "hold_force must be >= 0 N, got -1": lambda: iv.HandleSession(hold_force=-1.0),
-    "hold_force must be": lambda: iv.HandleSession(hold_force=math.nan),
-    "round_time must be a real number": lambda: iv.HandleSession(round_time=[1.0]),
-    "cobotic must be a CoboticDrive": lambda: iv.DisplayPair(cobotic=GEARED, conventional=GEARED),
-    "conventional must be a ConventionalDrive": lambda: iv.DisplayPair(cobotic=LEG, conventional=LEG),
+    "free must be at most 1 together with contact, hold and explore, got 0.6": lambda: iv.displays.HandleSession(
+        free=0.6
+    ),
+    "free_speed must be > 0 m/s, got 0": lambda: iv.displays.HandleSession(free_speed=0.0),
+    "hold_force must be >= 0 N, got -1": lambda: iv.displays.HandleSession(hold_force=-1.0),
+    "hold_force must be": lambda: iv.displays.HandleSession(hold_force=math.nan),
+    "round_time must be a real number": lambda: iv.displays.HandleSession(round_time=[1.0]),
+    "cobotic must be a CoboticDrive": lambda: iv.displays.DisplayPair(cobotic=GEARED, conventional=GEARED),
+    "conventional must be a ConventionalDrive": lambda: iv.displays.DisplayPair(cobotic=LEG, conventional=LEG),
     "cobotic.cylinder_inertia is missing": lambda: replace(PAIR, cobotic=replace(LEG, cylinder_inertia=None)),
     "cobotic.steering is missing": lambda: replace(PAIR, cobotic=replace(LEG, steering=None)),
     "handle_mass must be > 0 kg, got 0": lambda: replace(PAIR, handle_mass=0.0),
     "compensation must be": lambda: replace(PAIR, compensation=1.5),
     "friction_helps must be true or false": lambda: replace(PAIR, friction_helps=1),
-    "pair must be a DisplayPair": lambda: iv.compare_displays(LEG),
-    "session must be a HandleSession": lambda: iv.compare_displays(PAIR, 20.0),
-    "arm must be an ArmModel, got": lambda: iv.compare_displays(PAIR, arm="me"),
-    "axes must be whole numbers from 1 on that rise": lambda: iv.compare_displays(PAIR, axes=(2, 1)),
-    "axes must be whole numbers from 1 on": lambda: iv.compare_displays(PAIR, axes=(0, 1)),
-    "variants must map texts to DisplayPair": lambda: iv.compare_displays(PAIR, variants=[PAIR]),
-    "variants.B must be a DisplayPair": lambda: iv.compare_displays(PAIR, variants={"B": LEG_B}),
-    "factor must be > 1": lambda: iv.assumed_variants(PAIR, factor=1.0),
-    "reconstructions.B must be a CoboticDrive": lambda: iv.assumed_variants(PAIR, {"B": GEARED}),
-    "duty must be between 0 and 1": lambda: iv.display_break_even(PAIR, force=[1.0], duty=2.0),
-    "legs must be whole numbers": lambda: iv.display_break_even(PAIR, force=[1.0], axes=(0,), duty=1.0),
-    "free_power must be given with a free_share": lambda: iv.share_motor(LEG, GEARED, force=[1.0], free_share=0.5),
-    "free_power must be 2 finite values": lambda: iv.share_motor(
+    "pair must be a DisplayPair": lambda: iv.displays.compare_displays(LEG),
+    "session must be a HandleSession": lambda: iv.displays.compare_displays(PAIR, 20.0),
+    "arm must be an ArmModel, got": lambda: iv.displays.compare_displays(PAIR, arm="me"),
+    "axes must be whole numbers from 1 on that rise": lambda: iv.displays.compare_displays(PAIR, axes=(2, 1)),
+    "axes must be whole numbers from 1 on": lambda: iv.displays.compare_displays(PAIR, axes=(0, 1)),
+    "variants must map texts to DisplayPair": lambda: iv.displays.compare_displays(PAIR, variants=[PAIR]),
+    "variants.B must be a DisplayPair": lambda: iv.displays.compare_displays(PAIR, variants={"B": LEG_B}),
+    "factor must be > 1": lambda: iv.displays.assumed_variants(PAIR, factor=1.0),
+    "reconstructions.B must be a CoboticDrive": lambda: iv.displays.assumed_variants(PAIR, {"B": GEARED}),
+    "duty must be between 0 and 1": lambda: iv.displays.display_break_even(PAIR, force=[1.0], duty=2.0),
+    "legs must be whole numbers": lambda: iv.displays.display_break_even(PAIR, force=[1.0], axes=(0,), duty=1.0),
+    "free_power must be given with a free_share": lambda: iv.analysis.share_motor(
+        LEG, GEARED, force=[1.0], free_share=0.5
+    ),
+    "free_power must be 2 finite values": lambda: iv.analysis.share_motor(
         LEG, GEARED, force=[1.0], legs=(1, 2), free_share=0.5, free_power=([1.0], 0.0)
     ),
-    "display must be one of cylinder turning": lambda: iv.compare_displays(PAIR, axes=(1,)).cheaper(CONVENTIONAL),
-    "axes must be one of 1, got 2": lambda: iv.compare_displays(PAIR, axes=(1,)).flips(TURNING, 2),
+    "display must be one of cylinder turning": lambda: iv.displays.compare_displays(PAIR, axes=(1,)).cheaper(
+        CONVENTIONAL
+    ),
+    "axes must be one of 1, got 2": lambda: iv.displays.compare_displays(PAIR, axes=(1,)).flips(TURNING, 2),
 }
 
 
@@ -390,7 +413,7 @@ CHOICES = display_choices(PAIR)
 
 @pytest.fixture(scope="module")
 def chosen():
-    return iv.compare_displays(PAIR, SESSION, axes=(1, 6), variants=CHOICES)
+    return iv.displays.compare_displays(PAIR, SESSION, axes=(1, 6), variants=CHOICES)
 
 
 def test_what_the_verdict_hangs_on(chosen):
@@ -402,7 +425,7 @@ def test_what_the_verdict_hangs_on(chosen):
     rows = {(row.choice, row.instead): row for row in stopped.rows}
     # The same with the drive as another study would state it.
     spin = replace(PAIR.cobotic, transmission=replace(PAIR.cobotic.transmission, steering_model="spin"))
-    alone = iv.compare_displays(replace(PAIR, cobotic=spin), SESSION, axes=(6,))
+    alone = iv.displays.compare_displays(replace(PAIR, cobotic=spin), SESSION, axes=(6,))
     row = rows["steering model", "spin"]
     assert row.figures["cobotic"] == pytest.approx(alone.total[0, 1, 0], rel=1e-12)
     assert row.figures["cobotic"] < row.figures["conventional"] < stopped.used.figures["cobotic"]
@@ -415,12 +438,13 @@ def test_standby_adds_a_watt_for_each_amplifier(chosen):
     assert_allclose(more[3], np.array([1, 6]) * SESSION.round_time, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_cylinder_at_its_least_loss_in_each_part(chosen):
     place = chosen.assuming.index("cylinder speed: least loss in each part")
     # Of the whole round, one constant speed cannot be better but for the run-ups.
     for speed in (3.0, 5.0, 8.0, 14.0):
         slow = replace(PAIR, cobotic=replace(PAIR.cobotic, cylinder_speed=speed))
-        constant = iv.compare_displays(slow, SESSION, axes=(1, 6))
+        constant = iv.displays.compare_displays(slow, SESSION, axes=(1, 6))
         run_ups = chosen.energy[place, 0, :, -1]
         enough = constant.feasible[0, 0]
         assert np.all((chosen.total[place, 0] - run_ups <= 1.02 * constant.total[0, 0]) | ~enough)
@@ -439,7 +463,7 @@ def test_damping_of_the_walls(chosen):
 
 
 def test_force_and_speed_at_once_of_all_axes():
-    both = iv.compare_displays(PAIR, replace(SESSION, required_speed_at_force=0.1), axes=(1, 6))
+    both = iv.displays.compare_displays(PAIR, replace(SESSION, required_speed_at_force=0.1), axes=(1, 6))
     assert both.feasible[0, :, 0].all()
     assert both.feasible[0, :, 1].tolist() == [False, False, False, True]
     assert both.cheaper(TURNING) == ("conventional", "conventional alone")

@@ -95,7 +95,7 @@ def test_the_nominal_build_has_the_numbers_of_the_design(sizing):
 
 
 def test_a_specimen_keeps_friction_heat_and_peak_current():
-    faulhaber = iv.Motor(
+    faulhaber = iv.parts.Motor(
         voltage=24.0,
         resistance=2.0,
         torque_constant=0.024,
@@ -140,6 +140,7 @@ def by_hand(drive, values):
     return replace(drive, motor=made, gearhead=geared, **{"guideway": values.get("guideway", drive.guideway)})
 
 
+@pytest.mark.slow
 def test_geared_builds_are_those_of_duty_cycle():
     """Some builds exceed the continuous torque, some the voltage; temperatures of windings count."""
     tables = {"geared": {**SLIDE["drives"]["geared"], "pulley": {"radius": "22 mm"}}}
@@ -209,6 +210,7 @@ def test_a_gear_of_another_efficiency_loses_more_in_both_directions():
     np.testing.assert_allclose(np.ravel(made.gearhead.backdriving_efficiency), [0.7, 0.64, 0.85, 0.0], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_share_of_one_limit_is_that_of_its_distribution():
     """Continuous torque with a lossless gear: the demand is D0 (K0/K) sqrt(R/R0), a function of two uniform values."""
     motor = {
@@ -242,6 +244,7 @@ def test_share_of_one_limit_is_that_of_its_distribution():
         assert found.designs[0].share == pytest.approx(exact, abs=0.002)
 
 
+@pytest.mark.slow
 def test_share_of_slipping_wheels_is_that_of_the_friction_coefficient():
     """Slip alone, found by bisection over the friction coefficient, and the distribution function there."""
     drive = KNEE.drives["cobotic"]

@@ -14,22 +14,10 @@ from numpy.testing import assert_allclose
 from scipy.optimize import differential_evolution
 
 import infinivar as iv
-from infinivar import (
-    DutyCycle,
-    Hold,
-    Limit,
-    MovingPoint,
-    Reaches,
-    Recording,
-    Running,
-    Sinusoid,
-    Tremor,
-    Walking,
-    duty_cycle,
-    holding,
-    policies,
-    two_ways,
-)
+from infinivar import DutyCycle, Limit, duty_cycle
+from infinivar.analysis import holding, policies, two_ways
+from infinivar.drivetrain import MovingPoint
+from infinivar.motion import Hold, Reaches, Recording, Running, Sinusoid, Tremor, Walking
 from internals import POLICY_RANGE as RANGE
 from internals import FourierSeries as Series
 from internals import cycle_demands as demands
@@ -442,6 +430,7 @@ def test_policies_gain(shape):
     assert coasting.name == "inertia as a flywheel"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", ["hold", "sinusoid"])
 def test_constant_and_scheduled_speeds_search_the_same_range(shape):
     """Holding pays best at the lowest speed of the range: no schedule is slower, and none that is constant is better."""
@@ -521,6 +510,7 @@ def test_an_energy_that_no_settled_motor_has_names_the_winding():
     assert "with motor winding" not in duty_cycle(GEARED, duty("hold")).verdict
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("drive", "shape", "tolerance"),
     [(COBOTIC, "sinusoid", 0.02), (GEARED, "sinusoid", 0.03), (GEARED, "walking", 0.04)],
@@ -615,7 +605,9 @@ def test_bars_of_losses_are_titled_so():
     from internals import duty_cycle_data as data
 
     found = duty_cycle(GEARED, duty("reaches"), name="geared", title="Geared")
-    bars = data(iv.DutyComparison(duty=found.duty, results={"geared": found}, policies={}, two_ways={}))["losses"]
+    bars = data(iv.analysis.DutyComparison(duty=found.duty, results={"geared": found}, policies={}, two_ways={}))[
+        "losses"
+    ]
     assert bars["title"] == "losses per cycle"
     assert bars["losses"]["Geared"] == found.losses
 
@@ -635,6 +627,6 @@ def test_policies_need_a_cylinder():
 @pytest.mark.parametrize("stiffness", [1e200, 1e300])
 def test_an_absurd_value_is_refused_without_warnings(stiffness):
     drive = shipped_study("faulring2006").drives["motor1-gear1"]
-    drive = replace(drive, output=iv.Output(parallel_spring=iv.Spring(stiffness=stiffness)))
+    drive = replace(drive, output=iv.Output(parallel_spring=iv.parts.Spring(stiffness=stiffness)))
     with pytest.raises(iv.ParameterError, match="shake: the power exceeds all numbers"):
         duty_cycle(drive, DutyCycle(motion=Sinusoid(distance=0.01, frequency=1.0), load_mass=1.0, title="shake"))

@@ -9,7 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import Definition, Limit, dynamic_map, shaking
+from infinivar import Limit
+from infinivar.analysis import Definition, dynamic_map, shaking
 from internals import Varying
 from internals import shaking_amplitude as amplitude
 from made import parameter_study
@@ -36,15 +37,15 @@ def shake(drive, **options):
 
 def lossless_motor(**values):
     given = {"voltage": 1e9, "resistance": 1e-15, "torque_constant": 0.02, "no_load_current": 0.0}
-    return iv.Motor(**{**given, "continuous_torque": 1e9, "rotor_inertia": 1e-6, **values})
+    return iv.parts.Motor(**{**given, "continuous_torque": 1e9, "rotor_inertia": 1e-6, **values})
 
 
 def geared(motor, drag=0.0, ratio=4.0):
     return iv.ConventionalDrive(
         motor=motor,
-        gearhead=iv.Gearhead(ratio=ratio, efficiency=1.0),
-        pulley=iv.Pulley(radius=0.005),
-        guideway=iv.Guideway(friction=drag),
+        gearhead=iv.parts.Gearhead(ratio=ratio, efficiency=1.0),
+        pulley=iv.parts.Pulley(radius=0.005),
+        guideway=iv.parts.Guideway(friction=drag),
         output_inertia=2e-5,
     )
 
@@ -85,7 +86,7 @@ def test_lossless_cobotic_drive_performs_perfectly():
         rolling_torque=0.0,
         bearing_torque=0.0,
     )
-    steering = iv.SteeringPlant(
+    steering = iv.drivetrain.SteeringPlant(
         motor=lossless_motor(rotor_inertia=1e-20),
         ratio=1.0,
         bell_inertia=1e-20,
@@ -95,7 +96,7 @@ def test_lossless_cobotic_drive_performs_perfectly():
     )
     drive = iv.CoboticDrive(
         motor=lossless_motor(),
-        gearhead=iv.Gearhead(ratio=57.0, efficiency=1.0),
+        gearhead=iv.parts.Gearhead(ratio=57.0, efficiency=1.0),
         transmission=wheel,
         cylinder_speed=14.0,
         link_mass=1e-9,
@@ -135,7 +136,7 @@ def test_inertias_return_what_they_took(name):
     """Over a cycle nothing stays in the inertias: to rounding without guideway friction, whose reversals make the angle jump."""
     drive = STUDY.drives[name]
     course = shaking(0.02, 3.0, 200)
-    smooth = replace(drive, guideway=iv.Guideway())
+    smooth = replace(drive, guideway=iv.parts.Guideway())
     assert returned_to_start(smooth.follow(course, load_mass=0.8)) < 1e-9
     assert returned_to_start(drive.follow(course, load_mass=0.8)) < 1e-5
 
@@ -152,7 +153,7 @@ def test_energy_that_inertias_keep():
     whole = shaking(0.02, 3.0, 400)
 
     def kept(start, end):
-        part = iv.Course(
+        part = iv.motion.Course(
             **{name: getattr(whole, name)[start:end] for name in ("speed", "acceleration", "jerk", "snap")}
         )
         return returned_to_start(drive.follow(part, load_mass=mass))
@@ -168,13 +169,13 @@ def test_energy_goes_from_the_cylinder_to_the_link():
     Steering takes its own: speeds of the wheel at both ends are read off the same motion. 1e-6 is what 4000 midpoints leave.
     """
     drive, mass, count = STUDY.drives["cobotic"], 0.8, 4000
-    drive = replace(drive, guideway=iv.Guideway())
+    drive = replace(drive, guideway=iv.parts.Guideway())
     steering = drive.steering
     to_steer = steering.bell_inertia + steering.ratio**2 * steering.motor.rotor_inertia
     duration, speed, slowing, turn = 0.2, 0.3, 12.0, 8.0
 
     def instants(time):
-        course = iv.Course(
+        course = iv.motion.Course(
             speed=speed * np.sin(turn * time),
             acceleration=speed * turn * np.cos(turn * time),
             jerk=-speed * turn**2 * np.sin(turn * time),

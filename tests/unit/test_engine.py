@@ -14,7 +14,8 @@ from threadpoolctl import threadpool_info
 
 import infinivar as iv
 from all_part_kinds import DRIVES, one_axis_studies
-from infinivar import AuditError, DrivePoint, InputError, ParameterError
+from infinivar import AuditError, InputError, ParameterError
+from infinivar.drivetrain import DrivePoint
 from internals import FrozenRoom as Room
 from internals import at_most, engine, in_order, of_study
 from internals import steady_maps as module
@@ -62,6 +63,7 @@ def test_shipped_drives_in_four_quadrants(name, drive):
     assert set(np.unique(plain.limit)) > {0}
 
 
+@pytest.mark.slow
 def test_powers_near_zero_differ_by_rounding_of_the_large_ones(study):
     """On a grid so fine that power from the supply passes zero between points, most of it cancels somewhere."""
     pytest.importorskip("jax")
@@ -170,6 +172,7 @@ def test_a_folder_that_cannot_be_written_costs_nothing(study, monkeypatch, tmp_p
         assert iv.steady_map(study.drives["motor2-gear4"], [0.1, 0.2], [1.0], engine="jax").engine == "jax"
 
 
+@pytest.mark.slow
 def test_compiled_maps_are_kept_on_disk_and_in_memory(study, monkeypatch, tmp_path):
     pytest.importorskip("jax")
     monkeypatch.setattr(platformdirs, "user_cache_path", lambda *_, **__: tmp_path)
@@ -227,6 +230,7 @@ class Leaking:
         )
 
 
+@pytest.mark.slow
 def test_compiled_maps_are_audited(study, monkeypatch):
     pytest.importorskip("jax")
     monkeypatch.setattr(Leaking, "__module__", "infinivar.test")

@@ -15,8 +15,8 @@ from annotated_types import Gt
 
 import infinivar as iv
 import plugin_package
-from infinivar import Drive
 from infinivar.contact import creep
+from infinivar.drivetrain import Drive
 from internals import (
     MovingDrive,
     binding,
@@ -309,13 +309,16 @@ def test_the_command_line_names_a_broken_package(tmp_path, monkeypatch):
 # Values given in Python
 
 
+@pytest.mark.slow
 def test_a_creep_law_in_all_analyses(installed, study):
     drive = study.drives["cobotic"]
     drive = replace(drive, transmission=replace(drive.transmission, creep_law=installed.SOFT))
     x = np.linspace(-1.0, 1.0, 201)
     assert installed.SOFT.force(installed.SOFT.creepage(x)) == pytest.approx(x, abs=1e-14)
     assert iv.steady_map(drive, [-0.3, 0.1, 0.3], [-40.0, 5.0, 40.0]).audit_residual < 1e-9
-    two = iv.two_ways(drive, iv.DutyCycle(motion=iv.Sinusoid(distance=0.02, frequency=2.0), load_mass=0.8))
+    two = iv.analysis.two_ways(
+        drive, iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.02, frequency=2.0), load_mass=0.8)
+    )
     assert two.as_turning == pytest.approx(two.followed, rel=0.02)
     assert two.lost_prescribed["creep"] == pytest.approx(two.lost_followed["creep"], rel=0.02)
     linear = study.drives["cobotic"].operate(speed=0.2, force=40.0)
@@ -395,9 +398,9 @@ def test_a_law_that_cannot_be_is_refused_when_given(fault):
         "force": lambda x: np.clip(x, -1.0, 1.0),
         "slip_creepage": 1.0,
     }
-    assert iv.CreepLaw(**right).straight
+    assert iv.contact.CreepLaw(**right).straight
     with pytest.raises(iv.ParameterError, match=message):
-        iv.CreepLaw(**{**right, **change})
+        iv.contact.CreepLaw(**{**right, **change})
 
 
 @pytest.mark.parametrize("law", creep.LAWS.values(), ids=str)
@@ -443,13 +446,15 @@ class Worm:
     stiffness: float | None = None
 
     def operate(self, *, output_torque, output_speed, motor_rated_torque):
-        gear = iv.Gearhead(ratio=self.ratio, efficiency=0.5, loss_model="proportional", backdriving_efficiency=0.0)
+        gear = iv.parts.Gearhead(
+            ratio=self.ratio, efficiency=0.5, loss_model="proportional", backdriving_efficiency=0.0
+        )
         return gear.operate(
             output_torque=output_torque, output_speed=output_speed, motor_rated_torque=motor_rated_torque
         )
 
     def without_friction(self):
-        return iv.Gearhead(ratio=self.ratio, efficiency=1.0)
+        return iv.parts.Gearhead(ratio=self.ratio, efficiency=1.0)
 
 
 @pytest.mark.usefixtures("unrendered")
@@ -459,7 +464,7 @@ def test_a_part_by_its_methods_alone(study, tmp_path):
         name="mine",
         requirement=iv.Requirement(force=20.0, speed=0.05, quadrants=4),
         drives={"worm": drive},
-        duty={"push": iv.DutyCycle(motion=iv.Sinusoid(distance=0.005, frequency=0.5), load_mass=1.0)},
+        duty={"push": iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.005, frequency=0.5), load_mass=1.0)},
     )
     comparison = iv.compare(mine, quick=True)
     assert comparison.results["worm"].audit_residual < 1e-9
@@ -474,8 +479,8 @@ def test_a_part_by_its_methods_alone(study, tmp_path):
     ("wrong", "message"),
     [
         (3.0, "gearhead must be a Gearhead, got 3.0"),
-        (iv.Gearhead, "gearhead must be a Gearhead, got <class"),
-        (iv.Guideway(), "gearhead must be a Gearhead or have name, ratio, .* but a Guideway has no name"),
+        (iv.parts.Gearhead, "gearhead must be a Gearhead, got <class"),
+        (iv.parts.Guideway(), "gearhead must be a Gearhead or have name, ratio, .* but a Guideway has no name"),
         (None, "gearhead must be a Gearhead, got None"),
     ],
 )
@@ -495,7 +500,7 @@ def test_a_drive_by_its_methods_alone(installed):
     assert isinstance(coil, Drive)
     assert isinstance(coil, MovingDrive)
     size, frequency, mass = 0.02, 3.0, 1.0
-    duty = iv.DutyCycle(motion=iv.Sinusoid(distance=size, frequency=frequency), load_mass=mass)
+    duty = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=size, frequency=frequency), load_mass=mass)
     found = iv.duty_cycle(coil, duty)
     # Closed form: force amplitude F = (m + m_c) d w^2; the winding takes F^2 R/(2 k^2) on average.
     turn = 2.0 * math.pi * frequency
@@ -544,7 +549,7 @@ def test_the_audit_covers_a_drive_of_others(installed, change, error, message):
         iv.steady_map(Faulty(), [0.1, 0.2], [5.0, 10.0])
 
 
-STRIDE = iv.DutyCycle(motion=iv.Sinusoid(distance=0.02, frequency=3.0), load_mass=1.0, title="stride")
+STRIDE = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.02, frequency=3.0), load_mass=1.0, title="stride")
 
 
 @pytest.mark.parametrize(
@@ -618,9 +623,9 @@ def test_slip_excuses_powers_that_are_not_known(installed):
 
 def test_a_part_of_others_that_creates_energy_is_found_in_a_cycle(installed, study):
     @dataclass(frozen=True, slots=True, kw_only=True)
-    class Source(iv.Gearhead):
+    class Source(iv.parts.Gearhead):
         def operate(self, *, output_torque, output_speed, motor_rated_torque):
-            true = iv.Gearhead.operate(
+            true = iv.parts.Gearhead.operate(
                 self, output_torque=output_torque, output_speed=output_speed, motor_rated_torque=motor_rated_torque
             )
             gained = 2.0 * true.loss + 0.01 * abs(true.motor_speed)
@@ -669,10 +674,10 @@ def test_what_a_drive_lacks_is_named(installed, study):
     with pytest.raises(iv.ParameterError, match="drive must be a drive, got the class Steady, not an instance of it"):
         iv.steady_map(Steady, [0.1], [5.0])
     with pytest.raises(iv.ParameterError, match="drive must be a drive, got a Steady, which has no method follow"):
-        iv.duty_cycle(Steady(), iv.DutyCycle(motion=iv.Hold(time=1.0)))
+        iv.duty_cycle(Steady(), iv.DutyCycle(motion=iv.motion.Hold(time=1.0)))
     mine = iv.Study(name="mine", requirement=iv.Requirement(force=40.0, speed=0.5), drives={"coil": Steady()})
     assert iv.compare(mine, quick=True).results["coil"].covers
-    duty = replace(mine, duty={"hold": iv.DutyCycle(motion=iv.Hold(time=1.0), force=5.0)})
+    duty = replace(mine, duty={"hold": iv.DutyCycle(motion=iv.motion.Hold(time=1.0), force=5.0)})
     with pytest.raises(iv.InputError, match=r"drives.coil must be a drive, .* no method follow, for duty.hold"):
         iv.compare(duty)
     with pytest.raises(iv.ParameterError, match="a drive of type Steady has no bond graph"):
@@ -682,11 +687,11 @@ def test_what_a_drive_lacks_is_named(installed, study):
 def test_analyses_that_need_more_of_a_drive_say_so(installed, study):
     coil = coil_of(installed)
     with pytest.raises(iv.ParameterError, match="a drive of type VoiceCoil has no amplifier"):
-        iv.dynamic_map(coil, [1.0], [0.5], power=5.0, load_mass=1.0)
+        iv.analysis.dynamic_map(coil, [1.0], [0.5], power=5.0, load_mass=1.0)
     with pytest.raises(iv.ParameterError, match="a drive of type VoiceCoil has no bond graph"):
         iv.plant_graph(coil)
     with pytest.raises(iv.ParameterError, match="a drive of type VoiceCoil has no bond graph"):
-        iv.two_ways(coil, iv.DutyCycle(motion=iv.Sinusoid(distance=0.01, frequency=1.0), load_mass=1.0))
+        iv.analysis.two_ways(coil, iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.01, frequency=1.0), load_mass=1.0))
     mine = iv.Study(
         name="mine",
         requirement=iv.Requirement(force=40.0, speed=0.5),
@@ -712,8 +717,8 @@ def test_a_study_takes_only_what_it_can_use(study):
     good = {"name": "mine", "requirement": iv.Requirement(force=40.0, speed=0.5), "drives": study.drives}
     for wrong, message in (
         ({"drives": {"a": 3}}, "drives.a must be a drive, got a int, which has no method operate"),
-        ({"drives": {"a": iv.Motor}}, "drives.a must be a drive, got the class Motor"),
-        ({"duty": {"a": iv.Hold(time=1.0)}}, "duty.a must be a DutyCycle"),
+        ({"drives": {"a": iv.parts.Motor}}, "drives.a must be a drive, got the class Motor"),
+        ({"duty": {"a": iv.motion.Hold(time=1.0)}}, "duty.a must be a DutyCycle"),
         ({"scenarios": {"a": 1}}, "scenarios.a must be a Scenario, got 1"),
         ({"rig": 2}, "rig must be a Rig, got 2"),
         ({"requirement": "x"}, "requirement must be a Requirement, got 'x'"),
@@ -800,6 +805,7 @@ def test_limits_that_cannot_be(installed, arguments, message):
 # Motions
 
 
+@pytest.mark.slow
 def test_a_motion_of_others_in_both_ways(installed, study):
     tones = installed.TwoTones(distance=0.02, ripple=0.002, frequency=1.5)
     time = np.linspace(0.0, tones.period, 50)
@@ -808,7 +814,7 @@ def test_a_motion_of_others_in_both_ways(installed, study):
         rate = (tones.derivatives(time + step, 4)[order] - tones.derivatives(time - step, 4)[order]) / (2.0 * step)
         exact = tones.derivatives(time, 4)[order + 1]
         assert rate == pytest.approx(exact, abs=1e-4 * np.abs(exact).max())
-    two = iv.two_ways(study.drives["cobotic"], iv.DutyCycle(motion=tones, load_mass=0.8))
+    two = iv.analysis.two_ways(study.drives["cobotic"], iv.DutyCycle(motion=tones, load_mass=0.8))
     assert two.as_turning == pytest.approx(two.followed, rel=0.02)
     run = iv.simulate(study.drives["cobotic"], iv.Scenario(duration=0.2, motion=tones, load_mass=0.8))
     assert np.max(np.abs(run.position_error)) < 1e-3
@@ -864,12 +870,12 @@ def test_a_motion_that_cannot_be_is_refused_when_given(installed, change, messag
 
 
 MOTIONS = [
-    iv.Sinusoid(distance=0.02, frequency=3.0),
-    iv.Reaches(distance=0.1, time=0.3, pause=0.4),
-    iv.Reaches(distance=0.1, time=0.3, profile="smooth"),
-    iv.Tremor(distance=0.001, low_frequency=8.0, high_frequency=12.0),
-    iv.Walking(joint="knee", body_mass=70.0, stride_time=1.1),
-    iv.Hold(time=1.0),
+    iv.motion.Sinusoid(distance=0.02, frequency=3.0),
+    iv.motion.Reaches(distance=0.1, time=0.3, pause=0.4),
+    iv.motion.Reaches(distance=0.1, time=0.3, profile="smooth"),
+    iv.motion.Tremor(distance=0.001, low_frequency=8.0, high_frequency=12.0),
+    iv.motion.Walking(joint="knee", body_mass=70.0, stride_time=1.1),
+    iv.motion.Hold(time=1.0),
 ]
 
 

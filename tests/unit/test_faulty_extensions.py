@@ -8,17 +8,17 @@ from annotated_types import Ge
 
 import infinivar as iv
 
-SHAKE = iv.DutyCycle(motion=iv.Sinusoid(distance=0.02, frequency=2.0), load_mass=0.8)
+SHAKE = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.02, frequency=2.0), load_mass=0.8)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Magic(iv.Gearhead):
+class Magic(iv.parts.Gearhead):
     """Leaves out a constant torque: over a symmetric cycle that adds up to nothing."""
 
     gain: float = iv.quantity("N m", Ge(0), "Torque left out", default=0.001)
 
     def operate(self, *, output_torque, output_speed, motor_rated_torque):
-        true = iv.Gearhead.operate(
+        true = iv.parts.Gearhead.operate(
             self, output_torque=output_torque, output_speed=output_speed, motor_rated_torque=motor_rated_torque
         )
         return replace(true, motor_torque=true.motor_torque - self.gain)
@@ -62,7 +62,7 @@ class Coil:
     def operate(self, *, speed, force):
         values = {**self._values(force, force * speed, speed), "utilisation": {iv.Limit.SPEED: np.abs(speed)}}
         change = self.changed.get("operate", lambda values: {})
-        return iv.DrivePoint(**{**values, **change(values)})
+        return iv.drivetrain.DrivePoint(**{**values, **change(values)})
 
     def follow(self, course, *, load_mass=0.0):
         force = course.driving_force(load_mass + self.coil).value
@@ -71,7 +71,7 @@ class Coil:
         values = self._values(force, out, course.speed) | {"stored": stored}
         values["utilisation"] = {(iv.Limit.SPEED, "coil"): np.abs(course.speed)}
         change = self.changed.get("follow", lambda values: {})
-        return iv.MovingPoint(**{**values, **change(values)})
+        return iv.drivetrain.MovingPoint(**{**values, **change(values)})
 
 
 def changed(values, name, **items):
@@ -128,17 +128,17 @@ def test_other_names_of_arguments_are_told():
     assert isinstance(caught.value.__cause__, TypeError)
 
 
-class TupleGear(iv.Gearhead):
+class TupleGear(iv.parts.Gearhead):
     def operate(self, *, output_torque, output_speed, motor_rated_torque):
         return output_torque, output_speed
 
 
-class OtherGear(iv.Gearhead):
+class OtherGear(iv.parts.Gearhead):
     def operate(self, *, torque, speed):
         return None
 
 
-class BrokenGear(iv.Gearhead):
+class BrokenGear(iv.parts.Gearhead):
     def operate(self, *, output_torque, output_speed, motor_rated_torque):
         return {}["loss"]
 
@@ -179,7 +179,7 @@ def test_a_part_that_fails_is_named(study, part, words):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wobble(iv.PeriodicMotion):
+class Wobble(iv.motion.PeriodicMotion):
     shape = "wobble"
     fault: str = "none"
     period = 1.0

@@ -10,8 +10,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
-from infinivar import DutyCycle, Limit, Requirement, Walking, plant_graph, steady_map
+from infinivar import DutyCycle, Limit, Requirement, plant_graph, steady_map
 from infinivar.contact import hertz
+from infinivar.motion import Walking
 from internals import PAPER_FIGURES as FIGURES
 from internals import ClaimMachine as Machine
 from internals import (
@@ -75,7 +76,7 @@ def test_one_quadrant_has_no_loss_to_show(name):
 
 @pytest.mark.parametrize("name", ["cobotic", "motor2-gear4"])
 def test_efficiency_is_shown_where_power_comes_back(name):
-    steady, shown = numbers(name, 4, iv.Amplifier(regeneration="store", storage_efficiency=0.8))
+    steady, shown = numbers(name, 4, iv.parts.Amplifier(regeneration="store", storage_efficiency=0.8))
     back = (steady.power_in < 0) & (steady.limit == Limit.OK)
     assert back.mean() > 0.1
     assert np.all(shown["efficiency"][back] > 0)

@@ -71,8 +71,8 @@ def test_no_other_search_finds_a_better_geared_drive(seed):
         motor, gear = some(pairs, x[0])
         drive = replace(
             template,
-            motor=one(motor, motors, iv.Motor),
-            gearhead=replace(one(gear, gears, iv.Gearhead), loss_model=template.gearhead.loss_model),
+            motor=one(motor, motors, iv.parts.Motor),
+            gearhead=replace(one(gear, gears, iv.parts.Gearhead), loss_model=template.gearhead.loss_model),
             pulley=replace(template.pulley, radius=math.exp(x[1])),
         )
         return motors["mass"][motor] + gears["mass"][gear], drive
@@ -124,13 +124,13 @@ def test_no_other_search_finds_better_cobotic_drives():
         geometry = replace(template.transmission.geometry, axle_bearing=some(axles, x[3]), crown_radius=crown)
         drive = replace(
             template,
-            motor=one(motor, motors, iv.Motor),
-            gearhead=replace(one(gear, gears, iv.Gearhead), loss_model=template.gearhead.loss_model),
+            motor=one(motor, motors, iv.parts.Motor),
+            gearhead=replace(one(gear, gears, iv.parts.Gearhead), loss_model=template.gearhead.loss_model),
             cylinder_speed=speed,
             transmission=replace(
                 template.transmission, geometry=geometry, cylinder_radius=radius, wheel_radius=wheel, preload=preload
             ),
-            steering=replace(template.steering, motor=one(turning, steering, iv.Motor), ratio=ratio),
+            steering=replace(template.steering, motor=one(turning, steering, iv.parts.Motor), ratio=ratio),
         )
         return motors["mass"][motor] + gears["mass"][gear] + steering["mass"][turning], drive
 

@@ -8,7 +8,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import ConstantForce, DutyCycle, Hold, Reaches, Scenario, duty_cycle, gearheads, two_ways
+from infinivar import DutyCycle, Scenario, duty_cycle, gearheads
+from infinivar.analysis import two_ways
+from infinivar.motion import ConstantForce, Hold, Reaches
 from internals import DERIVATIVE_METHODS as METHODS
 from internals import friction_budget, gradient, stribeck_friction
 from internals import gear_friction_terms as terms
@@ -22,7 +24,7 @@ IDENTIFIED = {key: gear for key, gear in gearheads().items() if gear.friction is
 
 def random_friction(random, scale=1.0):
     inward = random.uniform(0.0, 0.45, 2)
-    return iv.GearFriction(
+    return iv.parts.GearFriction(
         friction=scale * random.uniform(0, 0.2),
         viscous=scale * random.uniform(0, 0.1),
         friction_stribeck=scale * random.uniform(0, 0.2),
@@ -59,7 +61,7 @@ def test_it_solves_the_law_and_never_creates_power(seed):
     lost = friction_budget(speed, torque, **terms(friction))
     assert np.all(lost >= 0)
     assert_allclose(by_the_source(friction, speed, torque, lost), lost, rtol=1e-9, atol=1e-12)
-    gear = iv.Gearhead(ratio=30.0, loss_model="stribeck", friction=friction)
+    gear = iv.parts.Gearhead(ratio=30.0, loss_model="stribeck", friction=friction)
     point = gear.operate(output_torque=torque, output_speed=speed, motor_rated_torque=1.0)
     received, delivered = point.motor_torque * point.motor_speed, torque * speed
     assert np.all(point.loss >= 0)
@@ -97,6 +99,7 @@ def test_it_jams_from_the_stated_inertia_on(seed):
         assert (found > far) == jams
 
 
+@pytest.mark.slow
 def test_a_gear_that_would_jam_is_refused():
     """Load terms of 2 in all: friction exceeds the load that drives it, and would stop a large inertia at once."""
     locking = replace(LOADED, load_output=1.9)
@@ -131,8 +134,10 @@ def test_it_is_continuous_but_for_the_step_at_rest(seed):
 def test_without_load_and_speed_terms_it_is_the_coulomb_model():
     """The same torque, loss and holding torque in every quadrant and at rest."""
     torque, speed = np.array([2.0, -2.0, -2.0, 2.0, 2.0, 0.01]), np.array([3.0, -3.0, 3.0, -3.0, 0.0, 0.0])
-    coulomb = iv.Gearhead(ratio=20.0, efficiency=0.8, rated_torque=0.1)
-    stribeck = iv.Gearhead(ratio=20.0, loss_model="stribeck", friction=iv.GearFriction(friction=20.0 * 0.2 * 0.1))
+    coulomb = iv.parts.Gearhead(ratio=20.0, efficiency=0.8, rated_torque=0.1)
+    stribeck = iv.parts.Gearhead(
+        ratio=20.0, loss_model="stribeck", friction=iv.parts.GearFriction(friction=20.0 * 0.2 * 0.1)
+    )
     points = [g.operate(output_torque=torque, output_speed=speed, motor_rated_torque=9.0) for g in (coulomb, stribeck)]
     assert_allclose(points[0].motor_torque, points[1].motor_torque, rtol=1e-12)
     assert_allclose(points[0].loss, points[1].loss, rtol=1e-12)
@@ -140,7 +145,7 @@ def test_without_load_and_speed_terms_it_is_the_coulomb_model():
 
 def test_viscous_and_load_terms_by_hand():
     """2 N m at 3 rad/s: 0.1 + 0.05 x 3 N m, and with 0.2 of the motor's and 0.1 of the load's torque either way."""
-    plain = iv.GearFriction(friction=0.1, viscous=0.05)
+    plain = iv.parts.GearFriction(friction=0.1, viscous=0.05)
     assert friction_budget(3.0, 2.0, **terms(plain)) == pytest.approx(0.25)
     loaded = terms(replace(plain, load_motor=0.2, load_output=0.1))
     driving, driven = friction_budget(3.0, 2.0, **loaded), friction_budget(-3.0, 2.0, **loaded)
@@ -150,8 +155,8 @@ def test_viscous_and_load_terms_by_hand():
 
 
 def test_at_rest_it_holds_up_to_the_backdriving_friction_and_breaks_away_above_the_driving_one():
-    friction = iv.GearFriction(friction=0.1, friction_stribeck=0.2, load_output=0.1)
-    gear = iv.Gearhead(ratio=10.0, loss_model="stribeck", friction=friction)
+    friction = iv.parts.GearFriction(friction=0.1, friction_stribeck=0.2, load_output=0.1)
+    gear = iv.parts.Gearhead(ratio=10.0, loss_model="stribeck", friction=friction)
     torque = np.array([0.2, 1.0, -1.0])
     held = gear.operate(output_torque=torque, output_speed=np.zeros(3), motor_rated_torque=1.0).motor_torque
     assert_allclose(held, [0.0, 0.06, -0.06], atol=1e-15)  # 0.3 N m and a tenth of the load less
@@ -169,7 +174,7 @@ def test_at_rest_it_holds_up_to_the_backdriving_friction_and_breaks_away_above_t
 )
 def test_terms_that_are_refused(changed, message):
     with pytest.raises(iv.InputError, match=message):
-        iv.GearFriction(**changed)
+        iv.parts.GearFriction(**changed)
 
 
 @pytest.mark.parametrize(
@@ -178,24 +183,27 @@ def test_terms_that_are_refused(changed, message):
         ({"loss_model": "stribeck"}, "friction is missing: loss_model = 'stribeck' needs it"),
         ({"loss_model": "coulomb"}, "efficiency is missing: loss_model = 'coulomb' needs it"),
         (
-            {"loss_model": "stribeck", "friction": iv.GearFriction(), "efficiency": 0.9},
+            {"loss_model": "stribeck", "friction": iv.parts.GearFriction(), "efficiency": 0.9},
             "efficiency does not apply with loss_model = 'stribeck'; remove it",
         ),
-        ({"efficiency": 0.9, "friction": iv.GearFriction()}, "friction does not apply with loss_model = 'coulomb'"),
+        (
+            {"efficiency": 0.9, "friction": iv.parts.GearFriction()},
+            "friction does not apply with loss_model = 'coulomb'",
+        ),
     ],
 )
 def test_gearheads_that_are_refused(changed, message):
     with pytest.raises(iv.InputError, match=message):
-        iv.Gearhead(ratio=20.0, **changed)
+        iv.parts.Gearhead(ratio=20.0, **changed)
 
 
 def actuated(friction):
     """A drive of the paper with another gear, whose friction is about that of the original one."""
-    gear = iv.Gearhead(ratio=4.0, loss_model="stribeck", friction=friction)
-    return replace(GEARED, gearhead=gear, guideway=iv.Guideway(friction=0.5))
+    gear = iv.parts.Gearhead(ratio=4.0, loss_model="stribeck", friction=friction)
+    return replace(GEARED, gearhead=gear, guideway=iv.parts.Guideway(friction=0.5))
 
 
-LOADED = iv.GearFriction(
+LOADED = iv.parts.GearFriction(
     friction=0.004,
     viscous=4e-5,
     friction_stribeck=0.006,
@@ -237,14 +245,15 @@ def turned(key, sign, pause=0.3):
     """An identified actuator as a joint: its friction with a motor strong enough for it, and a moment of 1.5 times that."""
     friction = IDENTIFIED[key].friction
     rest = friction.friction + friction.friction_stribeck
-    gear = iv.Gearhead(
+    gear = iv.parts.Gearhead(
         ratio=max(4.0, 6.0 * rest / GEARED.motor.continuous_torque), loss_model="stribeck", friction=friction
     )
-    drive = iv.ConventionalDrive(motor=GEARED.motor, gearhead=gear, shaft=iv.Shaft(), amplifier=GEARED.amplifier)
+    drive = iv.ConventionalDrive(motor=GEARED.motor, gearhead=gear, shaft=iv.parts.Shaft(), amplifier=GEARED.amplifier)
     motion = Reaches(angle=1.0, time=0.8, pause=pause)
     return drive, DutyCycle(motion=motion, moment=sign * 1.5 * rest, load_inertia=0.01)
 
 
+@pytest.mark.slow
 @sampled(
     ("friction", "force", "pause"),
     [
@@ -310,7 +319,7 @@ def test_derivatives_are_exact_by_every_method():
 
 
 def test_without_friction_nothing_is_lost():
-    gear = iv.Gearhead(ratio=4.0, loss_model="stribeck", friction=LOADED).without_friction()
+    gear = iv.parts.Gearhead(ratio=4.0, loss_model="stribeck", friction=LOADED).without_friction()
     assert gear.lossless
     point = gear.operate(output_torque=2.0, output_speed=3.0, motor_rated_torque=1.0)
     assert (point.loss, point.motor_torque) == (0.0, 0.5)

@@ -7,7 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import ConstantForce, DutyCycle, Hold, Reaches, Rest, Scenario, duty_cycle, two_ways
+from infinivar import DutyCycle, Scenario, duty_cycle
+from infinivar.analysis import two_ways
+from infinivar.motion import ConstantForce, Hold, Reaches, Rest
 from internals import DERIVATIVE_METHODS as METHODS
 from internals import evaluated, gradient
 from internals import loss_outcome as loss
@@ -36,7 +38,7 @@ def test_a_better_cooled_motor_does_not_rub_more(drive):
 
 
 def worm(**changed):
-    return iv.Gearhead(**{"ratio": 20.0, "efficiency": 0.4, "loss_model": "proportional", **changed})
+    return iv.parts.Gearhead(**{"ratio": 20.0, "efficiency": 0.4, "loss_model": "proportional", **changed})
 
 
 def test_a_gear_has_an_efficiency_each_way():
@@ -80,9 +82,10 @@ def test_what_is_refused(changed, message):
 
 def wormed(back):
     gear = worm(ratio=4.0, efficiency=0.7, backdriving_efficiency=back)
-    return replace(GEARED, gearhead=gear, guideway=iv.Guideway(friction=0.5))
+    return replace(GEARED, gearhead=gear, guideway=iv.parts.Guideway(friction=0.5))
 
 
+@pytest.mark.slow
 @sampled("back", [0.7, 0.35, 0.0], every=3)
 def test_motion_and_simulation_agree_when_the_load_drives(back):
     """Lifting and lowering against 25 N: by inverse dynamics and in time, through every efficiency back."""

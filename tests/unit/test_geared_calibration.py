@@ -37,7 +37,7 @@ def found(study):
 
 def test_truth_is_recovered_exactly_without_errors(study):
     rig = dataclasses.replace(study.rig, current_gain_deviation=0.0, torque_gain_deviation=0.0)
-    exact = iv.calibrate_geared(dataclasses.replace(study, rig=rig), NAME, measured(study, seed=None))
+    exact = iv.calibration.calibrate_geared(dataclasses.replace(study, rig=rig), NAME, measured(study, seed=None))
     for name, value in TRUE.items():
         assert exact.fit.values[name] == pytest.approx(value, rel=1e-5), name
 
@@ -78,7 +78,7 @@ def test_the_calibrated_drive_gives_the_readings_of_the_true_one(study, found):
 def test_intervals_cover_the_truth_in_95_percent_of_sessions(study):
     sessions, inside = 200, dict.fromkeys(TRUE, 0)
     for seed in range(sessions):
-        fit = iv.calibrate_geared(study, NAME, measured(study, seed=seed)).fit
+        fit = iv.calibration.calibrate_geared(study, NAME, measured(study, seed=seed)).fit
         for name, value in TRUE.items():
             low, high = fit.interval(name)
             inside[name] += low <= value <= high
@@ -110,6 +110,7 @@ def test_torque_constant_needs_voltage_or_current(study):
     assert value == pytest.approx(TRUE["resistance"] / TRUE["torque_constant"] ** 2, rel=0.1)
 
 
+@pytest.mark.slow
 def test_advised_data_identify_what_they_promise(study):
     """The number of combinations that stay open after each remedy, against a calibration of a bench that has these data."""
     speed = np.linspace(10.0, 60.0, 30)
@@ -232,7 +233,7 @@ def test_a_speed_at_the_motor_with_a_torque_at_the_output(study, tmp_path):
 
 
 def test_known_values_of_a_proportional_gear_give_its_efficiency(study):
-    gear = iv.Gearhead(ratio=10.0, efficiency=0.8, loss_model="proportional")
+    gear = iv.parts.Gearhead(ratio=10.0, efficiency=0.8, loss_model="proportional")
     drive = dataclasses.replace(study.drives[NAME], gearhead=gear)
     same = model.gearhead_with(gear, model.known_values(drive))
     where = {"output_torque": 3.0, "output_speed": 2.0, "motor_rated_torque": 1.0}
@@ -267,10 +268,13 @@ def windows(study, columns, method="weak"):
     return pendulum.pendulum_of("swing", NamedColumns(columns, lines, {}), study.rig, study.drives[NAME], method=method)
 
 
+@pytest.mark.slow
 def test_a_pendulum_gives_the_truth_by_the_weak_form_and_by_inverse_dynamics(study):
     own = hanging(study)
     columns = swung(own, seed=4)
-    found = {one: iv.calibrate_geared(own, NAME, windows(own, columns, one)).fit for one in ("weak", "inverse")}
+    found = {
+        one: iv.calibration.calibrate_geared(own, NAME, windows(own, columns, one)).fit for one in ("weak", "inverse")
+    }
     for fit in found.values():
         assert fit.combination == tuple(SWUNG)
         for name, value in SWUNG.items():
@@ -295,11 +299,11 @@ def test_the_weak_form_needs_no_derivative_of_the_angle(study):
 def test_a_pendulum_without_voltage_gives_the_torque_constant_but_no_resistance(study):
     own = hanging(study)
     data = windows(own, swung(own, noise={"angle": 1e-4, "current": 0.01}))
-    found = iv.calibrate_geared(own, NAME, data)
+    found = iv.calibration.calibrate_geared(own, NAME, data)
     assert "resistance" not in found.fit.names
     assert abs(found.fit.values["torque_constant"] - 0.027) < 3.3 * found.fit.deviations["torque_constant"]
     with pytest.raises(iv.InputError, match="requires a column voltage"):
-        iv.calibrate_geared(own, NAME, data, parameters=["resistance"])
+        iv.calibration.calibrate_geared(own, NAME, data, parameters=["resistance"])
 
 
 def test_rest_of_a_pendulum_is_left_out(study):
@@ -307,7 +311,7 @@ def test_rest_of_a_pendulum_is_left_out(study):
     columns = swung(own, noise={"angle": 1e-5, "current": 0.01})
     still = columns["time"] > 10.0
     columns["angle"][still] = columns["angle"][still][0]
-    found = iv.calibrate_geared(own, NAME, windows(own, columns))
+    found = iv.calibration.calibrate_geared(own, NAME, windows(own, columns))
     assert any("the pendulum rests" in one.reason for one in found.left_out)
 
 
@@ -316,7 +320,7 @@ def test_intervals_of_a_pendulum_cover_the_truth(study):
     own = hanging(study)
     sessions, inside = 60, dict.fromkeys(SWUNG, 0)
     for seed in range(sessions):
-        fit = iv.calibrate_geared(own, NAME, windows(own, swung(own, seed=seed))).fit
+        fit = iv.calibration.calibrate_geared(own, NAME, windows(own, swung(own, seed=seed))).fit
         for name, value in SWUNG.items():
             low, high = fit.interval(name)
             inside[name] += low <= value <= high
@@ -335,7 +339,7 @@ def test_noise_of_the_angle_counts_once_though_two_signals_show_it(study):
     off = {name: [] for name in SWUNG}
     for seed in range(40):
         columns = swung(own, seed=seed, noise={**HEARD, "angle": 3e-3})
-        fit = iv.calibrate_geared(own, NAME, windows(own, columns)).fit
+        fit = iv.calibration.calibrate_geared(own, NAME, windows(own, columns)).fit
         for name, value in SWUNG.items():
             off[name].append((fit.values[name] - value) / fit.deviations[name])
     for name, several in off.items():  # 2.7 standard deviations of a scatter of 40: 30 %
@@ -350,7 +354,7 @@ def test_noise_of_the_angle_biases_inverse_dynamics_more_than_the_weak_form(stud
     for seed in range(20):
         columns = swung(own, seed=seed, noise={**HEARD, "angle": 3e-3}, duration=16.0)
         for method, found in off.items():
-            fit = iv.calibrate_geared(own, NAME, windows(own, columns, method)).fit
+            fit = iv.calibration.calibrate_geared(own, NAME, windows(own, columns, method)).fit
             found.append((fit.values["load_share"] - SWUNG["load_share"]) / fit.deviations["load_share"])
     assert abs(np.mean(off["weak"])) < 0.6
     assert np.mean(off["inverse"]) > np.mean(off["weak"]) + 0.3

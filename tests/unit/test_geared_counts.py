@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar import Amplifier, Guideway, Limit, Pulley
+from infinivar import Limit
+from infinivar.parts import Amplifier, Guideway, Pulley
 from internals import (
     Radii,
     RegionTask,
@@ -31,12 +32,12 @@ from sampled import sampled
 KNEE = loaded("knee_walking")
 PULLEY = KNEE.drives["geared"]
 RADII = (0.002, 0.06)
-REACH = iv.DutyCycle(motion=iv.Reaches(distance=0.2, time=0.6, pause=1.5), load_mass=0.8, force=-25.0)
-SHAKE = iv.DutyCycle(motion=iv.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-20.0)
-LIFT = iv.DutyCycle(motion=iv.Sinusoid(distance=0.1, frequency=0.5), load_mass=0.5, force=-12.0)
+REACH = iv.DutyCycle(motion=iv.motion.Reaches(distance=0.2, time=0.6, pause=1.5), load_mass=0.8, force=-25.0)
+SHAKE = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-20.0)
+LIFT = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.1, frequency=0.5), load_mass=0.5, force=-12.0)
 TIME = np.linspace(0.0, 3.0, 61)
 RUN = iv.DutyCycle(
-    motion=iv.Recording(
+    motion=iv.motion.Recording(
         file="log", time=TIME, position=0.05 * np.sin(2.0 * TIME), force=-60.0 * np.cos(3.0 * TIME), closed=False
     ),
     load_mass=1.0,
@@ -182,6 +183,7 @@ def test_every_pair_with_a_radius_that_returns_no_power_is_found():
     assert narrow
 
 
+@pytest.mark.slow
 def test_the_points_of_a_region_that_return_power_are_found():
     """Few of its points decide, whatever pair and radius."""
     template = accepting_none(3.0)
@@ -226,6 +228,7 @@ def test_intervals_and_windows():
         assert np.all(places == 0)
 
 
+@pytest.mark.slow
 def test_the_nearest_miss_exceeds_something():
     """A pair that keeps all limits, but was not judged for its mass, is no miss."""
     motors, gearheads, pairs = part_tables(31, motors=4, gearheads=3, gaps=0.0)

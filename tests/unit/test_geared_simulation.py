@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar import ConstantForce, Limit, Linkage, Output, Reach, Rest, Scenario, Sinusoid
+from infinivar import Limit, Output, Scenario
+from infinivar.motion import ConstantForce, Reach, Rest, Sinusoid
+from infinivar.parts import Linkage
 from internals import compliances, passed_both_ways
 from sampled import sampled
 
-MOTOR = iv.Motor(
+MOTOR = iv.parts.Motor(
     voltage=48.0,
     resistance=0.6,
     torque_constant=0.05,
@@ -20,16 +22,16 @@ MOTOR = iv.Motor(
     rotor_inertia=1e-5,
     inductance=0.3e-3,
 )
-GEAR = iv.Gearhead(ratio=5.0, efficiency=0.9, loss_model="proportional", backdriving_efficiency=0.85)
-DIRECT = iv.Gearhead(ratio=1.0, efficiency=1.0)
-BALL = iv.Screw(shape="ball", lead=5e-3, diameter=16e-3, efficiency=0.9, friction_torque=5e-3)
-LOCKING = iv.Screw(lead=2e-3, diameter=9e-3, friction_coefficient=0.15, flank_angle=math.radians(15.0))
-BELT = iv.Belt(pitch=3e-3, teeth=20, efficiency=0.96, backdriving_efficiency=0.94, friction_torque=5e-3)
+GEAR = iv.parts.Gearhead(ratio=5.0, efficiency=0.9, loss_model="proportional", backdriving_efficiency=0.85)
+DIRECT = iv.parts.Gearhead(ratio=1.0, efficiency=1.0)
+BALL = iv.parts.Screw(shape="ball", lead=5e-3, diameter=16e-3, efficiency=0.9, friction_torque=5e-3)
+LOCKING = iv.parts.Screw(lead=2e-3, diameter=9e-3, friction_coefficient=0.15, flank_angle=math.radians(15.0))
+BELT = iv.parts.Belt(pitch=3e-3, teeth=20, efficiency=0.96, backdriving_efficiency=0.94, friction_torque=5e-3)
 STRETCH = {"specific_stiffness": 1e5, "span": 0.4, "other_span": 0.8}
 
 
 def drive(gearhead=GEAR, **stage):
-    guideway = iv.Guideway(friction=0.0 if "shaft" in stage else 4.0)
+    guideway = iv.parts.Guideway(friction=0.0 if "shaft" in stage else 4.0)
     return iv.ConventionalDrive(motor=MOTOR, gearhead=gearhead, guideway=guideway, output_inertia=2e-6, **stage)
 
 
@@ -42,11 +44,12 @@ PAIRS = {
     "belt": drive(belt=BELT),
     "belt that stretches": drive(belt=replace(BELT, **STRETCH)),
     "rack on an elastic gear": drive(
-        replace(GEAR, stiffness=40.0), rack=iv.Rack(module=1e-3, teeth=20, efficiency=0.95)
+        replace(GEAR, stiffness=40.0), rack=iv.parts.Rack(module=1e-3, teeth=20, efficiency=0.95)
     ),
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [one if place % 2 else pytest.param(one, marks=pytest.mark.slow) for place, one in enumerate(PAIRS)]
 )
@@ -54,7 +57,7 @@ def test_inverse_dynamics_and_simulation_agree(name):
     """A weight moved up and down: energy from the supply, and the loss of the stage, within 2 %; both audits close."""
     machine = PAIRS[name]
     duty = iv.DutyCycle(motion=SINUSOID, force=-40.0, load_mass=4.0)
-    ways = iv.two_ways(machine, duty)
+    ways = iv.analysis.two_ways(machine, duty)
     assert ways.followed == pytest.approx(ways.prescribed, rel=0.02)
     title = machine.stage.title
     assert ways.lost_followed[title] == pytest.approx(ways.lost_prescribed[title], rel=0.02)
@@ -65,8 +68,8 @@ def test_inverse_dynamics_and_simulation_agree(name):
 @pytest.mark.parametrize(("share", "moves"), [(0.9, True), (1.02, False), (2.0, False)])
 def test_a_screw_holds_its_load_without_current_beyond_its_lead_angle(share, moves):
     """Motor without current and without friction of its own: 200 N drive the screw back only below rho = lambda."""
-    part = iv.Screw(lead=2e-3, diameter=9e-3, friction_angle=share * float(LOCKING.lead_angle))
-    machine = replace(drive(DIRECT, screw=part), motor=MOTOR.without_friction(), guideway=iv.Guideway())
+    part = iv.parts.Screw(lead=2e-3, diameter=9e-3, friction_angle=share * float(LOCKING.lead_angle))
+    machine = replace(drive(DIRECT, screw=part), motor=MOTOR.without_friction(), guideway=iv.parts.Guideway())
     run = iv.simulate(
         machine, Scenario(duration=0.5, link="free", force=ConstantForce(size=-200.0), load_mass=5.0, output_step=0.05)
     )
@@ -119,7 +122,7 @@ def test_controllers_know_the_friction_of_gear_and_stage(gear, stage):
 
 def reversing(gearhead, duration=2.0):
     """A load that friction holds, moved to and fro by a motor with an encoder."""
-    machine = drive(gearhead, pulley=iv.Pulley(radius=0.01))
+    machine = drive(gearhead, pulley=iv.parts.Pulley(radius=0.01))
     scenario = Scenario(
         duration=duration, motion=Sinusoid(distance=0.01, frequency=1.0), load_mass=1.0, output_step=duration / 4000
     )
@@ -162,6 +165,7 @@ def test_backlash_alone_leaves_a_gear_open():
     assert np.all(np.abs(torque) <= 0.1 * np.abs(speed))
 
 
+@pytest.mark.slow
 def test_a_stiff_gear_is_a_rigid_gear():
     """The twist falls as 1/k: a tenfold stiffness has a tenth of the difference to the rigid gear."""
     scenario = Scenario(
@@ -177,10 +181,11 @@ def test_a_stiff_gear_is_a_rigid_gear():
     assert ends[2000.0] < 2e-5
 
 
+@pytest.mark.slow
 def test_a_belt_stretches_by_force_over_stiffness():
     """At rest under a weight the load hangs lower than the motor by F/k, without friction of the guideway."""
     part = replace(BELT, **STRETCH)
-    machine = replace(drive(belt=part), guideway=iv.Guideway())
+    machine = replace(drive(belt=part), guideway=iv.parts.Guideway())
     scenario = Scenario(duration=0.3, motion=Rest(), force=ConstantForce(size=-200.0), load_mass=2.0)
     run = iv.simulate(machine, scenario)
     turned = run.trajectory.signals["motor_angle"] / GEAR.ratio * part.travel_per_radian
@@ -191,6 +196,7 @@ def test_a_belt_stretches_by_force_over_stiffness():
     assert force[-1] == pytest.approx(200.0, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_limits_of_a_screw_over_time():
     """Buckling and speed are events; rated life is one demand of the whole run."""
     part = replace(
@@ -206,8 +212,9 @@ def test_limits_of_a_screw_over_time():
     assert (life.start, life.end) == (0.0, 0.5)
 
 
+@pytest.mark.slow
 def test_a_geared_shaft_turns_a_joint_over_time():
-    machine = drive(shaft=iv.Shaft(friction_torque=0.05))
+    machine = drive(shaft=iv.parts.Shaft(friction_torque=0.05))
     run = iv.simulate(machine, Scenario(duration=0.6, motion=Reach(angle=0.5, time=0.4), load_inertia=0.02))
     assert run.trajectory.closure < 1e-6
     assert run.trajectory.signals["l"][-1] == pytest.approx(0.5, abs=1e-3)
@@ -230,12 +237,15 @@ def test_backlash_needs_a_stiffness():
         replace(GEAR, backlash=0.01)
 
 
+@pytest.mark.slow
 def test_a_geared_shaft_moves_a_joint_by_a_four_bar():
     """Inverse dynamics and simulation of the same swing within 2 %; both audits close."""
     linkage = Linkage(shape="four-bar", base=0.2, arm=0.06, crank=0.05, coupler=0.2, offset=1.5)
     gear = replace(GEAR, loss_model="coulomb", backdriving_efficiency=None)
-    machine = replace(drive(gear, shaft=iv.Shaft(friction_torque=0.02)), output=Output(linkage=linkage))
-    ways = iv.two_ways(machine, iv.DutyCycle(motion=Sinusoid(angle=0.3, frequency=1.0), moment=-2.0, load_inertia=0.03))
+    machine = replace(drive(gear, shaft=iv.parts.Shaft(friction_torque=0.02)), output=Output(linkage=linkage))
+    ways = iv.analysis.two_ways(
+        machine, iv.DutyCycle(motion=Sinusoid(angle=0.3, frequency=1.0), moment=-2.0, load_inertia=0.03)
+    )
     assert ways.followed == pytest.approx(ways.prescribed, rel=0.02)
     assert ways.simulation.trajectory.closure < 1e-6
     with pytest.raises(iv.ParameterError, match="needs a drive that moves along a line; use four-bar"):
@@ -261,9 +271,10 @@ def test_the_rotor_is_inertia_enough(stage, inertia):
         replace(bare, motor=replace(bare.motor, rotor_inertia=None)).check_motion()
 
 
+@pytest.mark.slow
 def test_peaks_of_a_gearhead_are_those_of_inverse_dynamics():
     """A load shaken along a rack, with ratings of half the peaks: the run exceeds them as motor and continuous rating."""
-    still = drive(rack=iv.Rack(module=1e-3, teeth=20, efficiency=0.95))
+    still = drive(rack=iv.parts.Rack(module=1e-3, teeth=20, efficiency=0.95))
     load = {"load_mass": 2.0}
     motion = Sinusoid(distance=0.02, frequency=3.0)
     point = iv.duty_cycle(still, iv.DutyCycle(motion=motion, **load)).point

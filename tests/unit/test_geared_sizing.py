@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar import Guideway, Limit, Pulley, Screw
+from infinivar import Limit
+from infinivar.parts import Guideway, Pulley, Screw
 from internals import HOT_GEARED as HOT
 from internals import (
     REQUIREMENT,
@@ -39,10 +40,10 @@ KNEE = loaded("knee_walking")
 ANKLE = loaded("ankle_walking")
 PULLEY = KNEE.drives["geared"]
 HEAVY_PULLEY = replace(PULLEY, pulley=Pulley(radius=0.008, friction_torque=0.02), output_inertia=3e-5)
-SHAKE = iv.DutyCycle(motion=iv.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-20.0)
-REACH = iv.DutyCycle(motion=iv.Reaches(distance=0.2, time=0.6, pause=1.5), load_mass=0.8, force=-25.0)
+SHAKE = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-20.0)
+REACH = iv.DutyCycle(motion=iv.motion.Reaches(distance=0.2, time=0.6, pause=1.5), load_mass=0.8, force=-25.0)
 """Holds at rest under load for most of the time."""
-HOLD = iv.DutyCycle(motion=iv.Hold(time=2.0), force=-70.0)
+HOLD = iv.DutyCycle(motion=iv.motion.Hold(time=2.0), force=-70.0)
 REGION = iv.Requirement(force=120.0, speed=0.3, power=16.0, quadrants=4)
 SAMPLES = 200
 
@@ -50,7 +51,7 @@ SAMPLES = 200
 def run_of_knee():
     """A run that ends before anything has settled."""
     time = np.linspace(0.0, 3.0, 61)
-    recording = iv.Recording(
+    recording = iv.motion.Recording(
         file="log", time=time, position=0.05 * np.sin(2.0 * time), force=-60.0 * np.cos(3.0 * time), closed=False
     )
     return iv.DutyCycle(motion=recording, load_mass=1.0, start_temperature=320.0)
@@ -61,7 +62,9 @@ def brake():
     time = np.linspace(0.0, 1.0, 101)
     turn = 2.0 * np.pi * time
     return iv.DutyCycle(
-        motion=iv.Recording(file="log", time=time, position=0.05 * np.sin(turn), force=120.0 * np.cos(turn), cutoff=8.0)
+        motion=iv.motion.Recording(
+            file="log", time=time, position=0.05 * np.sin(turn), force=120.0 * np.cos(turn), cutoff=8.0
+        )
     )
 
 
@@ -95,6 +98,7 @@ def one_by_one(found, stage, tasks, rows):
     return demands, power, feasible
 
 
+@pytest.mark.slow
 @sampled("loss_model", ["coulomb", "proportional"], every=2)
 @pytest.mark.parametrize("template", [PULLEY, HEAVY_PULLEY], ids=["light", "heavy"])
 def test_demands_are_those_of_duty_cycle_and_steady_map(template, loss_model):
@@ -268,6 +272,7 @@ SEARCHES = {
 EVERY_DAY = ("mass-light-coulomb",)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [one if one in EVERY_DAY else pytest.param(one, marks=pytest.mark.slow) for one in SEARCHES]
 )
@@ -378,6 +383,7 @@ def test_no_radius_is_lost_where_the_direction_of_power_depends_on_it():
     assert cut > 100
 
 
+@pytest.mark.slow
 def test_a_narrow_range_of_cool_radii_is_found():
     """A winding that stays within its limit over few per cent of the radius, between the radii tried first."""
     motors, gearheads, pairs = part_tables(31, motors=1, gearheads=4, thermal=1.0, gaps=0.0)
@@ -410,7 +416,7 @@ def test_a_narrow_range_of_cool_radii_is_found():
 @pytest.mark.parametrize("loss_model", ["coulomb", "proportional"])
 def test_the_bound_of_the_power_is_below_it_at_every_radius(loss_model, amplifier):
     kept = {"regeneration": "store", "storage_efficiency": 0.7} if amplifier == "store" else {}
-    template = replace(HEAVY_PULLEY, amplifier=iv.Amplifier(efficiency=0.9, standby_power=0.3, **kept))
+    template = replace(HEAVY_PULLEY, amplifier=iv.parts.Amplifier(efficiency=0.9, standby_power=0.3, **kept))
     found, tasks = judged(
         template, part_tables(17, motors=6, gearheads=5), {"reach": REACH, "shake": SHAKE}, None, loss_model, 60
     )
@@ -556,7 +562,7 @@ def test_tables_that_are_none():
 
 def test_each_allowance_of_a_part_is_the_field_that_its_limit_names():
     """What is listed is what `utilisation` checks, and twice the field allows twice the demand."""
-    motor = iv.Motor(
+    motor = iv.parts.Motor(
         voltage=24.0,
         resistance=0.6,
         torque_constant=0.02,
@@ -566,7 +572,7 @@ def test_each_allowance_of_a_part_is_the_field_that_its_limit_names():
         demagnetisation_current=20.0,
         max_speed=900.0,
     )
-    gear = iv.Gearhead(
+    gear = iv.parts.Gearhead(
         ratio=5.0, efficiency=0.9, continuous_torque=2.0, intermittent_torque=3.0, max_input_speed=1000.0
     )
     for part, demands in (

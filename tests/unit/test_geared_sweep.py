@@ -26,7 +26,7 @@ max_winding_temperature = "155 degC"
 
 @pytest.fixture(scope="module")
 def problem(shelf):
-    return iv.geared_sweep(WALKING, sets=shelf, radius=RADII, size=4)
+    return iv.sweeps.geared_sweep(WALKING, sets=shelf, radius=RADII, size=4)
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +34,7 @@ def swept(problem, tmp_path_factory):
     return iv.sweep(problem, tmp_path_factory.mktemp("swept") / "s")
 
 
+@pytest.mark.slow
 def test_over_the_radius_designs_front_and_counts_are_those_of_size(problem, swept, shelf):
     found, whole = problem.result(swept), iv.size(WALKING, sets=shelf, radius=RADII, drive="geared")
     assert swept.chunks == problem.chunks == 2
@@ -50,7 +51,7 @@ def test_over_the_radius_designs_front_and_counts_are_those_of_size(problem, swe
 
 
 def test_with_given_stages_designs_front_and_counts_are_those_of_the_search(shelf, tmp_path):
-    problem = iv.geared_sweep(
+    problem = iv.sweeps.geared_sweep(
         WALKING, sets=shelf, radius=(0.004, 0.012), radii=3, objective=("mass", "energy"), size=3, top=4
     )
     found = problem.result(iv.sweep(problem, tmp_path / "s"))
@@ -75,13 +76,13 @@ def test_with_given_stages_designs_front_and_counts_are_those_of_the_search(shel
 def test_candidates_left_are_those_evaluated_where_stages_are_given(tmp_path):
     """Closed forms leave drives whose windings turn out too hot: they are evaluated, and infeasible."""
     (tmp_path / "hot.toml").write_text(SHELF.replace('mass = "310 g"', f'mass = "310 g"\n{WARM}'), "utf-8")
-    problem = iv.geared_sweep(WALKING, sets=tmp_path / "hot.toml", radius=RADII, radii=6, objective="mass")
+    problem = iv.sweeps.geared_sweep(WALKING, sets=tmp_path / "hot.toml", radius=RADII, radii=6, objective="mass")
     swept = problem.result(iv.sweep(problem, tmp_path / "s")).searches["geared"]
-    screws = [iv.Screw(lead=lead, diameter=0.01, friction_coefficient=0.05) for lead in (0.01, 0.02, 0.03)]
+    screws = [iv.parts.Screw(lead=lead, diameter=0.01, friction_coefficient=0.05) for lead in (0.01, 0.02, 0.03)]
     study = replace(WALKING, drives={"screw": replace(WALKING.drives["geared"], pulley=None, screw=screws[0])})
     chosen = {"sets": tmp_path / "hot.toml", "objective": "mass"}
     sized = iv.size(study, leads=[one.lead for one in screws], **chosen).searches["screw"]
-    same = iv.geared_sweep(study, stages=screws, **chosen)
+    same = iv.sweeps.geared_sweep(study, stages=screws, **chosen)
     assert same.result(iv.sweep(same, tmp_path / "t")).searches["screw"].left == sized.left
     for record in (swept, sized):
         hot = sum(one.first for one in record.counts if one.limit == Limit.TEMPERATURE)
@@ -92,9 +93,9 @@ def test_candidates_left_are_those_evaluated_where_stages_are_given(tmp_path):
 
 @pytest.mark.slow
 def test_where_nothing_is_feasible_the_nearest_miss_is_that_of_size(shelf, tmp_path):
-    shake = iv.DutyCycle(motion=iv.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-900.0)
+    shake = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-900.0)
     study = replace(WALKING, duty={"shake": shake})
-    problem = iv.geared_sweep(study, sets=shelf, radius=RADII, size=5)
+    problem = iv.sweeps.geared_sweep(study, sets=shelf, radius=RADII, size=5)
     found, whole = (
         problem.result(iv.sweep(problem, tmp_path / "s")),
         iv.size(study, sets=shelf, radius=RADII, drive="geared"),
@@ -105,14 +106,16 @@ def test_where_nothing_is_feasible_the_nearest_miss_is_that_of_size(shelf, tmp_p
     assert found.searches["geared"].nearest == whole.searches["geared"].nearest
 
 
+@pytest.mark.slow
 @sampled("objective", ["mass", "energy"], every=2)
 def test_of_equal_misses_a_sweep_finds_the_one_that_size_does(shelf, tmp_path, objective):
     """All exceed what the screw permits; what else they exceed decides, and for the least mass whether they state one."""
     screws = [
-        iv.Screw(lead=lead, diameter=0.01, friction_coefficient=0.05, permissible_force=60.0) for lead in (0.01, 0.03)
+        iv.parts.Screw(lead=lead, diameter=0.01, friction_coefficient=0.05, permissible_force=60.0)
+        for lead in (0.01, 0.03)
     ]
     study = replace(WALKING, drives={"screw": replace(WALKING.drives["geared"], pulley=None, screw=screws[0])})
-    problem = iv.geared_sweep(study, sets=shelf, stages=screws, objective=objective, size=2)
+    problem = iv.sweeps.geared_sweep(study, sets=shelf, stages=screws, objective=objective, size=2)
     found = problem.result(iv.sweep(problem, tmp_path / "s")).searches["screw"]
     whole = iv.size(study, sets=shelf, leads=[one.lead for one in screws], objective=objective).searches["screw"]
     assert found.nearest.tightest[1] == Limit.OUTPUT_FORCE
@@ -124,10 +127,10 @@ def test_of_equal_misses_a_sweep_finds_the_one_that_size_does(shelf, tmp_path, o
 def test_the_nearest_miss_of_least_mass_states_its_mass(tmp_path):
     """The heaviest pair would be nearest, but nothing says what it weighs."""
     (tmp_path / "set.toml").write_text(SHELF.replace('mass = "310 g"\n', ""), "utf-8")
-    shake = iv.DutyCycle(motion=iv.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-900.0)
+    shake = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-900.0)
     study = replace(WALKING, duty={"shake": shake})
     for objective, named in (("mass", "b"), ("energy", "c")):
-        problem = iv.geared_sweep(
+        problem = iv.sweeps.geared_sweep(
             study, sets=tmp_path / "set.toml", radius=(0.004, 0.012), radii=3, objective=objective
         )
         found = problem.result(iv.sweep(problem, tmp_path / objective))
@@ -155,15 +158,17 @@ def test_a_sweep_that_is_not_finished_has_no_result(problem, swept, tmp_path):
 )
 def test_other_options_do_not_continue_a_sweep(swept, shelf, change, message):
     options = {"study": WALKING, "radius": RADII, "size": 4, **change}
-    other = iv.geared_sweep(options.pop("study"), sets=shelf, **options)
+    other = iv.sweeps.geared_sweep(options.pop("study"), sets=shelf, **options)
     with pytest.raises(iv.InputError, match=message):
         iv.sweep(other, swept.folder, resume=True)
 
 
 def test_options_that_do_not_fit_are_refused(shelf):
     with pytest.raises(iv.ParameterError, match="stages and radius are both given"):
-        iv.geared_sweep(WALKING, sets=shelf, stages=[WALKING.drives["geared"].pulley], radius=RADII, drive="geared")
+        iv.sweeps.geared_sweep(
+            WALKING, sets=shelf, stages=[WALKING.drives["geared"].pulley], radius=RADII, drive="geared"
+        )
     with pytest.raises(iv.ParameterError, match="radii must be a whole number >= 2, got 1"):
-        iv.geared_sweep(WALKING, sets=shelf, radii=1)
+        iv.sweeps.geared_sweep(WALKING, sets=shelf, radii=1)
     with pytest.raises(iv.ParameterError, match="size must be >= 1, got 0"):
-        iv.geared_sweep(WALKING, sets=shelf, size=0)
+        iv.sweeps.geared_sweep(WALKING, sets=shelf, size=0)

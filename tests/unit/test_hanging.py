@@ -74,6 +74,7 @@ def test_rows_that_flip_come_first_and_there_are_at_most_ten(found):
         assert one.hangs_on.tried >= len(rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["knee_walking", "hand_controller", "two_joint_arm"])
 def test_a_row_is_what_the_changed_study_gives(name, shipped, found):
     study, hanging = shipped[name], found[name].hangs_on
@@ -118,12 +119,13 @@ def test_every_row_of_a_duty_cycle_is_the_energy_of_the_changed_drive(shipped, f
 def test_the_least_loss_of_a_cylinder_is_that_of_its_policies(shipped):
     study = shipped["knee_walking"]
     drive, duty = study.drives["cobotic"], study.duty["walking"]
-    _, chosen, *_ = iv.policies(drive, duty)
+    _, chosen, *_ = iv.analysis.policies(drive, duty)
     for factor in (0.93, 1.07):
         other = iv.duty_cycle(replace(drive, cylinder_speed=factor * chosen.fastest), duty)
         assert other.cold_power > chosen.power_in or not other.feasible
 
 
+@pytest.mark.slow
 def test_a_tie_is_undecidable_and_names_the_choice(tmp_path):
     # Both drives are the same but for the steering model, which one of them states.
     study = written(tmp_path, TIE.format(law="", fixed="shear"))
@@ -196,6 +198,7 @@ def test_the_table_is_in_the_dictionary_and_in_lines(found):
     assert len(hanging.to_dataframe()) == 1 + len(hanging.rows)
 
 
+@pytest.mark.slow
 def test_a_wide_table_is_wrapped_to_100_columns_and_keeps_every_word(found, shipped):
     for hanging in (
         found["hand_controller"].hangs_on,
@@ -206,6 +209,7 @@ def test_a_wide_table_is_wrapped_to_100_columns_and_keeps_every_word(found, ship
         assert sorted(said) == sorted("".join("".join(map("".join, (hanging.heading, *hanging.cells))).split()))
 
 
+@pytest.mark.slow
 def test_the_verdict_of_a_search_has_the_table_as_well(shipped, tmp_path):
     shelf = tmp_path / "shelf.toml"
     shelf.write_text(SLOW, "utf-8")
@@ -224,6 +228,7 @@ def test_the_verdict_of_a_search_has_the_table_as_well(shipped, tmp_path):
     assert sizing.to_dict()["hangs_on"]["decided"]
 
 
+@pytest.mark.slow
 def test_simulated_energies_are_a_row(tmp_path):
     """What controllers make of a motion is open, too: prescribed energy plus what the simulation of the cycle adds."""
     file = tmp_path / "geared.toml"

@@ -21,7 +21,7 @@ from internals import (
 from internals import stability_map_figure as map_figure
 from internals import z_width_figure as width_figure
 
-ARM = iv.ArmModel.named("vanbeek2015")
+ARM = iv.motion.ArmModel.named("vanbeek2015")
 
 
 @pytest.fixture(scope="module")
@@ -31,18 +31,18 @@ def drives():
 
 @pytest.fixture(scope="module")
 def admittance(drives):
-    return iv.AdmittanceDisplay(drive=drives["cobotic"], virtual_mass=1.0, filter_frequency=100.0)
+    return iv.displays.AdmittanceDisplay(drive=drives["cobotic"], virtual_mass=1.0, filter_frequency=100.0)
 
 
 @pytest.fixture(scope="module")
 def geared(drives):
-    return iv.ImpedanceDisplay(drive=drives["motor2-gear4"], wall_stiffness=2000.0, viscous_friction=2.0)
+    return iv.displays.ImpedanceDisplay(drive=drives["motor2-gear4"], wall_stiffness=2000.0, viscous_friction=2.0)
 
 
 @pytest.fixture(scope="module")
 def found(admittance):
     over = {"virtual_mass": np.geomspace(0.2, 5.0, 12), "wall_stiffness": np.geomspace(1e3, 1e5, 10)}
-    return iv.stability_map(admittance, ARM, over)
+    return iv.displays.stability_map(admittance, ARM, over)
 
 
 def test_the_map_and_its_boundary(admittance, found):
@@ -52,7 +52,7 @@ def test_the_map_and_its_boundary(admittance, found):
         at = replace(admittance, virtual_mass=mass, wall_stiffness=stiffness)
         assert sampled_loop(at, ARM).growth == pytest.approx(1.0, abs=1e-8)
     edge = found.least[0]
-    assert edge == pytest.approx(iv.least_stable_mass(replace(admittance, wall_stiffness=1e3), ARM), rel=1e-6)
+    assert edge == pytest.approx(iv.displays.least_stable_mass(replace(admittance, wall_stiffness=1e3), ARM), rel=1e-6)
     assert math.isnan(found.least[-1])
     assert found.units == ("kg", "N/m")
     assert found.verdict.startswith("Stable in ")
@@ -66,22 +66,25 @@ def test_the_map_and_its_boundary(admittance, found):
     assert found.to_xarray().growth.dims == ("wall_stiffness", "virtual_mass")
 
 
+@pytest.mark.slow
 def test_usual_maps(admittance, geared):
     for display, first in ((admittance, "virtual_mass"), (geared, "wall_stiffness")):
-        usual = iv.stability_map(display, ARM)
+        usual = iv.displays.stability_map(display, ARM)
         assert (usual.first, usual.growth.shape) == (first, (50, 50))
         assert 0.1 < usual.stable.mean() < 0.9
 
 
 def test_a_wall_that_is_stiffer_needs_a_higher_rate(geared):
-    usual = iv.stability_map(geared, ARM, {"wall_stiffness": [1e2, 1e4, 1e6], "sample_rate": [500.0, 1e3, 4e3]})
+    usual = iv.displays.stability_map(
+        geared, ARM, {"wall_stiffness": [1e2, 1e4, 1e6], "sample_rate": [500.0, 1e3, 4e3]}
+    )
     assert np.all(np.diff(usual.most) > 0)
-    assert usual.most[1] == pytest.approx(iv.stiffest_wall(geared, ARM), rel=1e-6)
+    assert usual.most[1] == pytest.approx(iv.displays.stiffest_wall(geared, ARM), rel=1e-6)
 
 
 def test_a_verdict_states_the_bound_that_matters(geared):
     over = {"sample_rate": [300.0, 1e3, 4e3], "wall_stiffness": [500.0, 2000.0, 1e4]}
-    found = iv.stability_map(geared, ARM, over)
+    found = iv.displays.stability_map(geared, ARM, over)
     assert np.all(np.diff(found.least) >= 0)
     assert "least stable sample rate beyond 300 Hz at a wall stiffness of 500 N/m, 1" in found.verdict
 
@@ -91,8 +94,8 @@ def test_free_and_clamped(admittance, geared):
     assert sampled_loop(admittance, "free").growth == 1.0
     assert sampled_loop(replace(admittance, virtual_mass=1e-3), "free").stable
     heavy = replace(admittance, handle_mass=0.5)
-    assert 0.05 < iv.least_stable_mass(heavy, "free") < iv.least_stable_mass(heavy, ARM)
-    assert iv.least_stable_mass(admittance, "clamped") > 100.0 * iv.least_stable_mass(admittance, ARM)
+    assert 0.05 < iv.displays.least_stable_mass(heavy, "free") < iv.displays.least_stable_mass(heavy, ARM)
+    assert iv.displays.least_stable_mass(admittance, "clamped") > 100.0 * iv.displays.least_stable_mass(admittance, ARM)
     assert sampled_loop(geared, "clamped").growth == 0.0
 
 
@@ -117,23 +120,24 @@ def test_a_force_sensor_makes_a_geared_drive_lighter_and_no_wall_softer(geared):
     assert mass.imag / omega == pytest.approx(geared.reflected_mass / 5.0 + 4.0 * lag * geared.damping / 25.0, rel=1e-4)
     assert -spring.imag * omega == pytest.approx(2000.0 - omega**2 * geared.reflected_mass / 5.0, rel=1e-3)
     free = replace(helped.softest(), handle_mass=0.5)
-    largest = iv.largest_force_gain(free, ARM)
+    largest = iv.displays.largest_force_gain(free, ARM)
     assert sampled_loop(replace(free, force_gain=largest), ARM).growth == pytest.approx(1.0, abs=1e-8)
     assert not sampled_loop(replace(free, force_gain=1.01 * largest), ARM).stable
     # A clamped handle feels the motor's force at once: in the loop are the gain, the filter and the late sample.
-    assert iv.largest_force_gain(free, "clamped") < largest
+    assert iv.displays.largest_force_gain(free, "clamped") < largest
     with pytest.raises(iv.InputError, match="filter_frequency is missing"):
         replace(geared, force_gain=1.0)
     with pytest.raises(iv.InputError, match="display must be an ImpedanceDisplay, got an AdmittanceDisplay"):
-        iv.largest_force_gain(
-            iv.AdmittanceDisplay(drive=iv.load_study("hand_controller").drives["cobotic"], virtual_mass=1.0), ARM
+        iv.displays.largest_force_gain(
+            iv.displays.AdmittanceDisplay(drive=iv.load_study("hand_controller").drives["cobotic"], virtual_mass=1.0),
+            ARM,
         )
 
 
 def test_z_width(admittance, geared):
-    width = iv.z_width(admittance, ARM)
-    assert width.least_mass == pytest.approx(1.1 * iv.least_stable_mass(admittance, ARM))
-    assert width.wall == pytest.approx(iv.stiffest_wall(admittance, ARM) / 1.1)
+    width = iv.displays.z_width(admittance, ARM)
+    assert width.least_mass == pytest.approx(1.1 * iv.displays.least_stable_mass(admittance, ARM))
+    assert width.wall == pytest.approx(iv.displays.stiffest_wall(admittance, ARM) / 1.1)
     assert width.mass_felt[0] == pytest.approx(width.least_mass, rel=1e-3)
     assert width.stiffness_felt[0] == pytest.approx(width.wall, rel=1e-3)
     assert np.all(width.decades[width.frequency < 10.0] > 0.5)
@@ -143,7 +147,7 @@ def test_z_width(admittance, geared):
     drawn = width_figure.data(width)
     np.testing.assert_array_equal(drawn["softest"], np.abs(width.softest))
     assert width.plot().axes[0].get_xlabel() == "frequency [Hz]"
-    other = iv.z_width(geared, ARM, [0.5, 5.0, 50.0], margin=2.0)
+    other = iv.displays.z_width(geared, ARM, [0.5, 5.0, 50.0], margin=2.0)
     assert math.isnan(other.least_mass)
     assert other.to_dict()["least_mass_kg"] is None
     assert other.mass_felt == pytest.approx(geared.reflected_mass, rel=1e-6)
@@ -153,7 +157,7 @@ def test_z_width(admittance, geared):
 
 def test_a_wall_on_the_virtual_mass_has_no_stiffest(admittance):
     """The position loop follows a virtual mass that stands still: only its own stiffness and creep limit what is felt."""
-    width = iv.z_width(replace(admittance, wall="virtual"), ARM, [0.1, 1.0])
+    width = iv.displays.z_width(replace(admittance, wall="virtual"), ARM, [0.1, 1.0])
     assert not width.limited
     assert "which stability does not limit" in width.verdict
     drive = admittance.drive
@@ -164,15 +168,15 @@ def test_a_wall_on_the_virtual_mass_has_no_stiffest(admittance):
 
 
 def test_passivity_of_an_impedance_display(geared):
-    two = iv.passivity(geared)
+    two = iv.displays.passivity(geared)
     assert two.passive is False
     assert two.required == pytest.approx(3.0)
     assert two.verdict == "Not passive: viscous friction of 2 N s/m < 3 N s/m, the condition for one sample late."
     at_once = replace(geared, samples_late=0)
-    assert iv.passivity(at_once).verdict == "Passive: viscous friction of 2 N s/m > 1 N s/m, K T/2 + |B|."
-    dry = iv.passivity(replace(geared, viscous_friction=0.0))
+    assert iv.displays.passivity(at_once).verdict == "Passive: viscous friction of 2 N s/m > 1 N s/m, K T/2 + |B|."
+    dry = iv.displays.passivity(replace(geared, viscous_friction=0.0))
     assert "Coulomb friction only" in dry.verdict
-    assert iv.passivity(geared.softest()).passive
+    assert iv.displays.passivity(geared.softest()).passive
     json.dumps(dry.to_dict(), allow_nan=False)
 
 
@@ -189,7 +193,7 @@ def test_an_admittance_display_is_not_passive_at_any_mass(admittance):
     np.testing.assert_allclose(found.real, -omega * mass * np.sin(omega * lag), rtol=1e-10)
     assert np.all(found.real < 0.0)
     for size in (0.1, 1.0, 10.0, 100.0):
-        shown = iv.passivity(replace(admittance, virtual_mass=size))
+        shown = iv.displays.passivity(replace(admittance, virtual_mass=size))
         assert shown.passive is False
         assert shown.required > 100.0 * size
         assert "passive at no mass" in shown.verdict
@@ -197,7 +201,7 @@ def test_an_admittance_display_is_not_passive_at_any_mass(admittance):
 
 def test_limits_of_guidance(drives):
     drive = drives["cobotic"]
-    held = iv.guidance_limits(drive, speed=0.3, push=20.0)
+    held = iv.displays.guidance_limits(drive, speed=0.3, push=20.0)
     creep = drive.transmission.operate(cylinder_speed=14.0, steering_angle=0.0, link_force=-20.0).link_speed
     assert held.leak_speed == pytest.approx(float(creep), rel=1e-9)
     assert held.leak * 20.0 == pytest.approx(float(creep), rel=1e-6)
@@ -207,7 +211,7 @@ def test_limits_of_guidance(drives):
     assert "leak 0.0217 mm/s per N" in held.verdict
     assert math.isnan(held.turn_rate)
     json.dumps(held.to_dict(), allow_nan=False)
-    slid = iv.guidance_limits(drive, speed=0.3, push=80.0)
+    slid = iv.displays.guidance_limits(drive, speed=0.3, push=80.0)
     assert slid.slips
     assert slid.verdict == "Slips: the push of 80 N is 1.03 of the slip limit of 78 N; no steering holds it."
     assert math.isinf(slid.overrun)
@@ -215,7 +219,7 @@ def test_limits_of_guidance(drives):
 
 
 def test_limits_of_a_planar_cobot():
-    wheel = iv.RollingContact(
+    wheel = iv.transmission.RollingContact(
         wheel_radius=0.03,
         preload=200.0,
         friction=0.3,
@@ -224,8 +228,8 @@ def test_limits_of_a_planar_cobot():
         bearing_torque=0.0,
     )
     positions = [[0.3, 0.0], [-0.2, 0.2], [-0.2, -0.2]]
-    cobot = iv.PlanarCobot(contacts=wheel, positions=positions, mass=40.0, inertia=3.0)
-    found = iv.guidance_limits(cobot, speed=0.5, push=30.0, angle=1.0)
+    cobot = iv.transmission.PlanarCobot(contacts=wheel, positions=positions, mass=40.0, inertia=3.0)
+    found = iv.displays.guidance_limits(cobot, speed=0.5, push=30.0, angle=1.0)
     assert found.slip_force == pytest.approx(180.0)
     assert found.turn_rate == pytest.approx(150.0 / (40.0 * 0.5))
     assert found.overrun == pytest.approx(0.5 / 7.5 * (1.0 - math.cos(1.0)))
@@ -271,19 +275,19 @@ def test_malformed_admittance_displays(admittance, wrong, message):
 
 def test_drives_that_are_no_displays(drives, admittance, geared):
     with pytest.raises(iv.ParameterError, match="drive must be a ConventionalDrive"):
-        iv.ImpedanceDisplay(drive=drives["cobotic"])
+        iv.displays.ImpedanceDisplay(drive=drives["cobotic"])
     with pytest.raises(iv.ParameterError, match="link_mass is missing"):
         replace(admittance, drive=replace(drives["cobotic"], link_mass=None))
     with pytest.raises(iv.ParameterError, match="steering is missing"):
         replace(admittance, drive=replace(drives["cobotic"], steering=None))
-    spring = iv.Output(series_spring=iv.Spring(stiffness=1e4))
+    spring = iv.Output(series_spring=iv.parts.Spring(stiffness=1e4))
     with pytest.raises(iv.ParameterError, match=r"drive\.output must have no springs or linkage"):
         replace(admittance, drive=replace(drives["cobotic"], output=spring))
     drive = drives["motor2-gear4"]
     with pytest.raises(iv.ParameterError, match=r"drive\.gearhead\.stiffness must be left out"):
         replace(geared, drive=replace(drive, gearhead=replace(drive.gearhead, stiffness=50.0)))
     with pytest.raises(iv.ParameterError, match="along a line"):
-        replace(geared, drive=replace(drive, pulley=None, shaft=iv.Shaft(), guideway=iv.Guideway()))
+        replace(geared, drive=replace(drive, pulley=None, shaft=iv.parts.Shaft(), guideway=iv.parts.Guideway()))
     with pytest.raises(iv.ParameterError, match="rotor_inertia is missing"):
         replace(geared, drive=replace(drive, motor=replace(drive.motor, rotor_inertia=None)))
 
@@ -307,7 +311,7 @@ def test_unknown_arms():
     with pytest.raises(
         iv.ParameterError, match=r"arm must be one of vanbeek2015, got 'vanbeek' \(did you mean 'vanbeek2015'\?\)"
     ):
-        iv.ArmModel.named("vanbeek")
+        iv.motion.ArmModel.named("vanbeek")
 
 
 @pytest.mark.parametrize(
@@ -329,41 +333,53 @@ def test_unknown_arms():
 )
 def test_malformed_maps(admittance, over, message):
     with pytest.raises(iv.ParameterError, match=message):
-        iv.stability_map(admittance, ARM, over)
+        iv.displays.stability_map(admittance, ARM, over)
 
 
 def test_other_malformed_arguments(drives, admittance, geared):
     cases = (
         (
-            lambda: iv.stability_map(drives["cobotic"], ARM),
+            lambda: iv.displays.stability_map(drives["cobotic"], ARM),
             "display must be an AdmittanceDisplay or an ImpedanceDisplay",
         ),
-        (lambda: iv.stability_map(admittance, "loose"), "held must be an ArmModel, 'free' or 'clamped', got 'loose'"),
-        (lambda: iv.stability_map(admittance, None), "held must be an ArmModel"),
-        (lambda: iv.least_stable_mass(geared, ARM), "display must be an AdmittanceDisplay, got an ImpedanceDisplay"),
-        (lambda: iv.stiffest_wall(geared, ARM, (10.0, 1.0)), "between must be two rising values > 0"),
-        (lambda: iv.z_width(admittance, "clamped"), "held must be an ArmModel or 'free'"),
         (
-            lambda: iv.z_width(admittance, ARM, [1.0, 500.0]),
+            lambda: iv.displays.stability_map(admittance, "loose"),
+            "held must be an ArmModel, 'free' or 'clamped', got 'loose'",
+        ),
+        (lambda: iv.displays.stability_map(admittance, None), "held must be an ArmModel"),
+        (
+            lambda: iv.displays.least_stable_mass(geared, ARM),
+            "display must be an AdmittanceDisplay, got an ImpedanceDisplay",
+        ),
+        (lambda: iv.displays.stiffest_wall(geared, ARM, (10.0, 1.0)), "between must be two rising values > 0"),
+        (lambda: iv.displays.z_width(admittance, "clamped"), "held must be an ArmModel or 'free'"),
+        (
+            lambda: iv.displays.z_width(admittance, ARM, [1.0, 500.0]),
             r"frequency must be > 0 and < 500 \(half of the sample rate\) Hz",
         ),
-        (lambda: iv.z_width(admittance, ARM, margin=0.5), "margin must be >= 1"),
+        (lambda: iv.displays.z_width(admittance, ARM, margin=0.5), "margin must be >= 1"),
         (
-            lambda: iv.z_width(with_values(admittance, {"drive.control.steering_bandwidth": 90.0}), ARM),
+            lambda: iv.displays.z_width(with_values(admittance, {"drive.control.steering_bandwidth": 90.0}), ARM),
             "no virtual mass is stable in free motion",
         ),
-        (lambda: iv.swept_impedance(replace(admittance, virtual_mass=0.1), ARM, 5.0), "display must settle within"),
+        (
+            lambda: iv.displays.swept_impedance(replace(admittance, virtual_mass=0.1), ARM, 5.0),
+            "display must settle within",
+        ),
         (lambda: run_in_time(admittance, ARM, [0.0], 5), r"start must be 6 values: x_m, v_m_s"),
         (lambda: required_damping(100.0, 1.0, 0.0), "period must be > 0 s"),
         (lambda: required_damping(100.0, 1.0, 1e-3, 2), "late must be 0 or 1"),
-        (lambda: iv.guidance_limits(drives["cobotic"], speed=0.0), "speed must be > 0 m/s"),
-        (lambda: iv.guidance_limits(drives["cobotic"], speed=1.0, push=-1.0), "push must be >= 0 N"),
+        (lambda: iv.displays.guidance_limits(drives["cobotic"], speed=0.0), "speed must be > 0 m/s"),
+        (lambda: iv.displays.guidance_limits(drives["cobotic"], speed=1.0, push=-1.0), "push must be >= 0 N"),
         (
-            lambda: iv.guidance_limits(drives["motor2-gear4"], speed=1.0),
+            lambda: iv.displays.guidance_limits(drives["motor2-gear4"], speed=1.0),
             "machine must be a CoboticDrive or a PlanarCobot",
         ),
-        (lambda: iv.guidance_limits(replace(drives["cobotic"], link_mass=None), speed=1.0), "mass is missing"),
-        (lambda: iv.guidance_limits(drives["cobotic"], speed=1.0, angle=4.0), "angle must be >= 0 and <= 3.14159 rad"),
+        (lambda: iv.displays.guidance_limits(replace(drives["cobotic"], link_mass=None), speed=1.0), "mass is missing"),
+        (
+            lambda: iv.displays.guidance_limits(drives["cobotic"], speed=1.0, angle=4.0),
+            "angle must be >= 0 and <= 3.14159 rad",
+        ),
     )
     for call, message in cases:
         with pytest.raises(iv.ParameterError, match=message):

@@ -45,6 +45,7 @@ def test_cold_copper_gives_the_plain_resistances():
     assert found.winding - AMBIENT == pytest.approx(rise, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_long_cycle_against_integration():
     """A cycle of a minute with a burst: peak, housing and the time of passing, by SciPy step by step."""
     period, count = 60.0, 6000
@@ -237,7 +238,7 @@ def test_missing_data_is_named():
 def test_warm_copper():
     """Copper at 100 C has 1 + 0.0039 x 75 of its resistance at 25 C (maxon2020)."""
     assert heat.warm(MOTOR, 373.15).resistance == pytest.approx(MOTOR.resistance * 1.2925)
-    assert isinstance(heat.warm(MOTOR, 373.15), iv.Motor)
+    assert isinstance(heat.warm(MOTOR, 373.15), iv.parts.Motor)
 
 
 @pytest.mark.parametrize("period", [1.0, 600.0, 86400.0, 1e19])

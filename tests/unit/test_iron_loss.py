@@ -8,10 +8,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import ConstantForce, Cruise, Scenario
+from infinivar import Scenario
+from infinivar.motion import ConstantForce, Cruise
 from infinivar.parts import heat
 
-PLAIN = iv.Motor(
+PLAIN = iv.parts.Motor(
     voltage=24.0,
     resistance=1.5,
     torque_constant=0.024,
@@ -90,9 +91,9 @@ def test_more_iron_loss_than_no_load_torque_is_refused():
 
 DRIVE = iv.ConventionalDrive(
     motor=MOTOR,
-    gearhead=iv.Gearhead(ratio=5.0, efficiency=0.9),
-    pulley=iv.Pulley(radius=0.01),
-    guideway=iv.Guideway(friction=1.0),
+    gearhead=iv.parts.Gearhead(ratio=5.0, efficiency=0.9),
+    pulley=iv.parts.Pulley(radius=0.01),
+    guideway=iv.parts.Guideway(friction=1.0),
     output_inertia=1e-6,
 )
 
@@ -113,7 +114,7 @@ def test_inverse_dynamics_and_simulation_agree():
 
 def test_iron_loss_heats_the_housing():
     """Settled temperatures of a lossy idle motor: the housing carries friction and iron loss to ambient."""
-    motion = iv.Sinusoid(distance=0.05, frequency=2.0)
+    motion = iv.motion.Sinusoid(distance=0.05, frequency=2.0)
     duty = iv.DutyCycle(motion=motion, load_mass=0.5)
     result = iv.duty_cycle(DRIVE, duty)
     hot = result.heat["motor"]
@@ -128,14 +129,14 @@ def test_iron_loss_in_a_cycle_with_rest(drag):
     """Where the load rests, neither friction nor iron loss; the energy is that of a motor without the share, plus the share."""
     drive = iv.load_study("hand_controller").drives["motor1-gear1"]
     drive = replace(drive, motor=replace(drive.motor, viscous_friction=drag or None))
-    reaches = iv.DutyCycle(motion=iv.Reaches(distance=0.02, time=0.5, pause=0.5), load_mass=1.0, force=-3.0)
+    reaches = iv.DutyCycle(motion=iv.motion.Reaches(distance=0.02, time=0.5, pause=0.5), load_mass=1.0, force=-3.0)
     found = iv.duty_cycle(drive, reaches)
     speed = found.point.states["motor_speed_rad_s"]
     assert np.mean(speed == 0.0) == pytest.approx(0.5, abs=0.01)
     iron = found.point.losses.get("motor iron", np.zeros_like(speed))
     assert_allclose(iron, drag * speed**2, rtol=1e-12, atol=1e-18)
     assert found.without_help.energy > found.energy
-    hold = iv.duty_cycle(drive, iv.DutyCycle(motion=iv.Hold(time=1.0), force=-3.0, load_mass=1.0))
+    hold = iv.duty_cycle(drive, iv.DutyCycle(motion=iv.motion.Hold(time=1.0), force=-3.0, load_mass=1.0))
     plain = iv.duty_cycle(replace(drive, motor=replace(drive.motor, viscous_friction=None)), hold.duty)
     assert hold.without_help.energy == pytest.approx(plain.without_help.energy, rel=1e-12)
 
@@ -143,7 +144,7 @@ def test_iron_loss_in_a_cycle_with_rest(drag):
 def test_rounding_leaves_no_negative_friction():
     """All of the no-load torque grows with speed: the rest is 0 to rounding, which may be on either side."""
     for current in np.random.default_rng(1).uniform(1e-4, 0.1, 200).tolist():
-        motor = iv.Motor(
+        motor = iv.parts.Motor(
             voltage=24.0, resistance=2.1, torque_constant=0.031, no_load_current=current, continuous_torque=0.1
         )
         drag = motor.no_load_torque / motor.no_load_speed

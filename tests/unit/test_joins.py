@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from infinivar import Recording
+from infinivar.motion import Recording
 
 
 def written(path, time, place, force=None, heading="Pos (mm)"):

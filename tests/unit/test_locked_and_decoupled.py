@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar import ConstantForce, Cruise, Scenario, Sinusoid, SinusoidalForce
+from infinivar import Scenario
+from infinivar.motion import ConstantForce, Cruise, Sinusoid, SinusoidalForce
 from sampled import sampled
 
 
@@ -145,7 +146,7 @@ def test_limits_of_parts_are_events(study):
         base,
         gearhead=replace(base.gearhead, continuous_torque=0.05),
         motor=replace(base.motor, max_speed=100.0),
-        amplifier=iv.Amplifier(regeneration="none"),
+        amplifier=iv.parts.Amplifier(regeneration="none"),
     )
     scenario = Scenario(duration=0.5, load_mass=2.0, motion=Sinusoid(distance=0.05, frequency=2.0))
     result = iv.simulate(weak, scenario)
@@ -174,6 +175,7 @@ def test_a_drive_begins_with_the_speed_of_its_motion(study, load, output):
     assert result.position_error.max() < 1e-3
 
 
+@pytest.mark.slow
 @sampled("method", ["Radau", "BDF", "CVODES"], every=2)
 def test_every_solver_gives_the_same_motion(study, method):
     """With a moving input from outside, which CVODES takes as a cubic between samples, and energies to 1e-5."""

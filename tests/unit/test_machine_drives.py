@@ -6,20 +6,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar import (
-    ArmDrive,
-    MachinePath,
-    MachineTask,
-    PlanarDrive,
-    PlatformDrive,
-    PlatformGeometry,
-    Point,
-    Pose,
-    SphereDrive,
-    Twist,
-    Wheel,
-    Wrench,
-)
+from infinivar.machines import ArmDrive, PlanarDrive, PlatformDrive, PlatformGeometry, SphereDrive, Wheel
+from infinivar.motion import MachinePath, MachineTask, Point, Pose, Twist, Wrench
 from internals import angular_velocity, as_machine, is_machine, refuse_machine, rotated
 from internals import power_audit as audit
 from made import loaded
@@ -87,7 +75,9 @@ def test_platform_with_legs_is_the_legged_drive():
     drive = PLATFORMS["legs"]
     pose, twist, wrench = [0.01, 0.0, 0.13, 0.05, 0.0, 0.1], [0, 0.1, 0.1, 0, 0, 0.2], [0, 20.0, 20, 0, 0.1, 0]
     mine = drive.perform(pose=pose, twist=twist, wrench=wrench)
-    other = iv.LeggedDrive.of(LEG, 6).operate(drive.platform.at(pose[:3], pose[3:]), wrench=wrench, twist=twist)
+    other = iv.machines.LeggedDrive.of(LEG, 6).operate(
+        drive.platform.at(pose[:3], pose[3:]), wrench=wrench, twist=twist
+    )
     assert mine.power_in == other.power_in
     assert mine.margin == pytest.approx(other.margin)
     assert np.array_equal(mine.part_losses, other.legs.loss_of_legs)
@@ -157,7 +147,7 @@ def test_source_of_a_cart_pushes_along_the_motion_only():
 def test_cart_under_a_side_load_is_that_of_the_mechanism():
     drive = CARTS["three"]
     mine = drive.perform(pose=drive.home, twist=[0.5, 0, 0], wrench=[0, 30.0, 0])
-    slip = iv.RollingContact(**{name: getattr(WHEEL, name) for name in ("wheel_radius", "preload", "friction")},
+    slip = iv.transmission.RollingContact(**{name: getattr(WHEEL, name) for name in ("wheel_radius", "preload", "friction")},
                              creep_stiffness=4000.0, rolling_torque=0.009, bearing_torque=0.006, creep_law="exact")  # fmt: skip
     from internals import drift
 
@@ -227,7 +217,11 @@ def test_angular_velocity_is_that_of_the_rotation():
 def test_a_circle_needs_the_centripetal_force_and_its_axis_turns():
     wave = {"distance": 0.02, "frequency": 1.0}
     path = MachinePath(
-        x=iv.Sinusoid(**wave), y=iv.Sinusoid(**wave, start=0.25), load_mass=2.0, pose=Pose(z=0.1), wrench=Wrench(z=5.0)
+        x=iv.motion.Sinusoid(**wave),
+        y=iv.motion.Sinusoid(**wave, start=0.25),
+        load_mass=2.0,
+        pose=Pose(z=0.1),
+        wrench=Wrench(z=5.0),
     )
     at = path.instants(("x", "y", "z"), (0.0, 0.0, 0.3))
     turning = 2.0 * np.pi
@@ -236,7 +230,9 @@ def test_a_circle_needs_the_centripetal_force_and_its_axis_turns():
     assert np.allclose(np.hypot(at.wrench[:, 0], at.wrench[:, 1]), 2.0 * 0.02 * turning**2)
     assert np.allclose(at.wrench[:, 2], 5.0)
     tilting = MachinePath(
-        rx=iv.Sinusoid(angle=0.3, frequency=1.0), ry=iv.Sinusoid(angle=0.3, frequency=1.0, start=0.25), load_inertia=0.1
+        rx=iv.motion.Sinusoid(angle=0.3, frequency=1.0),
+        ry=iv.motion.Sinusoid(angle=0.3, frequency=1.0, start=0.25),
+        load_inertia=0.1,
     ).instants(("rx", "ry", "rz"), (0.0, 0.0, 0.0))
     step = tilting.time[1] - tilting.time[0]
     measured = (np.roll(tilting.twist, -1, 0) - np.roll(tilting.twist, 1, 0)) / (2 * step)

@@ -16,8 +16,8 @@ from internals import workspace_figure as workspace
 from internals import wrench_set_figure as wrench_set
 from made import loaded
 
-MACHINE = iv.LeggedDrive.of(loaded("hand_controller").drives["cobotic"], 6)
-PLATFORM = iv.Platform.hexapod()
+MACHINE = iv.machines.LeggedDrive.of(loaded("hand_controller").drives["cobotic"], 6)
+PLATFORM = iv.transmission.Platform.hexapod()
 HOME = PLATFORM.at([0.0, 0.0, PLATFORM.home])
 RISING = np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0])
 
@@ -54,14 +54,14 @@ def test_figure_of_a_wrench_set():
     assert len(made.axes) == 6
     words = [text.get_text() for text in made.legends[0].get_texts()]
     assert words[:2] == [f"limit: {limit.words}" for limit in (iv.Limit.SLIP, iv.Limit.THERMAL)]
-    square = iv.WrenchSet.of(iv.Configuration(jacobian=np.eye(3)), [1.0, 2.0, 3.0])
+    square = iv.transmission.WrenchSet.of(iv.transmission.Configuration(jacobian=np.eye(3)), [1.0, 2.0, 3.0])
     assert len(square.plot().axes) == 2
     outline = wrench_set.data(square, (0, 2))["section"]
     assert_allclose(np.abs(outline), [[1.0, 3.0]] * 4)
     with pytest.raises(iv.InputError, match="plane must be two of the components 0 to 2 of the wrench"):
         wrench_set.data(square, (0, 3))
     with pytest.raises(iv.InputError, match="one component cannot be drawn"):
-        iv.WrenchSet.of(iv.Configuration(jacobian=[[1.0]]), 1.0).plot()
+        iv.transmission.WrenchSet.of(iv.transmission.Configuration(jacobian=[[1.0]]), 1.0).plot()
 
 
 def test_drawn_machine():
@@ -93,8 +93,8 @@ def test_drawn_machine():
 
 
 MEASURED = {"wheel_radius": 0.03, "preload": 200.0, "friction": 0.2, "creep_stiffness": 4000.0}
-WHEEL = iv.RollingContact(**MEASURED, rolling_torque=0.009, bearing_torque=0.006, creep_law="exact")
-CART = iv.PlanarCobot(contacts=WHEEL, positions=[(0.4, 0.0), (-0.2, 0.25), (-0.2, -0.25)])
+WHEEL = iv.transmission.RollingContact(**MEASURED, rolling_torque=0.009, bearing_torque=0.006, creep_law="exact")
+CART = iv.transmission.PlanarCobot(contacts=WHEEL, positions=[(0.4, 0.0), (-0.2, 0.25), (-0.2, -0.25)])
 
 
 def test_drawn_planar_cobot():
@@ -124,8 +124,10 @@ def test_drawn_planar_cobot():
 
 def test_source_and_load_of_a_drawn_cart_are_told_apart():
     """A source that tows a load of 200 N gives that and what the wheels lose, and none of what acts across."""
-    wheel = iv.Wheel(**{**MEASURED, "preload": 1000.0}, rolling_torque=0.4, bearing_torque=0.006, creep_law="exact")
-    drive = iv.PlanarDrive(wheel=wheel, positions=[iv.Point(x=x, y=y) for x, y in CART.positions])
+    wheel = iv.machines.Wheel(
+        **{**MEASURED, "preload": 1000.0}, rolling_torque=0.4, bearing_torque=0.006, creep_law="exact"
+    )
+    drive = iv.machines.PlanarDrive(wheel=wheel, positions=[iv.motion.Point(x=x, y=y) for x, y in CART.positions])
     twist, wrench = np.array([0.5, 0.0, 0.0]), np.array([200.0, 60.0, 0.0])
     point = drive.operated(twist, wrench)
     found = wheeled.steered(drive.machine, point, wrench)
@@ -157,7 +159,7 @@ def test_planar_cobots_that_roll_straight_or_rest():
 
 
 def sphere(layout):
-    ball = iv.RollingContact(**MEASURED, rolling_torque=0.009, bearing_torque=0.006, surface="sphere")
+    ball = iv.transmission.RollingContact(**MEASURED, rolling_torque=0.009, bearing_torque=0.006, surface="sphere")
     return iv.SphericalIVT(sphere_radius=0.09, drive=ball, layout=layout)
 
 
@@ -249,6 +251,7 @@ def test_drawn_arm():
         drive.picture(drive.perform(**far), **far)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joints", [1, 3])
 def test_arms_of_other_numbers_of_joints_are_drawn(joints):
     drive = next(one for one in iv.load_study("two_joint_arm").drives.values() if one.leg is not None)
@@ -263,7 +266,7 @@ def test_arms_of_other_numbers_of_joints_are_drawn(joints):
 
 
 def test_drawn_carriage_on_one_wheel():
-    carriage = iv.PlanarCarriage(contact=WHEEL)
+    carriage = iv.transmission.PlanarCarriage(contact=WHEEL)
     point = carriage.mechanism.operate(rates=[0.3, 0.4], heading=[np.arctan2(0.4, 0.3)])
     found = wheeled.steered(carriage, point)
     assert_allclose(found.force.sum(axis=0), -found.applied[0][2][:2], atol=1e-9)
@@ -273,7 +276,9 @@ def test_drawn_carriage_on_one_wheel():
 def test_map_of_a_workspace_has_the_points_of_each_height():
     z = PLATFORM.home + np.linspace(-0.03, 0.03, 3)
     span = np.linspace(-0.12, 0.12, 9)
-    found = iv.workspace_map(MACHINE, PLATFORM, x=span, y=span[:7], z=z, wrench=[5.0, 0, 0, 0, 0, 0], twist=RISING)
+    found = iv.analysis.workspace_map(
+        MACHINE, PLATFORM, x=span, y=span[:7], z=z, wrench=[5.0, 0, 0, 0, 0, 0], twist=RISING
+    )
     numbers = workspace.data(found)
     assert [one["title"] for one in numbers] == [f"z = {1e3 * height:.4g} mm" for height in z]
     centre = MACHINE.operate(PLATFORM.at([0.0, span[3], z[2]]), wrench=[5.0, 0, 0, 0, 0, 0], twist=RISING)
@@ -283,14 +288,15 @@ def test_map_of_a_workspace_has_the_points_of_each_height():
     named = {text.get_text() for text in made.legends[0].get_texts()}
     assert named == {iv.Limit(int(code)).words for code in np.unique(found.points.limit) if code != iv.Limit.OK}
     with pytest.raises(iv.InputError, match="one position along x or y cannot be drawn"):
-        iv.workspace_map(MACHINE, PLATFORM, x=[0.0], y=span, z=z, wrench=[0.0] * 6).plot()
+        iv.analysis.workspace_map(MACHINE, PLATFORM, x=[0.0], y=span, z=z, wrench=[0.0] * 6).plot()
 
 
+@pytest.mark.slow
 def test_best_cylinder_speeds_are_drawn_with_their_powers():
     wrench, twist = np.array([[0, 0, 20.0, 0, 0, 0]]), np.outer([1.0, 0.5, -1.0], RISING)
-    found = iv.best_cylinder_speed(MACHINE, HOME, wrench=wrench, twist=twist)
+    found = iv.analysis.best_cylinder_speed(MACHINE, HOME, wrench=wrench, twist=twist)
     made = found.plot()
     assert [line.get_label() for line in made.axes[0].lines] == ["nominal", "best constant", "best of each motion"]
     assert made.axes[1].texts[1].get_text() == f" {found.fixed_power:.3g} W"
-    none = iv.best_cylinder_speed(MACHINE, HOME, wrench=1e4 * wrench, twist=twist)
+    none = iv.analysis.best_cylinder_speed(MACHINE, HOME, wrench=1e4 * wrench, twist=twist)
     assert none.plot().axes[1].texts[1].get_text().startswith(" infeasible")

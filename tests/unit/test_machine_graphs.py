@@ -8,8 +8,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import CylinderBearings, MachineScenario, VectorHistory, machine_graph, simulate_machine
+from infinivar import machine_graph, simulate_machine
 from infinivar.bondgraph import solve
+from infinivar.motion import MachineScenario, VectorHistory
+from infinivar.parts import CylinderBearings
 from internals import FloatNamespace, System, rotation_matrix
 from internals import SystemInputs as Inputs
 from internals import bond_graph_figure as bond_graph
@@ -102,7 +104,7 @@ def graph_at(machine, name, state, angles, current, push):
         *((name, {}) for name in ("planar", "sphere", "arm", "serial arm", "platform")),
         ("arm", {"tip_inertia": 0.02}),
         *(
-            (name, {"leg": replace(LEG, cylinder_bearings=BEARINGS, guideway=iv.Guideway(friction=1.0))})
+            (name, {"leg": replace(LEG, cylinder_bearings=BEARINGS, guideway=iv.parts.Guideway(friction=1.0))})
             for name in ("arm", "platform")
         ),
         ("sphere", {"gearhead": replace(LEG.gearhead, rated_torque=None, **PROPORTIONAL)}),

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar import Limit, MachineScenario, follow_path, simulate_machine
+from infinivar import Limit, follow_path, simulate_machine
+from infinivar.motion import MachineScenario
 from internals import check_continuous, words_of
 from internals import machine_tasks_figure as machine_tasks
 from internals import wheels_figure as wheels
@@ -59,7 +60,7 @@ def test_graph_of_a_drive_of_a_study_names_the_machines_that_have_one():
 )
 def test_histories_of_what_is_no_function(given, words):
     with pytest.raises(iv.ParameterError, match=words):
-        iv.VectorHistory.of(*given)
+        iv.motion.VectorHistory.of(*given)
 
 
 def test_a_step_of_prescribed_angles_is_bad_input():

@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 import infinivar as iv
-from infinivar import Limit, MachineScenario, VectorHistory, simulate_machine
+from infinivar import Limit, simulate_machine
+from infinivar.motion import MachineScenario, VectorHistory
 from internals import creep_drift, marching, reflected_mass
 from internals import machine_run_figure as machine_run
 from machines import (
@@ -29,12 +30,15 @@ from sampled import sampled
 # Coasting
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tolerance", "duration"), [(1e-3, 1.5), pytest.param(1e-4, 6.0, marks=pytest.mark.slow)])
 def test_balance_closes_where_energy_goes_to_and_fro(tolerance, duration):
     # Without losses, what the user gives comes back in each cycle: little has passed in the end.
     wheel = replace(IDEAL_WHEEL, creep_stiffness=2e4)
     run = simulate_machine(
-        iv.PlanarMachine(cobot=iv.PlanarCobot(contacts=wheel, positions=[(0.0, 0.0)], mass=10.0, inertia=0.8)),
+        iv.machines.PlanarMachine(
+            cobot=iv.transmission.PlanarCobot(contacts=wheel, positions=[(0.0, 0.0)], mass=10.0, inertia=0.8)
+        ),
         MachineScenario(
             duration=duration,
             source="none",
@@ -49,6 +53,7 @@ def test_balance_closes_where_energy_goes_to_and_fro(tolerance, duration):
     assert run.closure < 7e-7
 
 
+@pytest.mark.slow
 def test_coasting_leg_keeps_its_inertia_times_speed_squared():
     leg = ideal_leg()
     machine = one_joint(leg)
@@ -77,6 +82,7 @@ def test_coasting_leg_keeps_its_inertia_times_speed_squared():
     assert run.closure < 1e-6
 
 
+@pytest.mark.slow
 def test_coasting_cobot_keeps_its_energy_under_any_steering():
     machine = cart(IDEAL_WHEEL)
 
@@ -114,6 +120,7 @@ def integrated(cobot, twist, steering, push, time, stick_speed):
     return found.y[:3].T, dict(zip(names, found.y[6:], strict=True))
 
 
+@pytest.mark.slow
 def test_planar_cobot_moves_as_by_another_integration():
     machine = cart(REAL_WHEEL)
 
@@ -219,7 +226,7 @@ def test_platform_follows_a_motion():
     assert run.closure < 1e-7
     assert np.abs(run.columns["cylinder_speed_rad_s"] / 14.0 - 1.0).max() < 0.02
     assert run.scenario.motion(0.15)[2] - HEXAPOD.home[2] > 1e-3
-    steady = iv.LeggedDrive.of(LEG, 6)
+    steady = iv.machines.LeggedDrive.of(LEG, 6)
     place = PLATFORM.at([run.columns[n][-1] for n in ("x_m", "y_m", "z_m")])
     still = steady.operate(place, wrench=np.zeros(6), twist=np.zeros(6))
     assert run.lost["bearing"][-1] / 0.15 == pytest.approx(still.losses["bearing"], rel=0.1)
@@ -240,6 +247,7 @@ def test_limits_are_events():
     assert Limit.SLIP in {limit for limit, _ in HEXAPOD.mechanics(1e-4).demands}
 
 
+@pytest.mark.slow
 @sampled("law", ["exact", "polach", "fastsim", "vermeulen-johnson"], every=3)
 def test_balance_closes_with_other_laws_and_with_spin(law):
     leg = replace(LEG, transmission=replace(LEG.transmission, creep_law=law))
@@ -254,7 +262,7 @@ def test_balance_closes_with_other_laws_and_with_spin(law):
 
 
 def test_steering_without_a_patch_names_it():
-    roller = iv.RollingContact(
+    roller = iv.transmission.RollingContact(
         wheel_radius=0.02,
         preload=300.0,
         friction=0.1,
@@ -264,7 +272,7 @@ def test_steering_without_a_patch_names_it():
         surface="sphere",
         surface_radius=0.05,
     )
-    machine = iv.SphereMachine(
+    machine = iv.machines.SphereMachine(
         ivt=iv.SphericalIVT(sphere_radius=0.05, drive=roller),
         input_inertia=5e-4,
         output_inertia=2e-3,
@@ -275,9 +283,10 @@ def test_steering_without_a_patch_names_it():
         simulate_machine(machine, MachineScenario(duration=0.02, source="none", steering=lambda time: [0.7]))
 
 
+@pytest.mark.slow
 @sampled("layout", ["cubic", "tetrahedral"], every=2)
 def test_spheres_with_spin_close_their_balance(layout):
-    roller = iv.RollingContact(
+    roller = iv.transmission.RollingContact(
         wheel_radius=0.02,
         preload=300.0,
         friction=0.1,
@@ -286,7 +295,7 @@ def test_spheres_with_spin_close_their_balance(layout):
         geometry=LEG.transmission.geometry,
     )
     ivt = iv.SphericalIVT(sphere_radius=0.05, drive=roller, layout=layout)
-    machine = iv.SphereMachine(ivt=ivt, input_inertia=5e-4, output_inertia=2e-3, sphere_inertia=1e-3)
+    machine = iv.machines.SphereMachine(ivt=ivt, input_inertia=5e-4, output_inertia=2e-3, sphere_inertia=1e-3)
     run = simulate_machine(
         machine,
         MachineScenario(
@@ -329,6 +338,7 @@ def test_run_is_drawn_labelled_and_said():
     assert "MachineRun" in repr(run)
 
 
+@pytest.mark.slow
 def test_platform_at_the_end_of_its_reach_stops_and_says_why():
     scenario = MachineScenario(
         duration=0.5,

@@ -7,7 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import ArmDrive, MachinePath, MachineScenario, MachineTask, ParameterError
+from infinivar import ParameterError
+from infinivar.machines import ArmDrive
+from infinivar.motion import MachinePath, MachineScenario, MachineTask
 from internals import energy_flow, simulated
 from internals import machine_run_figure as machine_run
 from made import loaded
@@ -55,32 +57,32 @@ ON_PATHS = [
         for path in paths
     ),
 ]
-_AT = iv.Pose(x=0.32, y=0.2)
+_AT = iv.motion.Pose(x=0.32, y=0.2)
 PATHS = {
-    "round": iv.MachinePath(
+    "round": iv.motion.MachinePath(
         pose=_AT,
-        x=iv.Sinusoid(distance=0.03, frequency=0.8),
-        y=iv.Sinusoid(distance=0.03, frequency=0.8, start=0.3125),
+        x=iv.motion.Sinusoid(distance=0.03, frequency=0.8),
+        y=iv.motion.Sinusoid(distance=0.03, frequency=0.8, start=0.3125),
         load_mass=1.0,
-        wrench=iv.Wrench(y=5.0),
+        wrench=iv.motion.Wrench(y=5.0),
     ),
-    "minimum jerk": iv.MachinePath(
+    "minimum jerk": iv.motion.MachinePath(
         pose=_AT,
-        x=iv.Reaches(distance=0.04, time=0.4, pause=0.3, profile="minimum-jerk"),
+        x=iv.motion.Reaches(distance=0.04, time=0.4, pause=0.3, profile="minimum-jerk"),
         load_mass=0.3,
-        wrench=iv.Wrench(y=-6.0),
+        wrench=iv.motion.Wrench(y=-6.0),
     ),
-    "slow": iv.MachinePath(
+    "slow": iv.motion.MachinePath(
         pose=_AT,
-        x=iv.Reaches(distance=0.02, time=1.0, pause=0.2, profile="smooth"),
+        x=iv.motion.Reaches(distance=0.02, time=1.0, pause=0.2, profile="smooth"),
         load_mass=0.3,
-        wrench=iv.Wrench(x=-4.0),
+        wrench=iv.motion.Wrench(x=-4.0),
     ),
-    "quick": iv.MachinePath(
-        x=iv.Sinusoid(distance=0.008, frequency=2.0),
-        y=iv.Sinusoid(distance=0.008, frequency=2.0, start=0.125),
+    "quick": iv.motion.MachinePath(
+        x=iv.motion.Sinusoid(distance=0.008, frequency=2.0),
+        y=iv.motion.Sinusoid(distance=0.008, frequency=2.0, start=0.125),
         load_mass=0.2,
-        wrench=iv.Wrench(z=20.0),
+        wrench=iv.motion.Wrench(z=20.0),
     ),
 }
 """Other sizes, speeds and loads."""
@@ -144,7 +146,7 @@ def one_joint(**changes):
         lengths=(0.3,),
         pulley_radius=0.05,
         member_masses=(0.4,),
-        **{"separate": replace(GEARED, pulley=None, shaft=iv.Shaft(), guideway=iv.Guideway()), **changes},
+        **{"separate": replace(GEARED, pulley=None, shaft=iv.parts.Shaft(), guideway=iv.parts.Guideway()), **changes},
     )
 
 
@@ -161,11 +163,12 @@ def test_acceleration_with_motors_on_links_is_that_of_one_inertia():
     assert np.abs(run.columns["q1_rad"]).max() < 1e-6
 
 
+@pytest.mark.slow
 @sampled("moment", [0.0, 0.1], every=2)
 def test_a_motor_on_one_joint_spends_what_the_simulation_of_one_drive_spends(moment):
-    machine, reach = one_joint(), iv.Reach(angle=0.5, time=0.4)
+    machine, reach = one_joint(), iv.motion.Reach(angle=0.5, time=0.4)
     time = np.linspace(0.0, 0.5, 251)
-    motion = iv.VectorHistory(time=time, values=[[reach.at(float(one)).position] for one in time])
+    motion = iv.motion.VectorHistory(time=time, values=[[reach.at(float(one)).position] for one in time])
     run = iv.simulate_machine(machine.moving(), MachineScenario(duration=0.5, motion=motion, wrench=[moment]))
     assert run.feasible, run.verdict
     alone = iv.simulate(
@@ -173,7 +176,7 @@ def test_a_motor_on_one_joint_spends_what_the_simulation_of_one_drive_spends(mom
         iv.Scenario(
             duration=0.5,
             motion=reach,
-            force=iv.ConstantForce(moment=-moment) if moment else None,
+            force=iv.motion.ConstantForce(moment=-moment) if moment else None,
             load_inertia=0.4 * 0.3**2 / 3.0,
         ),
     )
@@ -206,9 +209,10 @@ def test_a_load_on_the_end_point_is_inertia_of_the_machine():
     assert_allclose((also[1] - also[0])[:2, :2], carried, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_wheels_start_at_the_angles_that_hold_the_wrench():
     study = STUDIES["six_leg_display"]
-    run = simulated(study.drives["one-motor-b"], replace(study.tasks["wall"], wrench=iv.Wrench(z=100.0)))
+    run = simulated(study.drives["one-motor-b"], replace(study.tasks["wall"], wrench=iv.motion.Wrench(z=100.0)))
     angles = np.stack([run.columns[f"phi_{place}_rad"] for place in range(1, 7)])
     assert np.abs(angles[:, 0]).min() > 2e-4
     assert np.ptp(angles, axis=1).max() < 2e-5
@@ -272,7 +276,7 @@ BAD = {
         "separate.gearhead.loss_model must be 'coulomb'",
     ),
     "a stage with an efficiency": (
-        separate(pulley=None, rack=iv.Rack(module=1e-3, teeth=20, efficiency=0.9)),
+        separate(pulley=None, rack=iv.parts.Rack(module=1e-3, teeth=20, efficiency=0.9)),
         "separate.rack must have no efficiency",
     ),
     "an elastic gearhead": (
@@ -280,19 +284,19 @@ BAD = {
         "separate.gearhead must be rigid",
     ),
     "mass on a joint": (
-        lambda: simulated(one_joint(), MachinePath(angle=iv.Sinusoid(angle=0.1, frequency=1.0), load_mass=1.0)),
+        lambda: simulated(one_joint(), MachinePath(angle=iv.motion.Sinusoid(angle=0.1, frequency=1.0), load_mass=1.0)),
         "load_mass must be 0 for an arm of one joint",
     ),
     "beyond reach": (
         lambda: simulated(
             STUDIES["two_joint_arm"].drives["one-motor"],
-            MachinePath(x=iv.Sinusoid(distance=0.5, frequency=1.0)),
+            MachinePath(x=iv.motion.Sinusoid(distance=0.5, frequency=1.0)),
         ),
         "the motion leaves the reach of the machine of type arm",
     ),
     "a coordinate of others": (
         lambda: simulated(
-            STUDIES["two_joint_arm"].drives["one-motor"], MachinePath(z=iv.Sinusoid(distance=0.1, frequency=1.0))
+            STUDIES["two_joint_arm"].drives["one-motor"], MachinePath(z=iv.motion.Sinusoid(distance=0.1, frequency=1.0))
         ),
         "z is no coordinate of the machine, which has x, y",
     ),

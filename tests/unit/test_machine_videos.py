@@ -93,6 +93,7 @@ def test_every_machine_is_drawn(name):
                 assert here.y0 >= box.y0
 
 
+@pytest.mark.slow
 def test_an_animation_is_one_of_matplotlib(tmp_path):
     made = planar().animation(speed=0.5)
     assert isinstance(made, FuncAnimation)
@@ -101,6 +102,7 @@ def test_an_animation_is_one_of_matplotlib(tmp_path):
         assert image.n_frames == len(moving_machine.instants(planar(), speed=0.5))
 
 
+@pytest.mark.slow
 def test_a_gif_lasts_as_long_as_the_session_times_its_slowness(tmp_path):
     written = planar().save_video(tmp_path / "cart.gif", speed=0.2, frame_rate=20.0)
     assert written == tmp_path / "cart.gif"
@@ -114,6 +116,7 @@ def test_a_gif_lasts_as_long_as_the_session_times_its_slowness(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["cart.gif"]
 
 
+@pytest.mark.slow
 def test_an_mp4_has_the_frames_and_their_rate(tmp_path):
     ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="the extra infinivar[robots] has it")
     shares = []
@@ -159,6 +162,7 @@ def test_an_ffmpeg_that_fails_leaves_nothing(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cart.gif", "cart.mp4"])
 def test_a_video_that_is_stopped_leaves_nothing(tmp_path, monkeypatch, name):
     if name.endswith("mp4"):
@@ -174,7 +178,7 @@ def test_a_video_that_is_stopped_leaves_nothing(tmp_path, monkeypatch, name):
 
 def test_a_sphere_has_no_handle_to_show(tmp_path):
     machine, given = MACHINES["sphere"]
-    found = iv.simulate_machine(machine, iv.MachineScenario(**{**given, "duration": 0.01}))
+    found = iv.simulate_machine(machine, iv.motion.MachineScenario(**{**given, "duration": 0.01}))
     with pytest.raises(InputError, match="a SphereMachine is not drawn in motion: only planar cobots, slides"):
         found.save_video(tmp_path / "sphere.gif")
     with pytest.raises(InputError, match="a SphereMachine is not drawn in motion"):
@@ -198,23 +202,23 @@ def test_shapes_of_what_guides():
     assert (wall.upright, wall.solid, wall.point[0], wall.normal[0]) == (True, True, 0.001, -1.0)
     home = HEXAPOD.home[:3]
     ball, tube = (
-        iv.Ball(centre=home - [0.0, 0.0, 0.05], radius=0.02),
-        iv.Tube(point=home, axis=[0, 0, 2], radius=0.05, free="inside"),
+        iv.motion.Ball(centre=home - [0.0, 0.0, 0.05], radius=0.02),
+        iv.motion.Tube(point=home, axis=[0, 0, 2], radius=0.05, free="inside"),
     )
-    both = _guided(iv.VirtualWall(surface=iv.Surfaces(surfaces=[ball, tube])))
+    both = _guided(iv.motion.VirtualWall(surface=iv.motion.Surfaces(surfaces=[ball, tube])))
     assert [type(one) for one in both] == [Round, Rod]
     np.testing.assert_allclose(both[1].axis, [0, 0, 1])
-    assert [type(one) for one in _guided(iv.Fixture(allowed=iv.AlongLine(direction=[1, 0, 0])))] == [Line]
+    assert [type(one) for one in _guided(iv.motion.Fixture(allowed=iv.motion.AlongLine(direction=[1, 0, 0])))] == [Line]
     assert guides_of(run("arm")) == ()
-    about = iv.Fixture(allowed=iv.AboutPoint(point=[0.0, -0.1]))
+    about = iv.motion.Fixture(allowed=iv.motion.AboutPoint(point=[0.0, -0.1]))
     turned = iv.session(planar().machine, about, duration=0.002)
     (circle,) = guides_of(turned)
     np.testing.assert_allclose(np.linalg.norm(circle.points - [0.0, -0.1, 0.0], axis=1), 0.1)
     (drawn,) = moving_machine.data(turned, turned.time)["plane"]["lines"]
     np.testing.assert_allclose(drawn, 1e3 * circle.points[:, :2])
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) * 0.01
-    mesh = iv.TriangleMesh(vertices=corners, faces=[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-    assert [type(one) for one in _guided(iv.VirtualWall(surface=mesh))] == [Solid]
+    mesh = iv.motion.TriangleMesh(vertices=corners, faces=[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    assert [type(one) for one in _guided(iv.motion.VirtualWall(surface=mesh))] == [Solid]
 
 
 @pytest.mark.parametrize("name", ["planar", "platform", "three axes", "geared arm"])

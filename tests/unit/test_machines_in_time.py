@@ -8,7 +8,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import ArmDrive, Course, Limit, MachinePath, MachineTask
+from infinivar import Limit
+from infinivar.machines import ArmDrive
+from infinivar.motion import Course, MachinePath, MachineTask
 from internals import FRICTION_STICK_SPEED as STICK_SPEED
 from internals import coulomb, evaluate_machine, machine_sensitivity, simulated
 from internals import course_on_path as on_path
@@ -18,7 +20,7 @@ from made import loaded
 HAND = loaded("hand_controller").drives
 SERVO = loaded("guided_cart").drives["cart"].steering
 SIX, TWO = loaded("six_leg_display"), loaded("two_joint_arm")
-SWING = MachinePath(angle=iv.Sinusoid(angle=0.6, frequency=1.5), load_inertia=0.01)
+SWING = MachinePath(angle=iv.motion.Sinusoid(angle=0.6, frequency=1.5), load_inertia=0.01)
 RADIUS = 0.05
 
 
@@ -120,6 +122,7 @@ def test_load_turns_wheels_of_a_held_task_by_the_slip_angle():
     assert found.load_work == pytest.approx(6.0 * float(bell) * found.load_turns, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_verdicts_of_shipped_studies_count_steering_and_say_what_is_left_out():
     six, two = iv.compare(SIX), iv.compare(TWO)
     # At steady points, B and the arm on legs had the lowest power.
@@ -179,8 +182,8 @@ HEAVY = replace(CART, mass=8.0, inertia=0.6, steering=SERVO)
 
 
 def test_a_cart_in_a_bend_pulls_its_mass_to_the_middle():
-    bend = MachineTask(twist=iv.Twist(x=0.5, angle=0.25))
-    held = MachineTask(twist=iv.Twist(x=0.5, angle=0.25), wrench=iv.Wrench(y=8.0 * 0.5 * 0.25))
+    bend = MachineTask(twist=iv.motion.Twist(x=0.5, angle=0.25))
+    held = MachineTask(twist=iv.motion.Twist(x=0.5, angle=0.25), wrench=iv.motion.Wrench(y=8.0 * 0.5 * 0.25))
     found, by_hand = iv.perform_task(HEAVY, bend), iv.perform_task(CART, held)
     assert found.mean_power == pytest.approx(by_hand.mean_power, rel=1e-9)
     assert found.steering_power == 0.0  # Headings of a steady bend are constant.
@@ -188,7 +191,7 @@ def test_a_cart_in_a_bend_pulls_its_mass_to_the_middle():
 
 def test_a_weaving_cart_spends_the_current_against_friction_of_its_servos():
     weave = MachinePath(
-        x=iv.Sinusoid(distance=0.3, frequency=0.2), y=iv.Sinusoid(distance=0.3, frequency=0.2, start=1.25)
+        x=iv.motion.Sinusoid(distance=0.3, frequency=0.2), y=iv.motion.Sinusoid(distance=0.3, frequency=0.2, start=1.25)
     )
     found = iv.follow_path(HEAVY, weave)  # round a circle without turning: wheels turn at 2 pi 0.2 rad/s
     plant, wheel = SERVO, HEAVY.mechanism.kinds[0][0]
@@ -204,7 +207,9 @@ def test_a_weaving_cart_spends_the_current_against_friction_of_its_servos():
 @pytest.mark.slow
 def test_a_sphere_on_a_path_agrees_with_its_simulation():
     drive = replace(iv.load_study("sphere_joint").drives["tetrahedral"], output_inertia=2e-4)
-    path = MachinePath(angle=iv.Sinusoid(angle=0.1, frequency=4.0), wrench=iv.Wrench(angle=0.2), load_inertia=1e-3)
+    path = MachinePath(
+        angle=iv.motion.Sinusoid(angle=0.1, frequency=4.0), wrench=iv.motion.Wrench(angle=0.2), load_inertia=1e-3
+    )
     found = iv.follow_path(drive, path)
     run = simulated(drive, path)
     assert found.mean_power == pytest.approx(run.mean_powers["supply"], rel=3e-2)
@@ -213,7 +218,7 @@ def test_a_sphere_on_a_path_agrees_with_its_simulation():
 
 @pytest.mark.parametrize("name", ["cobotic", "motor2-gear4"])
 def test_a_path_of_one_axis_spends_what_the_duty_cycle_does(name):
-    motion = iv.Sinusoid(distance=0.05, frequency=1.5)
+    motion = iv.motion.Sinusoid(distance=0.05, frequency=1.5)
     known = iv.duty_cycle(HAND[name], iv.DutyCycle(motion=motion, load_mass=1.0))
     found = iv.follow_path(HAND[name], MachinePath(x=motion, load_mass=1.0))
     # A duty cycle warms the windings, which changes what comes back to the amplifier as well; a path does not.
@@ -232,7 +237,9 @@ def test_friction_of_slow_parts_of_a_path_by_hand(name, geared):
     """
     drive = TWO.drives[name]
     path = MachinePath(
-        pose=iv.Pose(x=0.32, y=0.2), x=iv.Reaches(distance=0.02, time=1.0, pause=0.2, profile="smooth"), load_mass=0.3
+        pose=iv.motion.Pose(x=0.32, y=0.2),
+        x=iv.motion.Reaches(distance=0.02, time=1.0, pause=0.2, profile="smooth"),
+        load_mass=0.3,
     )
     found = iv.follow_path(drive, path)
     step = path.period / len(found.time)

@@ -7,7 +7,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
-from infinivar import Configuration, LeggedDrive, Limit, Platform
+from infinivar import Limit
+from infinivar.machines import LeggedDrive
+from infinivar.transmission import Configuration, Platform
 from internals import CREEP_LAWS as LAWS
 from internals import run_up_energy
 from internals import workspaces as workspace
@@ -74,7 +76,7 @@ def test_power_closure_of_the_platform_at_many_points(law, speed):
     """100,000 poses per law and way of the cylinder, from the supply to the user, with all losses."""
     drive = replace(LEG, transmission=replace(LEG.transmission, creep_law=LAWS[law]))
     machine = replace(LeggedDrive.of(drive, 6), cylinder_speed=speed)
-    point = iv.static_points(machine, PLATFORM, **poses(100_000, seed=9))
+    point = iv.analysis.static_points(machine, PLATFORM, **poses(100_000, seed=9))
     holds = np.isfinite(point.power_in)
     assert np.mean(holds) > 0.5
     assert point.audit_residual < 1e-9
@@ -99,7 +101,7 @@ def test_inertia_of_the_cylinder_stores_power():
 def test_chunks_and_threads_do_not_change_points(monkeypatch):
     monkeypatch.setattr(workspace, "_CHUNK", 37)
     given = poses(200)
-    found = iv.static_points(MACHINE, PLATFORM, **given)
+    found = iv.analysis.static_points(MACHINE, PLATFORM, **given)
     whole = MACHINE.operate(
         PLATFORM.at(given["position"], given["rotation"]), wrench=given["wrench"], twist=given["twist"]
     )
@@ -108,8 +110,8 @@ def test_chunks_and_threads_do_not_change_points(monkeypatch):
     assert_allclose(found.loss, whole.loss, rtol=1e-12)
     assert_allclose(found.margin, whole.margin, rtol=1e-12)
     assert_allclose(found.loss_of_legs, whole.legs.loss_of_legs, rtol=1e-9, atol=1e-12)
-    assert_array_equal(iv.static_points(MACHINE, PLATFORM, **given, workers=1).power_in, found.power_in)
-    one = iv.static_points(MACHINE, PLATFORM, **{name: value[3] for name, value in given.items()})
+    assert_array_equal(iv.analysis.static_points(MACHINE, PLATFORM, **given, workers=1).power_in, found.power_in)
+    one = iv.analysis.static_points(MACHINE, PLATFORM, **{name: value[3] for name, value in given.items()})
     assert found.audit_residual < 1e-12
     assert one.power_in.shape == ()
     assert one.power_in == pytest.approx(whole.power_in[3])
@@ -122,7 +124,7 @@ def test_workspace_map():
         "z": PLATFORM.home + np.array([-0.03, 0.0]),
     }
     task = {"wrench": [0, 25.0, 20.0, 0, 0, 0], "twist": [0, 0.1, 0.1, 0, 0, 0]}
-    found = iv.workspace_map(MACHINE, PLATFORM, **axes, **task)
+    found = iv.analysis.workspace_map(MACHINE, PLATFORM, **axes, **task)
     assert found.points.loss.shape == (9, 7, 2)
     assert found.points.loss_of_legs.shape == (9, 7, 2, 6)
     for place in ((4, 3, 1), (2, 5, 0)):
@@ -132,7 +134,7 @@ def test_workspace_map():
         assert found.points.limit[place] == point.limit
     assert 0.1 < found.share < 0.9
     assert {Limit.OK, Limit.TRAVEL} <= set(np.unique(found.points.limit))
-    assert found.equals(iv.workspace_map(MACHINE, PLATFORM, **axes, **task), rtol=1e-12)
+    assert found.equals(iv.analysis.workspace_map(MACHINE, PLATFORM, **axes, **task), rtol=1e-12)
 
 
 def test_malformed_maps():
@@ -145,19 +147,19 @@ def test_malformed_maps():
     ]
     for change, message in cases:
         with pytest.raises(iv.ParameterError, match=message):
-            iv.workspace_map(MACHINE, PLATFORM, **{**axis, "wrench": np.zeros(6)} | change)
+            iv.analysis.workspace_map(MACHINE, PLATFORM, **{**axis, "wrench": np.zeros(6)} | change)
     with pytest.raises(iv.ParameterError, match="position and wrench must broadcast to one shape"):
-        iv.static_points(MACHINE, PLATFORM, position=np.zeros((2, 3)), wrench=np.zeros((3, 6)))
+        iv.analysis.static_points(MACHINE, PLATFORM, position=np.zeros((2, 3)), wrench=np.zeros((3, 6)))
     with pytest.raises(iv.ParameterError, match="configuration must be of 4, as many as there are legs, got 6 links"):
-        iv.static_points(LeggedDrive.of(LEG, 4), PLATFORM, position=[0, 0, 0.1], wrench=np.zeros(6))
+        iv.analysis.static_points(LeggedDrive.of(LEG, 4), PLATFORM, position=[0, 0, 0.1], wrench=np.zeros(6))
     with pytest.raises(iv.ParameterError, match="output must have no springs or linkage"):
-        LeggedDrive.of(replace(LEG, output=iv.Output(parallel_spring=iv.Spring(stiffness=100.0))), 6)
+        LeggedDrive.of(replace(LEG, output=iv.Output(parallel_spring=iv.parts.Spring(stiffness=100.0))), 6)
     with pytest.raises(iv.ParameterError, match="leg must be a CoboticDrive, got a ConventionalDrive"):
         LeggedDrive.of(SEPARATE, 6)
     with pytest.raises(iv.ParameterError, match="position must be one or more, got none"):
-        iv.static_points(MACHINE, PLATFORM, position=np.zeros((0, 3)), wrench=np.zeros(6))
+        iv.analysis.static_points(MACHINE, PLATFORM, position=np.zeros((0, 3)), wrench=np.zeros(6))
     with pytest.raises(iv.ParameterError, match="x must be a real number or an array"):
-        iv.workspace_map(MACHINE, PLATFORM, **axis | {"x": ["left"]}, wrench=np.zeros(6))
+        iv.analysis.workspace_map(MACHINE, PLATFORM, **axis | {"x": ["left"]}, wrench=np.zeros(6))
 
 
 # Best cylinder speed
@@ -173,7 +175,7 @@ def strokes(count, speed, force):
 
 def test_best_speed_against_a_fine_grid():
     motions = strokes(5, 0.2, 40.0)
-    found = iv.best_cylinder_speed(MACHINE, HOME, **motions)
+    found = iv.analysis.best_cylinder_speed(MACHINE, HOME, **motions)
     grid = np.linspace(0.1, 4.0, 6001)[:, None] * MACHINE.cylinder_speed
     point = MACHINE.operate(HOME, **motions, cylinder_speed=grid)
     power = np.where(np.asarray(point.limit) == Limit.OK, point.power_in, np.inf)
@@ -190,7 +192,7 @@ def test_best_speed_against_a_fine_grid():
 @pytest.mark.slow
 def test_best_schedule_counts_the_inertia():
     motions = strokes(32, 0.2, 40.0)
-    slow, fast = (iv.best_cylinder_speed(MACHINE, HOME, **motions, period=period) for period in (20.0, 0.5))
+    slow, fast = (iv.analysis.best_cylinder_speed(MACHINE, HOME, **motions, period=period) for period in (20.0, 0.5))
     assert slow.by_motion_power <= slow.scheduled_power < slow.fixed_power
     assert slow.scheduled_power <= fast.scheduled_power <= fast.fixed_power
     assert np.ptp(slow.scheduled.value) > np.ptp(fast.scheduled.value)
@@ -204,13 +206,13 @@ def test_best_schedule_counts_the_inertia():
 
 
 def test_speed_without_any_feasible_one_is_nan():
-    found = iv.best_cylinder_speed(MACHINE, HOME, **strokes(16, 0.2, 600.0), period=1.0)
+    found = iv.analysis.best_cylinder_speed(MACHINE, HOME, **strokes(16, 0.2, 600.0), period=1.0)
     assert np.all(np.isnan([found.fixed, found.fixed_power]))
     assert found.scheduled is None
     with pytest.raises(iv.ParameterError, match=r"period must be > 0 s, got -1.0"):
-        iv.best_cylinder_speed(MACHINE, HOME, **strokes(4, 0.2, 10.0), period=-1.0)
+        iv.analysis.best_cylinder_speed(MACHINE, HOME, **strokes(4, 0.2, 10.0), period=-1.0)
     with pytest.raises(iv.ParameterError, match=r"of shape \(m, d\)"):
-        iv.best_cylinder_speed(MACHINE, HOME, twist=np.zeros(6), wrench=np.zeros(6))
+        iv.analysis.best_cylinder_speed(MACHINE, HOME, twist=np.zeros(6), wrench=np.zeros(6))
 
 
 # One motor or many
@@ -218,7 +220,7 @@ def test_speed_without_any_feasible_one_is_nan():
 
 def test_one_motor_against_one_for_each_joint():
     """The powers of both drives' own operation, for any number of legs."""
-    found = iv.share_motor(LEG, SEPARATE, force=[0.0, 25.0, 50.0], legs=(1, 2, 6), duty=(1.0, 0.25))
+    found = iv.analysis.share_motor(LEG, SEPARATE, force=[0.0, 25.0, 50.0], legs=(1, 2, 6), duty=(1.0, 0.25))
     one = LEG.operate(speed=0.0, force=np.array([0.0, 25.0, 50.0]))
     assert_allclose(found.turning[0, 0], one.power_in, rtol=1e-12)
     alone = SEPARATE.without_static_friction().operate(speed=0.0, force=np.array([0.0, 25.0, 50.0])).power_in
@@ -227,14 +229,14 @@ def test_one_motor_against_one_for_each_joint():
     assert_allclose(found.stopping[1], 0.25 * found.stopping[0], rtol=1e-12)
     assert_allclose(found.separate[1], 0.25 * found.separate[0], rtol=1e-12)
     # A lossless guideway would hold 4.5 N less with its friction.
-    held = iv.share_motor(LEG, SEPARATE, force=[25.0], held_by_friction=True)
+    held = iv.analysis.share_motor(LEG, SEPARATE, force=[25.0], held_by_friction=True)
     assert held.separate[0, 0, 0] == pytest.approx(float(SEPARATE.operate(speed=0.0, force=25.0).power_in))
 
 
 @pytest.mark.parametrize(("leg", "common", "six"), [(LEG, 3.68, 5.25), (OTHER, 1.09, 2.82)])
 def test_powers_of_the_reconstructions(leg, common, six):
     """Watts of a shared motor in the shipped reconstructions: common part, 0.2 W a leg idle, six legs at 50 N against 28.3 W."""
-    found = iv.share_motor(leg, SEPARATE, force=[0.0, 25.0, 50.0], legs=(1, 2, 6))
+    found = iv.analysis.share_motor(leg, SEPARATE, force=[0.0, 25.0, 50.0], legs=(1, 2, 6))
     idle = found.turning[0, :, 0]
     assert idle[1] - idle[0] == pytest.approx(0.21, abs=0.01)
     assert 2 * idle[0] - idle[1] == pytest.approx(common, abs=0.03)
@@ -249,7 +251,7 @@ def test_powers_of_the_reconstructions(leg, common, six):
 
 def test_break_even():
     forces = np.linspace(0.0, 50.0, 26)
-    found = iv.share_motor(LEG, SEPARATE, force=forces, legs=(6, 1, 2), duty=(1.0, 0.1))
+    found = iv.analysis.share_motor(LEG, SEPARATE, force=forces, legs=(6, 1, 2), duty=(1.0, 0.1))
     least = found.least_force()
     for duty in range(2):
         for legs in range(3):
@@ -274,7 +276,9 @@ def test_figure_of_break_even_forces():
     """The lines are the break-even forces in the order of rising duty; nothing is drawn where there is none."""
     from internals import shared_motor_figure as shared_motor
 
-    found = iv.share_motor(LEG, SEPARATE, force=np.linspace(0.0, 55.0, 12), legs=(1, 6), duty=(1.0, 0.1), period=10.0)
+    found = iv.analysis.share_motor(
+        LEG, SEPARATE, force=np.linspace(0.0, 55.0, 12), legs=(1, 6), duty=(1.0, 0.1), period=10.0
+    )
     numbers = shared_motor.data(found)
     assert_array_equal(numbers["duty"], [10.0, 100.0])
     assert_array_equal(numbers["turning"], found.least_force()[::-1])
@@ -291,10 +295,12 @@ def test_run_up_energy():
     stored = 0.5 * MACHINE.turning_inertia * MACHINE.cylinder_speed**2
     quick, slow = run_up_energy(MACHINE, 0.5), run_up_energy(MACHINE, 5.0)
     assert stored < quick < slow
-    found = iv.share_motor(LEG, SEPARATE, force=[50.0], legs=(6,), duty=(0.5, 1.0), period=10.0, run_up_time=0.5)
-    longer = iv.share_motor(LEG, SEPARATE, force=[50.0], legs=(6,), duty=(0.5, 1.0))
+    found = iv.analysis.share_motor(
+        LEG, SEPARATE, force=[50.0], legs=(6,), duty=(0.5, 1.0), period=10.0, run_up_time=0.5
+    )
+    longer = iv.analysis.share_motor(LEG, SEPARATE, force=[50.0], legs=(6,), duty=(0.5, 1.0))
     assert_allclose((found.stopping - longer.stopping)[:, 0, 0], [quick / 10.0, 0.0], rtol=1e-12)
-    unknown = iv.share_motor(replace(LEG, cylinder_inertia=None, steering=None), SEPARATE, force=[50.0])
+    unknown = iv.analysis.share_motor(replace(LEG, cylinder_inertia=None, steering=None), SEPARATE, force=[50.0])
     assert np.all(np.isnan([*unknown.run_up_energy, unknown.cylinder_mass]))
 
 
@@ -310,8 +316,8 @@ def test_malformed_comparisons():
     ]
     for change, message in cases:
         with pytest.raises(iv.ParameterError, match=message):
-            iv.share_motor(LEG, SEPARATE, **{"force": [10.0]} | change)
+            iv.analysis.share_motor(LEG, SEPARATE, **{"force": [10.0]} | change)
     with pytest.raises(iv.ParameterError, match="leg must be a CoboticDrive"):
-        iv.share_motor(SEPARATE, SEPARATE, force=[10.0])
+        iv.analysis.share_motor(SEPARATE, SEPARATE, force=[10.0])
     with pytest.raises(iv.ParameterError, match="separate must be a drive"):
-        iv.share_motor(LEG, "motor", force=[10.0])
+        iv.analysis.share_motor(LEG, "motor", force=[10.0])

@@ -227,15 +227,15 @@ def test_regeneration_policies(study):
     drive = study.drives["motor1-gear1"]
     point = {"speed": 0.3, "force": -40.0}
     burnt = drive.operate(**point)
-    stored = replace(drive, amplifier=iv.Amplifier(regeneration="store", storage_efficiency=0.5)).operate(**point)
-    refused = replace(drive, amplifier=iv.Amplifier(regeneration="none")).operate(**point)
+    stored = replace(drive, amplifier=iv.parts.Amplifier(regeneration="store", storage_efficiency=0.5)).operate(**point)
+    refused = replace(drive, amplifier=iv.parts.Amplifier(regeneration="none")).operate(**point)
     assert burnt.power_in == 0.0
     assert burnt.losses["amplifier"] > 0
     assert stored.power_in == pytest.approx(-0.5 * burnt.losses["amplifier"])
     assert refused.limit == Limit.REGENERATION
     assert np.isnan(refused.efficiency)
     with pytest.raises(ValueError, match="storage_efficiency must be set"):
-        iv.Amplifier(regeneration="store")
+        iv.parts.Amplifier(regeneration="store")
 
 
 def test_ratings_of_motor_and_gear_are_limits(study):

@@ -47,10 +47,10 @@ def test_faults_of_a_screw_in_a_study(load, lines, words):
 def test_a_self_locking_screw_behind_an_elastic_gear_needs_an_inertia():
     drive = iv.ConventionalDrive(
         motor=iv.motors()["dcx-32-l-24v"],
-        gearhead=iv.Gearhead(ratio=5.0, efficiency=0.9, stiffness=400.0),
-        screw=iv.Screw(lead=0.01, diameter=0.016, friction_coefficient=0.22),
+        gearhead=iv.parts.Gearhead(ratio=5.0, efficiency=0.9, stiffness=400.0),
+        screw=iv.parts.Screw(lead=0.01, diameter=0.016, friction_coefficient=0.22),
     )
-    scenario = iv.Scenario(duration=0.05, load_mass=0.5, motion=iv.Sinusoid(distance=0.01, frequency=1.0))
+    scenario = iv.Scenario(duration=0.05, load_mass=0.5, motion=iv.motion.Sinusoid(distance=0.01, frequency=1.0))
     with pytest.raises(iv.ParameterError, match=r"^output_inertia (must be > 0 kg m\^2|is missing)"):
         iv.simulate(drive, scenario)
 
@@ -109,7 +109,9 @@ class Strong:
     def operate(self, *, speed, force):
         out = force * speed
         losses = {"brake": np.maximum(-out, 0.0)}
-        return iv.DrivePoint(power_in=np.maximum(out, 0.0), power_out=out, losses=losses, utilisation={}, states={})
+        return iv.drivetrain.DrivePoint(
+            power_in=np.maximum(out, 0.0), power_out=out, losses=losses, utilisation={}, states={}
+        )
 
 
 def test_a_drive_without_limits_says_so():

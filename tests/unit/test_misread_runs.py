@@ -63,6 +63,7 @@ def test_intervals_contain_the_truth_with_one_reading_in_twenty_misread(study, d
     assert named > 0.95 * (named + missed) - 2  # a lifted wheel moves no link; some are misread by less than the noise
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "factor", "said"),
     [
@@ -102,6 +103,7 @@ def test_a_misread_torque_without_load_leaves_out_that_run_alone(study, drive, f
     assert np.all(found.efficiencies.deviation[steered] > clean.efficiencies.deviation[steered])
 
 
+@pytest.mark.slow
 def test_an_efficiency_above_1_leaves_out_its_run(study, drive):
     data = session(drive, 3)
     row = int(np.argmax((data.link_travel > 0) & (data.steering_angle < -0.7)))

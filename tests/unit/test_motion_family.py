@@ -9,10 +9,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import (
+from infinivar import DutyCycle, Scenario
+from infinivar.motion import (
     ConstantForce,
     Cruise,
-    DutyCycle,
     Hold,
     Reach,
     Reaches,
@@ -20,7 +20,6 @@ from infinivar import (
     Recording,
     Rest,
     Running,
-    Scenario,
     Sinusoid,
     SinusoidalForce,
     Step,

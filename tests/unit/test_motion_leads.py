@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import Limit, Linkage, Output
+from infinivar import Limit, Output
+from infinivar.parts import Linkage
 from internals import LINEAR, MAP_REACH, ROTARY, StudyError, of_drives, of_study, study_from, words_of
 from internals import least_loss_analysis as least
 from internals import plane_path as path
@@ -16,9 +17,9 @@ from made import loaded
 
 SHIPPED = loaded("reach_and_hold")
 DRIVES = {name: SHIPPED.drives[name] for name in ("cobotic", "geared")}
-ALONE = iv.DutyCycle(title="reach", motion=iv.Reaches(distance=0.1, time=0.5), load_mass=0.8)
+ALONE = iv.DutyCycle(title="reach", motion=iv.motion.Reaches(distance=0.1, time=0.5), load_mass=0.8)
 REACH = replace(ALONE, time_share=0.25)
-HOLD = iv.DutyCycle(title="hold", motion=iv.Hold(time=1.0), force=-20.0, time_share=0.75)
+HOLD = iv.DutyCycle(title="hold", motion=iv.motion.Hold(time=1.0), force=-20.0, time_share=0.75)
 MOVING = iv.Study(name="moving", title="Moving", drives=DRIVES, duty={"reach": ALONE})
 MIXED = replace(MOVING, duty={"reach": REACH, "hold": HOLD})
 
@@ -71,6 +72,7 @@ def test_the_plane_of_both_contains_both():
     assert both.low == (-1, -1)
 
 
+@pytest.mark.slow
 def test_the_requirement_counts_beside_the_motions():
     hard = replace(MOVING, duty={"reach": ALONE}, requirement=iv.Requirement(force=500.0, speed=1.0))
     found = iv.compare(hard, quick=True)
@@ -83,7 +85,7 @@ def test_the_requirement_counts_beside_the_motions():
     assert soft.best is not None
     assert soft.able(soft.best.name)
     # A motion that no drive follows is not feasible, whatever the requirement.
-    fast = replace(ALONE, motion=iv.Reaches(distance=1.0, time=0.2))
+    fast = replace(ALONE, motion=iv.motion.Reaches(distance=1.0, time=0.2))
     assert not iv.compare(replace(hard, duty={"fast": fast}), quick=True).feasible
 
 
@@ -158,7 +160,7 @@ def test_energy_per_kilogram_and_metre():
     assert found.energy_per_metre == found.energy / 1.4
     assert f"{found.energy_per_kilogram:.3g} J/kg" in found.verdict
     assert f"{found.energy_per_metre:.3g} J/m" in found.verdict
-    bare = iv.duty_cycle(drive, iv.DutyCycle(motion=iv.Sinusoid(distance=0.02, frequency=1.0), force=-10.0))
+    bare = iv.duty_cycle(drive, iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.02, frequency=1.0), force=-10.0))
     assert bare.energy_per_kilogram is bare.energy_per_metre is None
     assert "J/kg" not in bare.verdict
 
@@ -178,7 +180,7 @@ class TestLeastLoss:
     """The map of the least loss against a plain search point by point."""
 
     speed, force = np.linspace(-0.6, 0.6, 14), np.linspace(-60.0, 60.0, 12)
-    found = iv.least_loss(MOVING, speed=speed, force=force)
+    found = iv.analysis.least_loss(MOVING, speed=speed, force=force)
 
     def test_each_point_by_itself(self):
         for row, speed in enumerate(self.speed):
@@ -220,27 +222,27 @@ class TestLeastLoss:
 
     def test_known_maps_are_used_only_on_the_same_axes(self):
         maps = {name: iv.steady_map(drive, self.speed, self.force) for name, drive in DRIVES.items()}
-        assert iv.least_loss(MOVING, speed=self.speed, force=self.force, maps=maps) == self.found
-        other = iv.least_loss(MOVING, speed=self.speed, force=0.5 * self.force, maps=maps)
+        assert iv.analysis.least_loss(MOVING, speed=self.speed, force=self.force, maps=maps) == self.found
+        other = iv.analysis.least_loss(MOVING, speed=self.speed, force=0.5 * self.force, maps=maps)
         assert_allclose(other.force, 0.5 * self.force)
         assert other.loss[0, 0] != self.found.loss[0, 0]
 
     def test_data_and_figure(self):
         from internals import least_loss_figure as figure
 
-        numbers = figure.data(iv.least_loss(MOVING))
+        numbers = figure.data(iv.analysis.least_loss(MOVING))
         assert list(numbers["motions"]) == ["reach"]
         assert numbers["levels"][0] == 0.0
         assert not numbers["signs"]
-        texts = [text.get_text() for text in iv.least_loss(MOVING).plot().axes[0].texts]
+        texts = [text.get_text() for text in iv.analysis.least_loss(MOVING).plot().axes[0].texts]
         assert any(title in texts for title in MOVING.titles.values())
         assert self.found.to_dict()["shares"].keys() == DRIVES.keys()
 
     def test_refuses(self):
         with pytest.raises(iv.InputError, match="takes two"):
-            iv.least_loss(MOVING.with_drives("geared"))
+            iv.analysis.least_loss(MOVING.with_drives("geared"))
         with pytest.raises(iv.InputError, match="both speed and force"):
-            iv.least_loss(MOVING, speed=self.speed)
+            iv.analysis.least_loss(MOVING, speed=self.speed)
 
     def test_a_comparison_of_one_drive_has_none(self):
         assert iv.compare(MOVING.with_drives("geared"), quick=True).least_loss is None
@@ -273,7 +275,7 @@ class TestAboutAJoint:
         assert (required.load_mass, required.travel) == (0.02, pytest.approx(math.pi / 2))
         assert (
             required
-            == iv.JointRequirement(
+            == iv.study.JointRequirement(
                 moment=2.0, angular_speed=required.speed, power=6.0, load_inertia=0.02, angle=required.travel
             ).requirement
         )
@@ -325,7 +327,7 @@ class TestAboutAJoint:
             iv.compare(replace(joint(self.well), drives={"knee": drive}))
 
     def test_a_motion_about_a_joint_leads(self):
-        motion = iv.Sinusoid(angle=0.5, frequency=0.5)
+        motion = iv.motion.Sinusoid(angle=0.5, frequency=0.5)
         swing = iv.DutyCycle(title="swing", motion=motion, moment=-0.2, load_inertia=0.005)
         given = joint(self.well)
         inertia = replace(given.drives["knee"], output_inertia=2e-6)
@@ -375,6 +377,7 @@ def test_an_answer_of_no_names_the_closest_drive_and_its_limit():
     assert one.verdict.startswith(f"Hold 0: {one.results['geared'].title} is infeasible; tightest limit: ")
 
 
+@pytest.mark.slow
 def test_several_cycles_have_one_answer_first():
     both = unshared([-5.0, -900.0])
     assert not both.feasible
@@ -389,12 +392,14 @@ def test_several_cycles_have_one_answer_first():
     assert " is not feasible in all 2 duty cycles; tightest limit: " in one.verdict
 
 
+@pytest.mark.slow
 def test_many_cycles_have_a_short_answer():
     many = unshared([-1.0 - k for k in range(10)])
     assert many.verdict.startswith("2 of 2 drives are feasible in all 10 duty cycles; ")
     assert len(many.verdict) < 150
 
 
+@pytest.mark.slow
 def test_mixed_use_names_its_limit_and_the_energy_per_metre():
     walk, stand = replace(REACH, title="Walk", distance_per_cycle=1.4), replace(HOLD, title="Stand")
     found = iv.compare(replace(MIXED, duty={"walk": walk, "stand": stand}), quick=True)

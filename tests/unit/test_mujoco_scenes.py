@@ -196,13 +196,13 @@ def test_walls_of_all_kinds_are_in_the_scene():
     home = HEXAPOD.home[:3]
     corners = home + np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) * 0.01 - 0.03
     surfaces = [
-        iv.HalfSpace(point=home - [0, 0, 0.01], direction=[0, 0, 1]),
-        iv.Ball(centre=home - [0, 0, 0.05], radius=0.02),
-        iv.Tube(point=home + np.array([0.1, 0, 0]), axis=[0, 1, 0], radius=0.05),
-        iv.TriangleMesh(vertices=corners, faces=[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]),
+        iv.motion.HalfSpace(point=home - [0, 0, 0.01], direction=[0, 0, 1]),
+        iv.motion.Ball(centre=home - [0, 0, 0.05], radius=0.02),
+        iv.motion.Tube(point=home + np.array([0.1, 0, 0]), axis=[0, 1, 0], radius=0.05),
+        iv.motion.TriangleMesh(vertices=corners, faces=[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]),
     ]
     bare = loaded(iv.session(HEXAPOD, duration=0.002))[0]
-    found = iv.session(HEXAPOD, iv.VirtualWall(surface=iv.Surfaces(surfaces=surfaces)), duration=0.002)
+    found = iv.session(HEXAPOD, iv.motion.VirtualWall(surface=iv.motion.Surfaces(surfaces=surfaces)), duration=0.002)
     model, data, scene = loaded(found)
     placed(model, data, scene, 0)
     clear = [place for place in range(model.ngeom) if model.geom_rgba[place, 3] < 0.5]
@@ -225,6 +225,7 @@ def test_a_scene_ends_in_xml(tmp_path, name):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_video_by_mujoco_or_a_message_why_not(tmp_path):
     path, said = tmp_path / "legs.gif", ""
     try:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar import Limit, Screw
+from infinivar import Limit
+from infinivar.parts import Screw
 from internals import candidates, margin_of, shortfalls
 from internals import nearest_of_margins as nearest_of
 from internals import tightest_of_margins as tightest_of
@@ -67,6 +68,7 @@ def test_of_misses_equal_in_all_limits_the_lighter_wins():
         assert found.pair == 2
 
 
+@pytest.mark.slow
 def test_where_no_power_may_return_what_else_is_exceeded_decides():
     """All return power at every radius, which has no measure: the pair that keeps the rest is nearest, not the first one."""
     tables = part_tables(7, motors=8, gearheads=9)

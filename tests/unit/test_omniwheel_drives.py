@@ -118,8 +118,11 @@ def test_the_path_takes_what_a_simulation_draws():
         ({"headings": (0.0, 1.0)}, "headings"),
         ({"roller_angles": (1.5,)}, "roller_angles"),
         ({"wheel_radius": 0.0}, "wheel_radius"),
-        ({"positions": (iv.Point(x=0.1), iv.Point(x=-0.1))}, "positions"),
-        ({"positions": (iv.Point(x=0.1, z=0.2), iv.Point(x=-0.1), iv.Point(y=0.1))}, "z does not apply"),
+        ({"positions": (iv.motion.Point(x=0.1), iv.motion.Point(x=-0.1))}, "positions"),
+        (
+            {"positions": (iv.motion.Point(x=0.1, z=0.2), iv.motion.Point(x=-0.1), iv.motion.Point(y=0.1))},
+            "z does not apply",
+        ),
     ],
 )
 def test_faults_name_the_field(change, said):
@@ -133,8 +136,8 @@ def test_a_platform_moves_and_is_drawn(name, tmp_path):
     drive = drives()[name]
     time = np.linspace(0.0, 0.05, 21)
     away = np.sin(20.0 * time) ** 2
-    motion = iv.VectorHistory(time=time, values=np.stack([2e-3 * away, 0.0 * away, 0.01 * away], axis=-1))
-    run = iv.simulate_machine(drive.moving(), iv.MachineScenario(duration=0.05, motion=motion))
+    motion = iv.motion.VectorHistory(time=time, values=np.stack([2e-3 * away, 0.0 * away, 0.01 * away], axis=-1))
+    run = iv.simulate_machine(drive.moving(), iv.motion.MachineScenario(duration=0.05, motion=motion))
     assert run.complete
     assert run.closure < 1e-6
     assert {"wheels", "rollers"} <= set(run.lost)
@@ -160,7 +163,7 @@ def test_a_wheel_that_rounding_turns_stands():
     turned = dataclasses.replace(
         drive,
         headings=tuple(one - np.pi / 2 for one in drive.headings),
-        positions=tuple(iv.Point(x=one.y or 0.0, y=-one.x) for one in drive.positions),
+        positions=tuple(iv.motion.Point(x=one.y or 0.0, y=-one.x) for one in drive.positions),
     )
     across = turned.perform(pose=[0.0, 0.0, 0.0], twist=[0.0, -0.3, 0.0], wrench=[0.0, -15.0, 0.0])
     assert float(ahead.power_in) == pytest.approx(float(across.power_in), rel=1e-9)
@@ -175,7 +178,9 @@ def test_a_task_takes_what_a_simulation_draws(twist):
     drive = study.drives["one-motor"]
     wrench = np.sign(twist) * (15.0, 15.0, 3.0)
     rates, loads = (dict(zip(drive.coordinates, map(float, row), strict=True)) for row in (twist, wrench))
-    task = dataclasses.replace(study.tasks["push"], twist=iv.Twist(**rates), wrench=iv.Wrench(**loads), box=None)
+    task = dataclasses.replace(
+        study.tasks["push"], twist=iv.motion.Twist(**rates), wrench=iv.motion.Wrench(**loads), box=None
+    )
     power = sum(iv.simulate(drive, task).mean_powers.values())
     steady = drive.perform(pose=task.pose.row(drive.coordinates, drive.home), twist=twist, wrench=wrench)
     assert power == pytest.approx(float(steady.power_in), rel=0.01)

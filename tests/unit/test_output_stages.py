@@ -8,12 +8,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import Course, Limit
+from infinivar import Limit
+from infinivar.motion import Course
 from infinivar.parts import belt, screw
 from internals import performance, quantities_of, with_values
 
 DRIVE = iv.ConventionalDrive(
-    motor=iv.Motor(
+    motor=iv.parts.Motor(
         voltage=24.0,
         resistance=2.0,
         torque_constant=0.025,
@@ -21,11 +22,11 @@ DRIVE = iv.ConventionalDrive(
         continuous_torque=0.03,
         rotor_inertia=1.5e-6,
     ),
-    gearhead=iv.Gearhead(ratio=2.0, efficiency=1.0),
-    pulley=iv.Pulley(radius=0.01),
+    gearhead=iv.parts.Gearhead(ratio=2.0, efficiency=1.0),
+    pulley=iv.parts.Pulley(radius=0.01),
     output_inertia=1e-6,
 )
-SCREW = iv.Screw(lead=2e-3, diameter=9e-3, friction_angle=0.1)
+SCREW = iv.parts.Screw(lead=2e-3, diameter=9e-3, friction_angle=0.1)
 
 
 def with_stage(**stage):
@@ -52,7 +53,7 @@ def test_a_screw_locks_itself_exactly_at_its_lead_angle(share, locks):
 def test_screw_torques_are_those_of_the_inclined_plane():
     """Wedge of the lead angle with friction mu, moved by a horizontal force: balance of forces without any tangent rule."""
     lead, diameter, mu, load = 5e-3, 16e-3, 0.12, 800.0
-    part = iv.Screw(lead=lead, diameter=diameter, friction_coefficient=mu)
+    part = iv.parts.Screw(lead=lead, diameter=diameter, friction_coefficient=mu)
     slope = lead / (math.pi * diameter)
     norm = math.hypot(1.0, slope)
     sine, cosine = slope / norm, 1.0 / norm
@@ -69,7 +70,7 @@ def test_screw_torques_are_those_of_the_inclined_plane():
 
 def test_flank_angle_raises_friction_as_shown_for_acme_threads():
     """Square and trapezoidal thread: mu is divided by the cosine of half the thread angle."""
-    flat = iv.Screw(lead=4e-3, diameter=18e-3, friction_coefficient=0.1 / math.cos(math.radians(15.0)))
+    flat = iv.parts.Screw(lead=4e-3, diameter=18e-3, friction_coefficient=0.1 / math.cos(math.radians(15.0)))
     steep = replace(flat, friction_coefficient=0.1, flank_angle=math.radians(15.0))
     assert_allclose(flat.efficiencies, steep.efficiencies, rtol=1e-14)
 
@@ -81,10 +82,10 @@ def test_efficiency_limits():
     forward, backward = screw.screw_efficiencies(angles, angles)
     assert_allclose(backward, 0.0)
     assert_allclose(forward, 0.5 * (1.0 - np.tan(angles) ** 2), rtol=1e-12)
-    stated = iv.Screw(shape="ball", lead=5e-3, diameter=16e-3, efficiency=0.9)
+    stated = iv.parts.Screw(shape="ball", lead=5e-3, diameter=16e-3, efficiency=0.9)
     assert_allclose(screw.screw_efficiencies(stated.lead_angle, stated.angle)[0], 0.9, rtol=1e-14)
     # For small angles the efficiency while the load drives tends to 2 - 1/eta.
-    fine = iv.Screw(shape="ball", lead=1e-5, diameter=16e-3, efficiency=0.9)
+    fine = iv.parts.Screw(shape="ball", lead=1e-5, diameter=16e-3, efficiency=0.9)
     assert fine.efficiencies[1] == pytest.approx(2.0 - 1.0 / 0.9, rel=1e-6)
     assert replace(stated, backdriving_efficiency=0.8).efficiencies == (0.9, 0.8)
 
@@ -161,23 +162,23 @@ def test_two_spans_of_a_belt_act_in_parallel():
     energy = 0.5 * specific * ((x / near) ** 2 * near + (x / far) ** 2 * far)
     assert belt.belt_stiffness(specific, near, far) == pytest.approx(2.0 * energy / x**2, rel=1e-14)
     assert 1.0 / belt.belt_stiffness(specific, near) == pytest.approx(near / specific)
-    part = iv.Belt(pitch=3e-3, teeth=20, specific_stiffness=specific, span=near, other_span=far)
+    part = iv.parts.Belt(pitch=3e-3, teeth=20, specific_stiffness=specific, span=near, other_span=far)
     assert part.stiffness == belt.belt_stiffness(specific, near, far)
-    assert iv.Belt(pitch=3e-3, teeth=20).stiffness is None
+    assert iv.parts.Belt(pitch=3e-3, teeth=20).stiffness is None
 
 
 def test_travel_per_turn():
     """One turn moves the load by the lead, by the teeth of a belt's wheel, by the pinion's circumference."""
     turn = 2.0 * math.pi
     assert SCREW.travel_per_radian * turn == pytest.approx(2e-3)
-    assert iv.Belt(pitch=3e-3, teeth=20).travel_per_radian * turn == pytest.approx(60e-3)
-    assert iv.Rack(module=1e-3, teeth=20).travel_per_radian == pytest.approx(10e-3)
-    assert iv.Shaft().travel_per_radian == 1.0
+    assert iv.parts.Belt(pitch=3e-3, teeth=20).travel_per_radian * turn == pytest.approx(60e-3)
+    assert iv.parts.Rack(module=1e-3, teeth=20).travel_per_radian == pytest.approx(10e-3)
+    assert iv.parts.Shaft().travel_per_radian == 1.0
 
 
 def test_limits_of_a_screw():
     """Each demand is 1 where force or speed reaches the closed form."""
-    part = iv.Screw(
+    part = iv.parts.Screw(
         shape="ball", lead=5e-3, diameter=16e-3, efficiency=0.9, length=1.0, root_diameter=12.5e-3, ends="fixed-fixed",
         max_speed=500.0, permissible_force=9000.0, dynamic_load=8000.0, life=3.6e7,
     )  # fmt: skip
@@ -205,7 +206,7 @@ def test_life_does_not_depend_on_directions():
 
 def test_life_over_a_cycle_is_that_of_the_cubic_mean_load():
     """Half the travel at 3 kN, half at 1 kN, at different speeds: damage adds up by revolutions (Palmgren and Miner)."""
-    part = iv.Screw(shape="ball", lead=5e-3, diameter=16e-3, efficiency=0.9, dynamic_load=8000.0, life=1e7)
+    part = iv.parts.Screw(shape="ball", lead=5e-3, diameter=16e-3, efficiency=0.9, dynamic_load=8000.0, life=1e7)
     drive = replace(with_stage(screw=part))
     force, speed = np.repeat([3000.0, 1000.0], [30, 10]), np.repeat([0.05, 0.15], [30, 10])
     point = drive.follow(Course(speed=speed, acceleration=0.0 * speed, force=-force))
@@ -217,9 +218,9 @@ def test_life_over_a_cycle_is_that_of_the_cubic_mean_load():
 
 def test_force_limits_of_belt_rack_and_shaft():
     parts = [
-        iv.Belt(pitch=3e-3, teeth=20, permissible_force=200.0),
-        iv.Rack(module=1e-3, teeth=20, permissible_force=200.0),
-        iv.Shaft(permissible_torque=200.0),
+        iv.parts.Belt(pitch=3e-3, teeth=20, permissible_force=200.0),
+        iv.parts.Rack(module=1e-3, teeth=20, permissible_force=200.0),
+        iv.parts.Shaft(permissible_torque=200.0),
     ]
     for part in parts:
         point = with_stage(**{part.title: part}).operate(speed=0.01, force=np.array([-300.0, 100.0]))
@@ -227,7 +228,7 @@ def test_force_limits_of_belt_rack_and_shaft():
 
 
 def test_a_shaft_turns_a_joint():
-    drive = with_stage(shaft=iv.Shaft(friction_torque=0.02))
+    drive = with_stage(shaft=iv.parts.Shaft(friction_torque=0.02))
     assert drive.axis.rotary
     assert not DRIVE.axis.rotary
     point = drive.operate(speed=3.0, force=0.1)
@@ -259,21 +260,21 @@ def test_inertia_of_a_screw_adds_to_that_of_the_gear_output():
 )  # fmt: skip
 def test_faults_of_a_screw_are_named(values, words):
     with pytest.raises(iv.ParameterError, match=words):
-        iv.Screw(**{"lead": 2e-3, "diameter": 9e-3, **values})
+        iv.parts.Screw(**{"lead": 2e-3, "diameter": 9e-3, **values})
 
 
 def test_a_belt_needs_its_span_to_stretch():
     with pytest.raises(iv.ParameterError, match="span is missing"):
-        iv.Belt(pitch=3e-3, teeth=20, specific_stiffness=1e5)
+        iv.parts.Belt(pitch=3e-3, teeth=20, specific_stiffness=1e5)
     with pytest.raises(iv.ParameterError, match="specific_stiffness is missing"):
-        iv.Belt(pitch=3e-3, teeth=20, span=0.1)
+        iv.parts.Belt(pitch=3e-3, teeth=20, span=0.1)
 
 
 def test_friction_of_the_guideway_stretches_a_belt():
     """The friction acts at the load: d = (m x'' + f sgn x')/k, and the motor's travel contains it; lost is f |x'|."""
-    part = iv.Belt(pitch=3e-3, teeth=20, specific_stiffness=2e4, span=1.0)
-    drive = replace(with_stage(belt=part), guideway=iv.Guideway(friction=50.0))
-    duty = iv.DutyCycle(motion=iv.Sinusoid(distance=0.05, frequency=0.2), load_mass=1.0)
+    part = iv.parts.Belt(pitch=3e-3, teeth=20, specific_stiffness=2e4, span=1.0)
+    drive = replace(with_stage(belt=part), guideway=iv.parts.Guideway(friction=50.0))
+    duty = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.05, frequency=0.2), load_mass=1.0)
     found = iv.duty_cycle(drive, duty)
     course = found.instants.course
     force = course.acceleration + 50.0 * np.sign(course.speed)
@@ -292,11 +293,13 @@ def test_friction_stretches_a_belt_in_simulation_as_well(friction, specific):
     """The motor makes up for the stretch, to a tenth of it; both ways spend the same energy within 2 %."""
     drive = iv.ConventionalDrive(
         motor=iv.motors()["dcx-32-l-24v"],
-        gearhead=iv.Gearhead(ratio=5.0, efficiency=0.95),
-        belt=iv.Belt(pitch=3e-3, teeth=20, specific_stiffness=specific, span=1.0),
-        guideway=iv.Guideway(friction=friction),
+        gearhead=iv.parts.Gearhead(ratio=5.0, efficiency=0.95),
+        belt=iv.parts.Belt(pitch=3e-3, teeth=20, specific_stiffness=specific, span=1.0),
+        guideway=iv.parts.Guideway(friction=friction),
     )
-    found = iv.two_ways(drive, iv.DutyCycle(motion=iv.Sinusoid(distance=0.05, frequency=0.2), load_mass=1.0))
+    found = iv.analysis.two_ways(
+        drive, iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.05, frequency=0.2), load_mass=1.0)
+    )
     assert found.followed == pytest.approx(found.prescribed, rel=0.02)
     assert found.rms_error < 0.1 * friction / specific
 
@@ -335,7 +338,7 @@ def test_stages_in_studies(load):
         '[uncertainty.lift.screw]\nfriction_coefficient = { low = 0.08, high = 0.2 }\n',
     )  # fmt: skip
     drive = study.drives["lift"]
-    expected = iv.Screw(lead=2e-3, diameter=9e-3, friction_coefficient=0.12, flank_angle=math.radians(15))
+    expected = iv.parts.Screw(lead=2e-3, diameter=9e-3, friction_coefficient=0.12, flank_angle=math.radians(15))
     assert drive.stage.efficiencies == pytest.approx(expected.efficiencies)
     assert {row.field for row in study.provenance} >= {"screw.lead", "screw.shape", "screw.flank_angle"}
     assert "screw.friction_coefficient" in quantities_of(drive)
@@ -361,28 +364,28 @@ def test_a_study_replaces_the_stage_of_its_base(load, tmp_path):
     assert study.drives["mine"].belt.teeth == 12
     (tmp_path / "under.toml").write_bytes((tmp_path / "mine.toml").read_bytes())
     over = load('extends = "under.toml"\n[drives.mine.rack]\nmodule = "1 mm"\nteeth = 12\n')
-    assert over.drives["mine"].stage == iv.Rack(module=1e-3, teeth=12)
+    assert over.drives["mine"].stage == iv.parts.Rack(module=1e-3, teeth=12)
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: iv.Belt(pitch=3e-3, teeth=20.5, efficiency=0.9), "teeth must be a whole number, got 20.5"),
-        (lambda: iv.Rack(module=1e-3, teeth=2.5, efficiency=0.9), "teeth must be a whole number, got 2.5"),
+        (lambda: iv.parts.Belt(pitch=3e-3, teeth=20.5, efficiency=0.9), "teeth must be a whole number, got 20.5"),
+        (lambda: iv.parts.Rack(module=1e-3, teeth=2.5, efficiency=0.9), "teeth must be a whole number, got 2.5"),
         (
-            lambda: iv.Screw(lead=5e-3, diameter=0.016),
+            lambda: iv.parts.Screw(lead=5e-3, diameter=0.016),
             "friction_coefficient is missing: state the friction of the thread as one of",
         ),
         (
-            lambda: iv.Screw(lead=5e-3, diameter=0.016, efficiency=0.9, root_diameter=0.02, length=0.3),
+            lambda: iv.parts.Screw(lead=5e-3, diameter=0.016, efficiency=0.9, root_diameter=0.02, length=0.3),
             r"root_diameter must be <= diameter = 0.016 m, got 0.02",
         ),
         (
-            lambda: iv.Screw(lead=5e-3, diameter=0.016, efficiency=0.9, buckling_safety=0.5),
+            lambda: iv.parts.Screw(lead=5e-3, diameter=0.016, efficiency=0.9, buckling_safety=0.5),
             "buckling_safety must be >= 1",
         ),
         (
-            lambda: iv.Output(series_spring=iv.Spring(stiffness=1e3, at="drive")),
+            lambda: iv.Output(series_spring=iv.parts.Spring(stiffness=1e3, at="drive")),
             "series_spring.at does not apply: only a parallel spring has a side",
         ),
     ],
@@ -431,22 +434,22 @@ def test_other_lengths_are_not_per_angle(tmp_path, stage):
 def test_a_shaft_has_no_guideway():
     """Its friction is a torque; that of a guideway, in N, would be taken for N m."""
     with pytest.raises(iv.ParameterError, match=r"guideway does not apply.*shaft\.friction_torque, in N m"):
-        replace(with_stage(shaft=iv.Shaft()), guideway=iv.Guideway(friction=2.0))
+        replace(with_stage(shaft=iv.parts.Shaft()), guideway=iv.parts.Guideway(friction=2.0))
 
 
 @pytest.mark.parametrize(
     ("elastic", "named"),
     [
-        ({"output": iv.Output(series_spring=iv.Spring(stiffness=2e3))}, "behind its series spring"),
-        ({"belt": iv.Belt(pitch=3e-3, teeth=20, specific_stiffness=800.0, span=0.4)}, "behind its belt stretch"),
-        ({"gearhead": iv.Gearhead(ratio=2.0, efficiency=1.0, stiffness=1.0)}, "behind its elastic gearhead"),
+        ({"output": iv.Output(series_spring=iv.parts.Spring(stiffness=2e3))}, "behind its series spring"),
+        ({"belt": iv.parts.Belt(pitch=3e-3, teeth=20, specific_stiffness=800.0, span=0.4)}, "behind its belt stretch"),
+        ({"gearhead": iv.parts.Gearhead(ratio=2.0, efficiency=1.0, stiffness=1.0)}, "behind its elastic gearhead"),
     ],
 )
 def test_a_jerk_that_jumps_is_refused_before_every_compliance(elastic, named):
     """With any of them the motor's speed would jump; with a smooth reach it changes by no more than the sampling resolves."""
     drive = replace(DRIVE, **elastic, **({"pulley": None} if "belt" in elastic else {}))
     rough, smooth = (
-        iv.DutyCycle(motion=iv.Reaches(distance=0.1, time=0.4, pause=0.2, profile=profile), load_mass=2.0)
+        iv.DutyCycle(motion=iv.motion.Reaches(distance=0.1, time=0.4, pause=0.2, profile=profile), load_mass=2.0)
         for profile in ("minimum-jerk", "smooth")
     )
     with pytest.raises(iv.ParameterError, match=f"the jerk of this motion jumps.*{named}.*set profile = 'smooth'"):
@@ -456,11 +459,11 @@ def test_a_jerk_that_jumps_is_refused_before_every_compliance(elastic, named):
 
 
 def test_behind_spring_and_elastic_gear_the_fifth_derivative_counts():
-    output = iv.Output(series_spring=iv.Spring(stiffness=2e3))
-    drive = replace(DRIVE, output=output, gearhead=iv.Gearhead(ratio=2.0, efficiency=1.0, stiffness=1.0))
-    reaches = iv.Reaches(distance=0.1, time=0.4, pause=0.2, profile="smooth")
+    output = iv.Output(series_spring=iv.parts.Spring(stiffness=2e3))
+    drive = replace(DRIVE, output=output, gearhead=iv.parts.Gearhead(ratio=2.0, efficiency=1.0, stiffness=1.0))
+    reaches = iv.motion.Reaches(distance=0.1, time=0.4, pause=0.2, profile="smooth")
     with pytest.raises(iv.ParameterError, match=r"the fifth derivative.*its series spring and its elastic gearhead"):
         iv.duty_cycle(drive, iv.DutyCycle(motion=reaches, load_mass=2.0))
-    waves = iv.Sinusoid(distance=0.1, frequency=1.0)
+    waves = iv.motion.Sinusoid(distance=0.1, frequency=1.0)
     assert iv.duty_cycle(drive, iv.DutyCycle(motion=waves, load_mass=2.0)).energy > 0
     assert iv.duty_cycle(drive, iv.DutyCycle(motion=reaches, force=-5.0)).energy > 0

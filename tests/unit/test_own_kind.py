@@ -45,7 +45,7 @@ class Carriage(Machine):
 
 
 def test_it_is_simulated():
-    scenario = iv.MachineScenario(duration=0.5, wrench=[-3.0], servos=False, steering="locked", source="none")
+    scenario = iv.motion.MachineScenario(duration=0.5, wrench=[-3.0], servos=False, steering="locked", source="none")
     run = iv.simulate_machine(Carriage(), scenario)
     assert_allclose(run.columns["v_x_m_s"][-1], (3.0 - FRICTION) / MASS * 0.5, rtol=1e-3)
     assert run.closure < 1e-6

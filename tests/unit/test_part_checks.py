@@ -13,7 +13,7 @@ from internals import DerivedRows as Rows
 from internals import part_table as table
 from internals import search_condition as condition
 
-MOTOR = iv.Motor(
+MOTOR = iv.parts.Motor(
     voltage=24.0,
     resistance=0.5,
     torque_constant=0.03,

@@ -63,7 +63,7 @@ def test_mgdb_values(made):
     second = motors.part(1)
     assert second.viscous_friction == 1.5e-6
     assert second.friction_torque < second.no_load_torque
-    assert gearheads.part("XX_G16_R16:1") == iv.Gearhead(
+    assert gearheads.part("XX_G16_R16:1") == iv.parts.Gearhead(
         name="Made Up G16_R16:1",
         ratio=16,
         efficiency=0.8,
@@ -208,7 +208,7 @@ def test_toml_takes_the_words_of_a_study(tmp_path):
         "date": "2024-05", "kind": "catalogue", "voltage": 24.0, "resistance": 0.5, "torque_constant": 0.03,
         "no_load_current": 0.1, "continuous_torque": 0.09, "mass": 0.3,
     }  # fmt: skip
-    assert found.parts.gearheads.part("h2").friction == iv.GearFriction(friction=5.0)
+    assert found.parts.gearheads.part("h2").friction == iv.parts.GearFriction(friction=5.0)
     assert found.parts.pairs.tolist() == [[0, 0]]
 
 

@@ -50,7 +50,7 @@ def test_a_study_uses_parts_of_the_users_folder(folder):
     partfiles.write(folder / "home", "mine.toml", partfiles.TOML)
     study = iv.load_study(write_study(folder))
     motor = study.drives["geared"].motor
-    assert motor == iv.Motor(
+    assert motor == iv.parts.Motor(
         name="T 1",
         voltage=24.0,
         resistance=0.5,

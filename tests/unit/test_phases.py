@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar import InputError, Recording
+from infinivar import InputError
+from infinivar.motion import Recording
 from internals import motion_summary_rows as rows
 
 

@@ -18,9 +18,10 @@ MASS, INERTIA = CART.cobot.mass, CART.cobot.inertia
 CORNERS = [(0.3, 0.0), (-0.15, 0.2), (-0.15, -0.2)]
 
 
+@pytest.mark.slow
 def test_along_a_line_a_body_slides_as_a_bead_and_keeps_its_orientation():
     way, force = np.array([2.0, 1.0]) / np.sqrt(5.0), np.array([4.0, 1.0])
-    task = iv.Fixture(allowed=iv.AlongLine(direction=way.tolist()))
+    task = iv.motion.Fixture(allowed=iv.motion.AlongLine(direction=way.tolist()))
     run = iv.session(CART, task, user=force.tolist(), duration=0.3, servos="ideal")
     bead = 0.5 * (force @ way) / MASS * run.time[:, None] ** 2 * way
     assert_allclose(run.position, bead, atol=2e-6)
@@ -28,10 +29,11 @@ def test_along_a_line_a_body_slides_as_a_bead_and_keeps_its_orientation():
     assert run.closure < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("machine", "servos", "within"), [(CART, "ideal", 1e-5), (REAL, "real", 2e-4)])
 def test_about_a_point_a_body_swings_as_on_a_pivot(machine, servos, within):
     centre, force = np.array([-0.3, 0.2]), np.array([4.0, 6.0])
-    task = iv.Fixture(allowed=iv.AboutPoint(point=centre.tolist()))
+    task = iv.motion.Fixture(allowed=iv.motion.AboutPoint(point=centre.tolist()))
     run = iv.session(machine, task, user=force.tolist(), duration=0.4, servos=servos)
     arm = -centre
 
@@ -51,30 +53,33 @@ def test_about_a_point_a_body_swings_as_on_a_pivot(machine, servos, within):
 
 
 def test_without_turning_a_body_is_free():
-    fixed = iv.session(CART, iv.Fixture(allowed=iv.InPlane(normal=[0.0, 0.0, 1.0])), user=[3.0, 1.0], duration=0.05)
-    free = iv.session(CART, iv.Caster(), user=[3.0, 1.0], duration=0.05)
+    fixed = iv.session(
+        CART, iv.motion.Fixture(allowed=iv.motion.InPlane(normal=[0.0, 0.0, 1.0])), user=[3.0, 1.0], duration=0.05
+    )
+    free = iv.session(CART, iv.motion.Caster(), user=[3.0, 1.0], duration=0.05)
     assert_allclose(fixed.position, free.position, atol=1e-12)
 
 
 def test_one_wheel_along_a_line():
     one = replace(CART, cobot=replace(CART.cobot, positions=[(0.0, 0.0)], contacts=IDEAL_WHEEL))
-    task = iv.Fixture(allowed=iv.AlongLine(direction=[0.0, 1.0], turning=True))
+    task = iv.motion.Fixture(allowed=iv.motion.AlongLine(direction=[0.0, 1.0], turning=True))
     run = iv.session(one, task, user=[5.0, 2.0], duration=0.1, servos="ideal")
     assert_allclose(run.position[-1], [0.0, 0.5 * 2.0 / MASS * 0.01], atol=1e-6)
 
 
 def test_locked_wheels_hold_without_power():
-    run = iv.session(REAL, iv.HoldingTask(), user=[30.0, 10.0], duration=0.1, handle=[0.1, 0.05], tolerance=1e-7)
+    run = iv.session(REAL, iv.motion.HoldingTask(), user=[30.0, 10.0], duration=0.1, handle=[0.1, 0.05], tolerance=1e-7)
     assert np.max(np.abs(run.position - run.position[0])) < 1e-7
     assert run.electrical_energy == 0.0
 
 
 def test_beyond_the_slip_limit_nothing_holds():
-    run = iv.session(REAL, iv.HoldingTask(), user=[600.0, 0.0], duration=0.05)
+    run = iv.session(REAL, iv.motion.HoldingTask(), user=[600.0, 0.0], duration=0.05)
     assert run.slips
     assert run.position[-1, 0] > 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "points", [CORNERS, [(0.3, 0.0), (0.1, 0.0), (-0.4, 0.0)], [(0.1, 0.1), (0.3, 0.2), (-0.2, 0.5)]]
 )
@@ -96,7 +101,7 @@ def test_locking_headings_against_a_search_by_brute_force(points):
 def test_two_wheels_hold_nothing():
     two = replace(CART, cobot=replace(CART.cobot, positions=CORNERS[:2], contacts=IDEAL_WHEEL))
     with pytest.raises(iv.InputError, match="held by three wheels or more at different points, got 2"):
-        iv.session(two, iv.HoldingTask(), duration=0.1)
+        iv.session(two, iv.motion.HoldingTask(), duration=0.1)
     with pytest.raises(iv.InputError, match="different points, got 3"):
         locking_headings([(0.1, 0.1)] * 3)
 
@@ -104,13 +109,13 @@ def test_two_wheels_hold_nothing():
 @pytest.mark.parametrize(
     ("allowed", "message"),
     [
-        (iv.AlongLine(direction=[1.0, 0.0], turning=True), "leaves 2 of x, y and angle free on 3 wheels"),
-        (iv.AboutPoint(point=[0.0, 0.0]), "must be 1 mm or more from the point"),
+        (iv.motion.AlongLine(direction=[1.0, 0.0], turning=True), "leaves 2 of x, y and angle free on 3 wheels"),
+        (iv.motion.AboutPoint(point=[0.0, 0.0]), "must be 1 mm or more from the point"),
     ],
 )
 def test_what_wheels_cannot_do_is_said(allowed, message):
     with pytest.raises(iv.InputError, match=message):
-        iv.session(CART, iv.Fixture(allowed=allowed), duration=0.1)
+        iv.session(CART, iv.motion.Fixture(allowed=allowed), duration=0.1)
 
 
 def test_guides_are_of_planar_cobots():
@@ -118,7 +123,9 @@ def test_guides_are_of_planar_cobots():
         iv.session(HEXAPOD, controller=PlanarHoldGuide(), duration=0.01)
     with pytest.raises(iv.InputError, match="guides a PlanarMachine"):
         iv.session(
-            HEXAPOD, controller=PlanarFixtureGuide(allowed=iv.AlongLine(direction=[1.0, 0.0, 0.0])), duration=0.01
+            HEXAPOD,
+            controller=PlanarFixtureGuide(allowed=iv.motion.AlongLine(direction=[1.0, 0.0, 0.0])),
+            duration=0.01,
         )
     with pytest.raises(iv.InputError, match="allowed must be a fixture"):
         PlanarFixtureGuide(allowed=3)

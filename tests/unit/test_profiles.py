@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from infinivar import (
+from infinivar import DutyCycle, Scenario
+from infinivar.motion import (
     ConstantForce,
     Cruise,
-    DutyCycle,
     Hold,
     Reach,
     RecordedForce,
     Rest,
-    Scenario,
     Sinusoid,
     SinusoidalForce,
     Step,

@@ -12,7 +12,7 @@ from made import loaded
 
 STUDY = loaded("hand_controller")
 DRIVE, GEARED = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
-SINE = iv.Sinusoid(distance=0.02, frequency=1.0)
+SINE = iv.motion.Sinusoid(distance=0.02, frequency=1.0)
 CYCLE = iv.DutyCycle(motion=SINE)
 ARM = loaded("two_joint_arm")
 MACHINE = next(iter(ARM.drives.values()))
@@ -24,9 +24,9 @@ STUDY_WANTED = "study must be a Study, got 'hand_controller'; write iv.load_stud
 WRONG = {
     DUTY + "a Sinusoid; write iv.DutyCycle(motion=duty)": [
         lambda: iv.duty_cycle(DRIVE, SINE),
-        lambda: iv.two_ways(DRIVE, SINE),
-        lambda: iv.policies(DRIVE, SINE),
-        lambda: iv.stride_energies(DRIVE, SINE),
+        lambda: iv.analysis.two_ways(DRIVE, SINE),
+        lambda: iv.analysis.policies(DRIVE, SINE),
+        lambda: iv.analysis.stride_energies(DRIVE, SINE),
     ],
     DUTY + "'shake'; write study.duty['shake']": [lambda: iv.duty_cycle(DRIVE, "shake")],
     DUTY + "a int": [lambda: iv.duty_cycle(DRIVE, 3)],
@@ -51,18 +51,18 @@ WRONG = {
         lambda: iv.size("hand_controller"),
         lambda: iv.sensitivity("hand_controller", "cobotic", "efficiency"),
         lambda: iv.contact_sheets("hand_controller"),
-        lambda: iv.steering_steps("hand_controller"),
-        lambda: iv.least_loss("hand_controller"),
+        lambda: iv.analysis.steering_steps("hand_controller"),
+        lambda: iv.analysis.least_loss("hand_controller"),
         lambda: iv.study_session("hand_controller", "path"),
         lambda: iv.save_study("hand_controller", "study.toml"),
-        lambda: iv.builds_sweep("hand_controller"),
-        lambda: iv.cobotic_study_sweep("hand_controller", starts=2),
-        lambda: iv.geared_sweep("hand_controller"),
-        lambda: iv.sensitivity_sweep("hand_controller", "cobotic", "efficiency"),
-        lambda: iv.sessions_sweep("hand_controller", "cobotic"),
+        lambda: iv.sweeps.builds_sweep("hand_controller"),
+        lambda: iv.sweeps.cobotic_study_sweep("hand_controller", starts=2),
+        lambda: iv.sweeps.geared_sweep("hand_controller"),
+        lambda: iv.sweeps.sensitivity_sweep("hand_controller", "cobotic", "efficiency"),
+        lambda: iv.sweeps.sessions_sweep("hand_controller", "cobotic"),
         lambda: iv.calibrate("hand_controller", "cobotic", "runs.csv"),
-        lambda: iv.calibrate_cobotic("hand_controller", "cobotic", "runs.csv"),
-        lambda: iv.calibrate_geared("hand_controller", "cobotic", "runs.csv"),
+        lambda: iv.calibration.calibrate_cobotic("hand_controller", "cobotic", "runs.csv"),
+        lambda: iv.calibration.calibrate_geared("hand_controller", "cobotic", "runs.csv"),
     ],
     "study must be a Study, got CoboticDrive(motor=": [lambda: iv.compare(DRIVE)],
     "path must be the path of a file or folder, got a int": [lambda: iv.load_study(5), lambda: iv.load_result(5)],
@@ -118,7 +118,7 @@ def test_the_representation_of_a_drive_is_short(name):
 def test_the_representation_of_a_drive_names_its_parts_and_values():
     assert "gearhead='cylinder gearing, 57:1', " in repr(DRIVE)
     assert "cylinder_speed=14 rad/s, " in repr(DRIVE)
-    assert repr(iv.LeggedDrive.of(DRIVE, 6)).startswith("LeggedDrive(motor='DC-max 26 S, 24 V', ")
+    assert repr(iv.machines.LeggedDrive.of(DRIVE, 6)).startswith("LeggedDrive(motor='DC-max 26 S, 24 V', ")
 
 
 def test_a_drive_of_a_class():

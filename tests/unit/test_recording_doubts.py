@@ -81,8 +81,8 @@ def test_a_speed_beside_a_position_is_compared_and_not_used(tmp_path, order, fac
     speed = factor * 30.0 * TURN * np.cos(TURN * TIME) + rng.normal(0.0, 5.0, TIME.size)
     file = table(tmp_path / "both.csv", f"Time (s),{order}", TIME, place, speed)
     alone = table(tmp_path / "alone.csv", f"Time (s),{order.partition(',')[0]}", TIME, place)
-    read = iv.Recording.read(str(file))
-    assert read == iv.Recording.read(str(alone))
+    read = iv.motion.Recording.read(str(file))
+    assert read == iv.motion.Recording.read(str(alone))
     found = iv.inspect_motion(file)
     other = order.partition(",")[2]
     assert found.table.ignored == (other,)
@@ -97,7 +97,7 @@ def test_a_speed_beside_a_position_is_compared_and_not_used(tmp_path, order, fac
 
 def test_a_rested_load_with_a_speed_of_zero_agrees(tmp_path):
     file = table(tmp_path / "rest.csv", "Time (s),Pos (mm),Speed (mm/s)", TIME, 0.0 * TIME, 0.0 * TIME)
-    assert not any("contradict" in warning for warning in iv.Recording.read(str(file)).warnings)
+    assert not any("contradict" in warning for warning in iv.motion.Recording.read(str(file)).warnings)
 
 
 def strides(path, times=True):
@@ -121,8 +121,8 @@ def test_strides_that_a_phase_marks_are_shown_whole(tmp_path):
 def test_strides_that_a_phase_marks_are_a_run_if_a_study_says_so(tmp_path):
     file = str(strides(tmp_path / "long.csv"))
     with pytest.raises(InputError, match=r"starts another stride; .* closed = false"):
-        iv.Recording.read(file)
-    assert iv.Recording.read(file, closed=False).period == pytest.approx(4.0)
+        iv.motion.Recording.read(file)
+    assert iv.motion.Recording.read(file, closed=False).period == pytest.approx(4.0)
 
 
 STUDY = """

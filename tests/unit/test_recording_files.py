@@ -11,17 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import infinivar as iv
-from infinivar import (
-    DutyCycle,
-    InputError,
-    Linkage,
-    Output,
-    ParameterError,
-    RecordedTable,
-    Recording,
-    duty_cycle,
-    read_table,
-)
+from infinivar import DutyCycle, InputError, Output, ParameterError, duty_cycle, read_table
+from infinivar.motion import RecordedTable, Recording
+from infinivar.parts import Linkage
 from internals import (
     LINEAR,
     ROTARY,
@@ -141,7 +133,7 @@ def test_energies_are_equal_too(tmp_path):
     Straight lines between rows a time h apart change a sinusoid by (w h)^2/8 at most, here 5e-6 of it, and the force, which is
     linear in the acceleration, by as much; smoothing leaves a sinusoid below half of the cutoff.
     """
-    shape = DutyCycle(motion=iv.Sinusoid(distance=0.02, frequency=1.0), force=-4.0, load_mass=0.8)
+    shape = DutyCycle(motion=iv.motion.Sinusoid(distance=0.02, frequency=1.0), force=-4.0, load_mass=0.8)
     at = np.arange(1001) / 1000
     metres = (0.02 * np.sin(2 * np.pi * at)).tolist()
     along = [[f"{t:.3f}", repr(x), "-4.0"] for t, x in zip(at, metres, strict=True)]
@@ -585,15 +577,19 @@ def test_a_real_parquet_file(tmp_path):
 @pytest.mark.parametrize(
     ("kind", "text", "how"),
     [
-        (iv.Waypoints, "Zeit;Pos (mm)\n0;0\n0,05;2,5\n0,1;0\n", {"columns": {"time": "Zeit [s]", "position": "Pos"}}),
-        (iv.RecordedForce, "# t [ms] Fz [N]\n0 1\n50 2\n100 3\n", {"flip": ["force"]}),
-        (iv.Waypoints, "Angle (deg)\n0\n90\n0\n", {"cycle_time": 0.1}),
+        (
+            iv.motion.Waypoints,
+            "Zeit;Pos (mm)\n0;0\n0,05;2,5\n0,1;0\n",
+            {"columns": {"time": "Zeit [s]", "position": "Pos"}},
+        ),
+        (iv.motion.RecordedForce, "# t [ms] Fz [N]\n0 1\n50 2\n100 3\n", {"flip": ["force"]}),
+        (iv.motion.Waypoints, "Angle (deg)\n0\n90\n0\n", {"cycle_time": 0.1}),
     ],
 )
 def test_scenarios_read_the_same_files(tmp_path, kind, text, how):
     made = kind.read(saved(tmp_path, text), **how)
     assert made.time.tolist() == [0.0, 0.05, 0.1]
-    if kind is iv.RecordedForce:
+    if kind is iv.motion.RecordedForce:
         assert made.force.tolist() == [-1.0, -2.0, -3.0]
     else:
         assert made.position[1] == pytest.approx(np.pi / 2 if made.rotary else 2.5e-3, rel=1e-15)
@@ -601,9 +597,9 @@ def test_scenarios_read_the_same_files(tmp_path, kind, text, how):
 
 
 def test_bare_names_of_a_scenario_mean_si_and_others_do_not(tmp_path):
-    assert iv.Waypoints.read(saved(tmp_path, "time,position\n0,0\n1,2\n")).position.tolist() == [0.0, 2.0]
+    assert iv.motion.Waypoints.read(saved(tmp_path, "time,position\n0,0\n1,2\n")).position.tolist() == [0.0, 2.0]
     with pytest.raises(InputError, match="line 1, column 'pos': must state its unit"):
-        iv.Waypoints.read(saved(tmp_path, "time,pos\n0,0\n1,2\n"))
+        iv.motion.Waypoints.read(saved(tmp_path, "time,pos\n0,0\n1,2\n"))
 
 
 def test_a_table_is_frozen_and_compares(reference, tmp_path):

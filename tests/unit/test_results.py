@@ -10,7 +10,8 @@ import pytest
 import xarray
 
 import infinivar as iv
-from infinivar import Course, Result, Waypoints
+from infinivar import Result
+from infinivar.motion import Course, Waypoints
 from internals import (
     Duty,
     FrozenDict,
@@ -24,6 +25,7 @@ from internals import (
 from internals import stored_values as stored
 from internals import swept_design as sweep
 from locks import SAVED, arrays_in, assert_locked
+from public_names import public_names
 from sampled import sampled
 
 SPEED, FORCE = np.linspace(0.05, 0.5, 5), np.linspace(5.0, 60.0, 4)
@@ -68,7 +70,7 @@ def _calibrated_gear(drive, study):
 
 
 def _dynamic(drive):
-    return iv.dynamic_map(drive, np.geomspace(1.0, 4.0, 4), np.linspace(0.2, 1.0, 3), power=5.0, load_mass=0.8)
+    return iv.analysis.dynamic_map(drive, np.geomspace(1.0, 4.0, 4), np.linspace(0.2, 1.0, 3), power=5.0, load_mass=0.8)
 
 
 MAKE = {
@@ -76,14 +78,14 @@ MAKE = {
     "point": lambda d, s: d.operate(speed=0.1, force=FORCE),
     "single point": lambda d, s: d.operate(speed=0.1, force=10.0),
     "element": lambda d, s: d.transmission.operate(cylinder_speed=100.0, steering_angle=-0.1, link_force=FORCE),
-    "rolling patch": lambda d, s: iv.RollingPatch(0.8, cells=8).steady(0.1, 0.2, 0.1),
+    "rolling patch": lambda d, s: iv.contact.RollingPatch(0.8, cells=8).steady(0.1, 0.2, 0.1),
     "duty": _shaken,
     "moving": lambda d, s: _shaken(d, s).point,
     "heat": lambda d, s: next(found for found in _shaken(d, s).heat.values() if found is not None),
     "dynamic map": lambda d, s: _dynamic(d),
     "trend": lambda d, s: sweep(d.transmission, "preload", [600.0, 700.0], [DUTY])[0],
     "sheet": lambda d, s: iv.contact_sheets(s)[0],
-    "steering step": lambda d, s: iv.steering_steps(s)[0],
+    "steering step": lambda d, s: iv.analysis.steering_steps(s)[0],
     "sensitivity": lambda d, s: iv.sensitivity(s, "cobotic", "efficiency", samples=16),
     "calibration": _calibrated,
     "geared calibration": _calibrated_gear,
@@ -215,7 +217,7 @@ def test_loaded_results_are_equal_and_locked(results, name):
 
 def test_public_results_are_among_them(results):
     public = {type(one).__name__ for one in results.values() if isinstance(one, Result)}
-    assert {*public}.intersection(iv.__all__) == SAVED
+    assert {*public}.intersection(name.rpartition(".")[2] for name in public_names()) == SAVED
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -377,6 +379,7 @@ def test_equality_sees_every_number_and_takes_nan_for_nan(shipped):
     assert not steady.equals(other, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_simulations_of_the_same_run_are_equal(shipped):
     drive, scenario = shipped.drives["cobotic"], shipped.scenarios["step"]
     one, other = (iv.simulate(drive, scenario) for _ in range(2))

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar import ParameterError, TransientRolling
-from infinivar.contact import creep, shakedown
+from infinivar import ParameterError
+from infinivar.contact import TransientRolling, creep, shakedown
 from internals import shipped_study, turning
 
-PATCH = iv.RollingPatch(1.0, cells=8)
+PATCH = iv.contact.RollingPatch(1.0, cells=8)
 NUMBER = "must be a real number or an array of them, got "
 SHAPES = {"a_over_b": [1.0, 2.0], "lateral": [0.1, 0.2, 0.3]}
 
@@ -27,12 +27,12 @@ def deliver(element, speed):
 
 CALLS = {
     "cells of a number with a point": (
-        lambda: iv.rolling_forces(1.0, lateral=0.1, cells=20.0),
+        lambda: iv.contact.rolling_forces(1.0, lateral=0.1, cells=20.0),
         "cells must be a multiple of 4 from 8 to 60, got 20.0",
     ),
-    "text for many": (lambda: iv.rolling_forces(1.0, lateral="x"), f"lateral {NUMBER}'x'"),
+    "text for many": (lambda: iv.contact.rolling_forces(1.0, lateral="x"), f"lateral {NUMBER}'x'"),
     "shapes for many": (
-        lambda: iv.rolling_forces(**SHAPES),
+        lambda: iv.contact.rolling_forces(**SHAPES),
         r"a_over_b and lateral must broadcast to one shape, got shapes \(2,\) and \(3,\)",
     ),
     "array for one state": (
@@ -45,9 +45,12 @@ CALLS = {
         lambda: PATCH.transient([1.0], start=3),
         "start must be a SteadyRolling, a TransientRolling or None",
     ),
-    "patches": (lambda: iv.RollingPatch(np.array([1.0, 2.0])), "a_over_b must be one number, got an array of shape"),
-    "list of patches": (lambda: iv.RollingPatch([1.0, 2.0]), r"a_over_b must be one number, got \[1.0, 2.0\]"),
-    "complex": (lambda: iv.RollingPatch(1.0 + 0.1j), r"a_over_b must be one number, got \(1\+0.1j\)"),
+    "patches": (
+        lambda: iv.contact.RollingPatch(np.array([1.0, 2.0])),
+        "a_over_b must be one number, got an array of shape",
+    ),
+    "list of patches": (lambda: iv.contact.RollingPatch([1.0, 2.0]), r"a_over_b must be one number, got \[1.0, 2.0\]"),
+    "complex": (lambda: iv.contact.RollingPatch(1.0 + 0.1j), r"a_over_b must be one number, got \(1\+0.1j\)"),
     "distance": (lambda: PATCH.transient(distance="x"), f"distance {NUMBER}'x'"),
     "series": (lambda: PATCH.transient([1.0], lateral="x"), f"lateral {NUMBER}'x'"),
     "kept": (lambda: PATCH.transient([1.0], keep=0), "keep must be indices of the 1 distances, got 0"),

@@ -12,10 +12,10 @@ import infinivar as iv
 from internals import rolling_patch_figure as rolling_patch
 
 CASES = {
-    "lateral": (iv.RollingPatch(1.0, cells=12), (0.0, 0.3, 0.0)),
-    "spin": (iv.RollingPatch(0.5, cells=12), (0.0, 0.0, 0.4)),
-    "turned": (iv.RollingPatch(0.6, turned=0.5, cells=12), (0.1, 0.2, 0.2)),
-    "slender": (iv.RollingPatch(15.0, cells=12), (0.0, 0.05, 0.02)),
+    "lateral": (iv.contact.RollingPatch(1.0, cells=12), (0.0, 0.3, 0.0)),
+    "spin": (iv.contact.RollingPatch(0.5, cells=12), (0.0, 0.0, 0.4)),
+    "turned": (iv.contact.RollingPatch(0.6, turned=0.5, cells=12), (0.1, 0.2, 0.2)),
+    "slender": (iv.contact.RollingPatch(15.0, cells=12), (0.0, 0.05, 0.02)),
 }
 
 
@@ -101,7 +101,7 @@ def test_scales_of_the_axes_are_equal_unless_the_patch_is_slender(state):
 @pytest.mark.parametrize("lateral", [1e-6, 0.3, 9.0])
 def test_the_legend_names_what_is_drawn(lateral):
     """A patch in full slip has no outline; slip is named only if some cell slides."""
-    state = iv.RollingPatch(1.0, cells=8).steady(0.0, lateral)
+    state = iv.contact.RollingPatch(1.0, cells=8).steady(0.0, lateral)
     named = [text.get_text() for text in state.plot().axes[0].get_legend().get_texts()]
     drawn = {"traction on the track"}
     drawn |= {"slip of the wheel"} if state.slides.any() else set()
@@ -111,7 +111,7 @@ def test_the_legend_names_what_is_drawn(lateral):
 
 
 def test_a_state_that_has_not_converged_is_not_drawn():
-    state = dataclasses.replace(iv.RollingPatch(1.0, cells=8).steady(0.0, 0.1), outcome="not converged")
+    state = dataclasses.replace(iv.contact.RollingPatch(1.0, cells=8).steady(0.0, 0.1), outcome="not converged")
     with pytest.raises(iv.InputError, match="has not converged"):
         state.plot()
 
@@ -127,6 +127,6 @@ def test_labelled_arrays_hold_the_balance(state):
 
 def test_cells_are_locked():
     """Grids are shared by all patches of a shape."""
-    grid = iv.RollingPatch(1.0, cells=8).grid
+    grid = iv.contact.RollingPatch(1.0, cells=8).grid
     with pytest.raises(ValueError, match="read-only"):
         grid.x[0, 0] = 1.0

@@ -9,7 +9,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import DutyCycle, ParameterError, Recording, duty_cycle, policies, two_ways
+from infinivar import DutyCycle, ParameterError, duty_cycle
+from infinivar.analysis import policies, two_ways
+from infinivar.motion import Recording
 from infinivar.parts import heat
 from internals import FourierSeries as Series
 from internals import RunSeries, mixed_use, outcomes
@@ -191,7 +193,7 @@ MOTOR = DRIVES["cobotic"].motor
 
 def test_temperatures_over_a_run_in_closed_form():
     """Constant current, housing far slower than the winding: an exponential approach, and the time at which a limit is passed."""
-    slow = iv.Motor(**{**_fields(MOTOR), "housing_time_constant": 1e9, "housing_to_ambient": 1e-3})
+    slow = iv.parts.Motor(**{**_fields(MOTOR), "housing_time_constant": 1e9, "housing_to_ambient": 1e-3})
     current, duration = 4.0, 30.0
     found = heat.heat_over_run(slow, np.full(400, current), 0.0, duration, ambient=300.0, start=300.0)
     inner, lag = slow.winding_to_housing, slow.winding_time_constant
@@ -201,7 +203,7 @@ def test_temperatures_over_a_run_in_closed_form():
     expected = target + (300.0 - target) * np.exp(-rate * found.time)
     assert_allclose(found.winding_history, expected, atol=2e-3)
     limit = 300.0 + 0.5 * (found.winding - 300.0)
-    bounded = iv.Motor(**{**_fields(slow), "max_winding_temperature": limit})
+    bounded = iv.parts.Motor(**{**_fields(slow), "max_winding_temperature": limit})
     passed = heat.heat_over_run(bounded, np.full(400, current), 0.0, duration, ambient=300.0, start=300.0)
     assert passed.time_to_limit == pytest.approx(-math.log((target - limit) / (target - 300.0)) / rate, rel=1e-4)
     assert not passed.within_limit

@@ -15,20 +15,23 @@ from internals import compare_machines, mixed_use
 from internals import stored_values as stored
 from locks import SAVED, assert_locked
 from made import parameter_study
+from public_names import public_names
 from small_catalogue import SLIDE, slides
 
-WHEEL = iv.RollingContact(
+WHEEL = iv.transmission.RollingContact(
     wheel_radius=0.03, preload=200.0, friction=0.2, creep_stiffness=4000.0, rolling_torque=0.009, bearing_torque=0.006
 )
 BALL = iv.SphericalIVT(sphere_radius=0.03, drive=replace(WHEEL, surface="sphere"))
-CART = iv.PlanarCobot(contacts=WHEEL, positions=((0.4, 0.0), (-0.2, 0.25), (-0.2, -0.25)), mass=20.0, inertia=1.5)
-PLATFORM = iv.Platform.hexapod()
+CART = iv.transmission.PlanarCobot(
+    contacts=WHEEL, positions=((0.4, 0.0), (-0.2, 0.25), (-0.2, -0.25)), mass=20.0, inertia=1.5
+)
+PLATFORM = iv.transmission.Platform.hexapod()
 HOME = PLATFORM.at([0.0, 0.0, PLATFORM.home])
 RISING = np.array([0.0, 0.0, 0.05, 0.0, 0.0, 0.0])
-ARM = iv.ArmModel.named("vanbeek2015")
+ARM = iv.motion.ArmModel.named("vanbeek2015")
 STUDY = parameter_study("faulring2006")
 LEG, SEPARATE = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
-LEGS = iv.LeggedDrive.of(LEG, 6)
+LEGS = iv.machines.LeggedDrive.of(LEG, 6)
 
 
 @functools.cache
@@ -49,7 +52,7 @@ def _walk(folder):
 
 
 def _averaged(folder):
-    return iv.Recording.read(str(_walk(folder)), strides="average")
+    return iv.motion.Recording.read(str(_walk(folder)), strides="average")
 
 
 def _sized(folder):
@@ -58,7 +61,7 @@ def _sized(folder):
 
 
 def _swept(folder):
-    problem = iv.sessions_sweep(
+    problem = iv.sweeps.sessions_sweep(
         iv.load_study("hand_controller"), "cobotic", ratios=(20.0, 4.0), loads=(0.2, 0.5), creep_laws=("linear",),
         sessions=2, size=2,
     )  # fmt: skip
@@ -71,17 +74,19 @@ def _mixed(folder):
 
 
 MAKE = {
-    "CommonSpeed": lambda folder: iv.best_cylinder_speed(LEGS, HOME, wrench=np.zeros((1, 6)), twist=RISING[None]),
+    "CommonSpeed": lambda folder: iv.analysis.best_cylinder_speed(LEGS, HOME, wrench=np.zeros((1, 6)), twist=RISING[None]),
     "Configuration": lambda folder: HOME,
-    "DisplayClaims": lambda folder: iv.display_claims(),
-    "DisplayComparison": lambda folder: iv.compare_displays(iv.DisplayPair(cobotic=LEG, conventional=SEPARATE), axes=(1,)),
+    "DisplayClaims": lambda folder: iv.paper.display_claims(),
+    "DisplayComparison": lambda folder: iv.displays.compare_displays(
+        iv.displays.DisplayPair(cobotic=LEG, conventional=SEPARATE), axes=(1,)
+    ),
     "Doubt": lambda folder: iv.doubt(_sized(folder), builds=16),
-    "GuidanceLimits": lambda folder: iv.guidance_limits(LEG, speed=0.3, push=20.0),
+    "GuidanceLimits": lambda folder: iv.displays.guidance_limits(LEG, speed=0.3, push=20.0),
     "Hanging": lambda folder: iv.compare(machines(), quick=True).hangs_on,
-    "LeastLoss": lambda folder: iv.least_loss(
+    "LeastLoss": lambda folder: iv.analysis.least_loss(
         replace(STUDY, drives={"cobotic": LEG, "geared": SEPARATE}), speed=np.linspace(0.05, 0.4, 5), force=[10.0, 30.0]
     ),
-    "LegsPoint": lambda folder: iv.Legs(transmission=LEG.transmission, count=6).operate(
+    "LegsPoint": lambda folder: iv.transmission.Legs(transmission=LEG.transmission, count=6).operate(
         HOME, wrench=10.0 * RISING, twist=RISING, cylinder_speed=LEG.cylinder_speed
     ),
     "MachineComparison": lambda folder: compare_machines(machines()),
@@ -92,32 +97,32 @@ MAKE = {
     ),
     "MixedUse": _mixed,
     "MotionSummary": lambda folder: iv.inspect_motion(_walk(folder)),
-    "Passivity": lambda folder: iv.passivity(
-        iv.ImpedanceDisplay(drive=SEPARATE, wall_stiffness=2000.0, viscous_friction=2.0)
+    "Passivity": lambda folder: iv.displays.passivity(
+        iv.displays.ImpedanceDisplay(drive=SEPARATE, wall_stiffness=2000.0, viscous_friction=2.0)
     ),
     "Session": lambda folder: machine_runs.slide(1),
     "Sessions": lambda folder: (lambda problem, swept: problem.result(swept))(*_swept(folder)),
-    "SharedMotor": lambda folder: iv.share_motor(LEG, SEPARATE, force=[10.0], legs=[1, 2]),
+    "SharedMotor": lambda folder: iv.analysis.share_motor(LEG, SEPARATE, force=[10.0], legs=[1, 2]),
     "Sizing": _sized,
-    "SphereMap": lambda folder: iv.sphere_map(BALL, [0.1, 0.2], [1.0, 2.0], sphere_speed=1.0),
+    "SphereMap": lambda folder: iv.analysis.sphere_map(BALL, [0.1, 0.2], [1.0, 2.0], sphere_speed=1.0),
     "SphericalPoint": lambda folder: BALL.operate(steering_angle=0.1, input_speed=1.0, output_torque=0.1),
-    "StabilityMap": lambda folder: iv.stability_map(
-        iv.AdmittanceDisplay(drive=LEG, virtual_mass=1.0, filter_frequency=100.0),
+    "StabilityMap": lambda folder: iv.displays.stability_map(
+        iv.displays.AdmittanceDisplay(drive=LEG, virtual_mass=1.0, filter_frequency=100.0),
         ARM,
         {"virtual_mass": [0.5, 1.0, 2.0], "wall_stiffness": [1e3, 1e4]},
     ),
-    "StaticPoints": lambda folder: iv.static_points(LEGS, PLATFORM, position=[0.0, 0.0, 0.1], wrench=np.zeros(6)),
-    "StrideEnergies": lambda folder: iv.stride_energies(LEG, iv.DutyCycle(motion=_averaged(folder), load_mass=1.0)),
+    "StaticPoints": lambda folder: iv.analysis.static_points(LEGS, PLATFORM, position=[0.0, 0.0, 0.1], wrench=np.zeros(6)),
+    "StrideEnergies": lambda folder: iv.analysis.stride_energies(LEG, iv.DutyCycle(motion=_averaged(folder), load_mass=1.0)),
     "Strides": lambda folder: _averaged(folder).averaged,
     "Sweep": lambda folder: _swept(folder)[1],
     "TaskPoint": _task_point,
-    "TransientRolling": lambda folder: iv.RollingPatch(0.8, cells=8).transient([0.1, 0.2], 0.1),
-    "WorkspaceMap": lambda folder: iv.workspace_map(
+    "TransientRolling": lambda folder: iv.contact.RollingPatch(0.8, cells=8).transient([0.1, 0.2], 0.1),
+    "WorkspaceMap": lambda folder: iv.analysis.workspace_map(
         LEGS, PLATFORM, x=[0.0, 0.01], y=[0.0, 0.01], z=[PLATFORM.home], wrench=np.zeros(6)
     ),
-    "WrenchSet": lambda folder: iv.WrenchSet.of(iv.Configuration(jacobian=np.eye(3)), [1.0, 2.0, 3.0]),
-    "ZWidth": lambda folder: iv.z_width(
-        iv.AdmittanceDisplay(drive=LEG, virtual_mass=1.0, filter_frequency=100.0), ARM, frequency=[0.5, 1.0]
+    "WrenchSet": lambda folder: iv.transmission.WrenchSet.of(iv.transmission.Configuration(jacobian=np.eye(3)), [1.0, 2.0, 3.0]),
+    "ZWidth": lambda folder: iv.displays.z_width(
+        iv.displays.AdmittanceDisplay(drive=LEG, virtual_mass=1.0, filter_frequency=100.0), ARM, frequency=[0.5, 1.0]
     ),
 }  # fmt: skip
 """One of each public result that `test_results` does not make."""
@@ -125,9 +130,9 @@ MAKE = {
 
 def test_every_public_result_is_among_those_saved():
     public = {
-        name
-        for name in iv.__all__
-        if isinstance(one := getattr(iv, name), type) and issubclass(one, Result) and one is not Result
+        one.__name__
+        for one in public_names().values()
+        if isinstance(one, type) and issubclass(one, Result) and one is not Result
     }
     assert public == {*MAKE, *SAVED}
 

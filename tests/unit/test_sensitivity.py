@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import DutyCycle, InputError, Reaches, Sinusoid, duty_cycle, quantity, sensitivity
+from infinivar import DutyCycle, InputError, duty_cycle, quantity, sensitivity
+from infinivar.motion import Reaches, Sinusoid
 from infinivar.parts import heat
 from internals import DERIVATIVE_METHODS as METHODS
 from internals import VERDICT_BAND as BAND
@@ -127,11 +128,11 @@ class TestDerivatives:
     def test_elasticities_of_closed_forms(self, method):
         """A motor alone: all power goes into the winding, (F r / (n K))^2 R."""
         alone = iv.ConventionalDrive(
-            motor=iv.Motor(
+            motor=iv.parts.Motor(
                 voltage=24.0, resistance=2.0, torque_constant=0.03, no_load_current=0.0, continuous_torque=0.05
             ),
-            gearhead=iv.Gearhead(ratio=5.0, efficiency=1.0),
-            pulley=iv.Pulley(radius=0.01),
+            gearhead=iv.parts.Gearhead(ratio=5.0, efficiency=1.0),
+            pulley=iv.parts.Pulley(radius=0.01),
         )
         exponents = {
             "motor.resistance": 1.0, "motor.torque_constant": -2.0, "gearhead.ratio": -2.0, "pulley.radius": 2.0,
@@ -199,6 +200,7 @@ class TestOutcomes:
         assert_allclose(outcomes.efficiency(drive, 0.3, 20.0), point.efficiency)
         assert_allclose(outcomes.loss(drive, 0.3, 20.0), point.power_in - point.power_out)
 
+    @pytest.mark.slow
     def test_those_of_a_cycle_are_those_of_the_duty_cycle(self):
         """The closed form holds the housing and the winding's resistance at their means."""
         knee = iv.load_study("studies/knee_walking.toml")
@@ -213,6 +215,7 @@ class TestOutcomes:
             assert_allclose((energy, temperature), (whole.energy, hottest), rtol=1e-3)
             assert able == 1.0
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("kind", outcomes.KINDS)
     def test_more_friction_is_worse_by_every_outcome(self, kind):
         """A guideway that drags three times as much does nothing good: which way is better is not a matter of convention.
@@ -225,7 +228,7 @@ class TestOutcomes:
         straight = replace(cobotic, transmission=replace(cobotic.transmission, creep_law="linear"))
         for drive in (straight, knee.drives["geared"]):
             guide = drive.guideway
-            rough = iv.Guideway(friction=3.0 * guide.friction + 3.0, coefficient=3.0 * guide.coefficient)
+            rough = iv.parts.Guideway(friction=3.0 * guide.friction + 3.0, coefficient=3.0 * guide.coefficient)
             change = objective.better * float(objective.of(replace(drive, guideway=rough)) - objective.of(drive))
             assert change < 0 or (kind == "coverage" and change == 0)
 
@@ -341,6 +344,7 @@ class TestSensitivity:
             assert found[words].verdict == "no effect"
         assert sensitivity(study, "motor2-gear4", "loss", samples=0).conclusions == ()
 
+    @pytest.mark.slow
     def test_what_nothing_changes_is_said(self, study, tmp_path):
         small = replace(study.requirement, force=5.0, speed=0.1, power=0.4)
         found = sensitivity(replace(study, requirement=small), "cobotic", "coverage", samples=64)
@@ -390,6 +394,7 @@ class TestSensitivity:
         same = with_values(drive, dict(zip(fields, values_of(drive, list(fields)).tolist(), strict=True)))
         assert same == drive
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("variant", "every"),
         [
@@ -471,6 +476,7 @@ class TestBuilds:
             assert_allclose(found.limits[iv.Limit.SLIP], slip)
         assert 0 < within.mean() < 1
 
+    @pytest.mark.slow
     def test_share_of_builds_that_cover_in_closed_form(self, tmp_path):
         """The continuous torque of a gearless drive alone is uncertain, and must be at least force times radius."""
         (tmp_path / "study.toml").write_text(

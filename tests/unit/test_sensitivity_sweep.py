@@ -9,7 +9,7 @@ import infinivar as iv
 
 @pytest.fixture(scope="module")
 def problem(study):
-    return iv.sensitivity_sweep(study, "motor1-gear1", "loss", samples=128, size=32)
+    return iv.sweeps.sensitivity_sweep(study, "motor1-gear1", "loss", samples=128, size=32)
 
 
 @pytest.fixture(scope="module")
@@ -33,4 +33,4 @@ def test_more_samples_or_another_drive_do_not_continue_a_sweep(problem, swept):
 
 def test_numbers_that_are_no_powers_of_two_are_refused(study):
     with pytest.raises(iv.ParameterError, match="samples must be a power of two from 16"):
-        iv.sensitivity_sweep(study, "motor1-gear1", "loss", samples=100)
+        iv.sweeps.sensitivity_sweep(study, "motor1-gear1", "loss", samples=100)

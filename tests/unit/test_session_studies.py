@@ -13,7 +13,8 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 import reference_meshes
-from infinivar import SessionTask, study_session
+from infinivar import study_session
+from infinivar.study import SessionTask
 from internals import check_sessions, json_schema, measures, session_motion, shipped_studies
 from internals import schema_keys as keys
 from rendering import rendered
@@ -27,10 +28,10 @@ NAMES = ("guided_cart", "one_axis_display", "tool_on_six_legs")
 def test_tables_state_task_user_sensors_and_settings():
     study = iv.Study.from_dict(tables(), name="mine")
     one = study.sessions["path"]
-    assert isinstance(one.task, iv.VirtualPath)
+    assert isinstance(one.task, iv.motion.VirtualPath)
     assert (one.title, one.duration, one.sensing.seed) == ("path", 0.02, 3)
-    assert one.user == iv.PushingUser(y=iv.ConstantForce(size=2.0))
-    assert study.sessions["free"].user.model is iv.ArmModel.named("vanbeek2015")
+    assert one.user == iv.motion.PushingUser(y=iv.motion.ConstantForce(size=2.0))
+    assert study.sessions["free"].user.model is iv.motion.ArmModel.named("vanbeek2015")
     assert one.twist.row(("x", "y")).tolist() == [0.3, 0.0]
     assert not study.tasks
     assert "type" in keys(SessionTask)
@@ -56,7 +57,7 @@ def test_a_session_of_a_study_is_that_of_python():
         user=lambda time: [0.0, 2.0],
         duration=0.02,
         rates=[0.3, 0.0, 0.0],
-        sensing=iv.Sensing(seed=3),
+        sensing=iv.machines.Sensing(seed=3),
     )
     assert_allclose(found.position, same.position, rtol=0, atol=1e-12)
     assert found.title == "cart, path"
@@ -140,7 +141,7 @@ def test_the_schema_knows_tasks_and_users_by_their_types():
 def test_names_of_sessions_and_steady_tasks_differ():
     study = iv.Study.from_dict(tables(), name="mine")
     with pytest.raises(iv.InputError, match=r"another name than tasks\.path"):
-        iv.Study(name="mine", drives=study.drives, tasks={"path": iv.MachineTask()}, sessions=study.sessions)
+        iv.Study(name="mine", drives=study.drives, tasks={"path": iv.motion.MachineTask()}, sessions=study.sessions)
 
 
 def test_a_study_of_sessions_alone_is_not_compared():
@@ -157,10 +158,10 @@ def test_sessions_beside_steady_tasks_are_left_out_of_a_comparison():
 
 def test_measures_follow_from_the_histories():
     leg = iv.load_study("hand_controller").drives["cobotic"]
-    machine = iv.SlideMachine(leg=leg, masses=[0.5, 0.5])
+    machine = iv.machines.SlideMachine(leg=leg, masses=[0.5, 0.5])
     run = iv.session(
         machine,
-        iv.Fixture(allowed=iv.AlongLine(direction=[1.0, 0.0, 0.0], turning=True)),
+        iv.motion.Fixture(allowed=iv.motion.AlongLine(direction=[1.0, 0.0, 0.0], turning=True)),
         user=[2.0, 5.0],
         duration=0.03,
     )
@@ -169,7 +170,7 @@ def test_measures_follow_from_the_histories():
     assert_allclose(found["leak_y_mm_s_N"].value, 1e3 * run.leak([0.0, 1.0]))
     assert "drift_x_mm" not in found
     assert_allclose(found["electrical_energy_J"].value, run.electrical_energy)
-    free = iv.session(machine, iv.Caster(mass=3.0), user=[2.0, 0.0], duration=0.05)
+    free = iv.session(machine, iv.motion.Caster(mass=3.0), user=[2.0, 0.0], duration=0.05)
     felt = {one.key: one.value for one in measures(free)}
     assert_allclose(felt["felt_mass_x_kg"], 3.0, rtol=0.05)
     assert "felt_mass_y_kg" not in felt
@@ -178,8 +179,8 @@ def test_measures_follow_from_the_histories():
 def test_oblique_constraints_leak_at_an_angle():
     leg = iv.load_study("hand_controller").drives["cobotic"]
     run = iv.session(
-        iv.SlideMachine(leg=leg, masses=[0.5] * 3),
-        iv.Fixture(allowed=iv.AlongLine(direction=[1.0, 1.0, 0.0], turning=True)),
+        iv.machines.SlideMachine(leg=leg, masses=[0.5] * 3),
+        iv.motion.Fixture(allowed=iv.motion.AlongLine(direction=[1.0, 1.0, 0.0], turning=True)),
         user=[2.0, 0.0, -5.0],
         duration=0.02,
     )
@@ -197,10 +198,11 @@ def test_motion_is_drawn_with_its_wall():
     _, y = np.meshgrid(plane["wall"]["x"], plane["wall"]["y"])
     assert_allclose(plane["wall"]["distance"], y + 50.0, atol=1e-9)
     assert session_motion.draw_all(run) is not None
-    slide = iv.SlideMachine(leg=iv.load_study("hand_controller").drives["cobotic"], masses=[0.5])
-    assert session_motion.draw_all(iv.session(slide, iv.Caster(), user=[1.0], duration=0.005)) is None
+    slide = iv.machines.SlideMachine(leg=iv.load_study("hand_controller").drives["cobotic"], masses=[0.5])
+    assert session_motion.draw_all(iv.session(slide, iv.motion.Caster(), user=[1.0], duration=0.005)) is None
 
 
+@pytest.mark.slow
 def test_report_of_a_session(tmp_path):
     run = iv.study_session(iv.Study.from_dict(tables(), name="mine"), "wall")
     with rendered(("svg",)):
@@ -217,7 +219,7 @@ def test_report_of_a_session(tmp_path):
 
 
 def test_walls_on_one_axis_are_half_spaces_of_one_coordinate():
-    wall = iv.HalfSpace(point=[0.02], direction=[-2.0])
+    wall = iv.motion.HalfSpace(point=[0.02], direction=[-2.0])
     assert wall.dimension == 1
     assert_allclose(wall.distance(np.array([[0.0], [0.03]])), [0.02, -0.01])
     assert_allclose(wall.normal(np.array([0.0])), [-1.0])
@@ -241,12 +243,14 @@ WALLS = [
 ]
 
 
+@pytest.mark.slow
 @sampled(("stiffness", "damping"), WALLS, every=24)
 def test_the_stiffness_rendered_is_that_of_the_wall_whatever_its_damping(stiffness, damping):
     """Damper, inertia, friction and delay of the loop are no part of it; 1 % for the resolution of the encoder."""
     assert at_a_wall(stiffness, damping).rendered_stiffness == pytest.approx(1e3 * stiffness, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_stiffness_that_the_motion_does_not_show_is_not_stated():
     """Residuals that could hide 5 % of it: here the current of the motor, of which half is random."""
     run = at_a_wall(4, 20)
@@ -257,6 +261,6 @@ def test_a_stiffness_that_the_motion_does_not_show_is_not_stated():
     noisy = replace(run, columns={**run.columns, "motor_1_current_A": current + noise})
     assert math.isnan(noisy.rendered_stiffness)
     assert words in map(str, measures(noisy))
-    short = replace(run, wall=iv.HalfSpace(point=[float(np.max(run.position)) - 1e-6], direction=[-1.0]))
+    short = replace(run, wall=iv.motion.HalfSpace(point=[float(np.max(run.position)) - 1e-6], direction=[-1.0]))
     assert np.count_nonzero(short.penetration > 0.0) <= 3
     assert math.isnan(short.rendered_stiffness)

@@ -17,10 +17,11 @@ RUNS = {"ratios": (20.0, 4.0), "loads": (0.2, 0.5)}
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    problem = iv.sessions_sweep(STUDY, "cobotic", **RUNS, creep_laws=("linear",), sessions=5, size=2)
+    problem = iv.sweeps.sessions_sweep(STUDY, "cobotic", **RUNS, creep_laws=("linear",), sessions=5, size=2)
     return problem, iv.sweep(problem, tmp_path_factory.mktemp("sweeps") / "sessions")
 
 
+@pytest.mark.slow
 def test_sessions_are_those_of_the_rig_calibrated_one_by_one(done):
     problem, swept = done
     drive, known = STUDY.drives["cobotic"], model.known_values(STUDY.drives["cobotic"])
@@ -58,7 +59,9 @@ def test_sessions_are_those_of_the_rig_calibrated_one_by_one(done):
 def test_fewer_runs_tell_less(done, tmp_path):
     """A quarter of the runs: the scatter of the friction grows, and the fits say so."""
     problem, swept = done
-    few = iv.sessions_sweep(STUDY, "cobotic", ratios=(20.0,), loads=(0.2,), creep_laws=("linear",), sessions=5, size=5)
+    few = iv.sweeps.sessions_sweep(
+        STUDY, "cobotic", ratios=(20.0,), loads=(0.2,), creep_laws=("linear",), sessions=5, size=5
+    )
     less, more = few.result(iv.sweep(few, tmp_path / "few")), problem.result(swept)
     assert less.parameters["guideway_friction"].stated > more.parameters["guideway_friction"].stated
 
@@ -71,9 +74,9 @@ def test_wrong_questions_are_refused_before_anything_runs():
         ({"creep_laws": ("soft",)}, "soft"),
     ):
         with pytest.raises(iv.InputError, match=words):
-            iv.sessions_sweep(STUDY, "cobotic", **{**RUNS, **options})
+            iv.sweeps.sessions_sweep(STUDY, "cobotic", **{**RUNS, **options})
     with pytest.raises(iv.InputError, match="motor1-gear1"):
-        iv.sessions_sweep(STUDY, "motor1-gear1")
+        iv.sweeps.sessions_sweep(STUDY, "motor1-gear1")
 
 
 def test_the_result_is_plain_numbers(done):

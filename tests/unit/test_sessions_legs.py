@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import (
+from infinivar import session
+from infinivar.machines import (
     AdmittanceGuide,
     Commands,
     GearedSlideMachine,
@@ -17,7 +18,6 @@ from infinivar import (
     Measured,
     PathGuide,
     SlideMachine,
-    session,
 )
 from internals import GuidedPlant as Plant
 from internals import PlatformLoad, SeparateMachine, System, creep_drift, nearest_within, wall_force
@@ -31,7 +31,7 @@ FRICTIONLESS = replace(
     DRIVE,
     motor=replace(DRIVE.motor, no_load_current=0.0),
     gearhead=replace(DRIVE.gearhead, efficiency=1.0),
-    guideway=iv.Guideway(),
+    guideway=iv.parts.Guideway(),
 )
 SLIDE = SlideMachine(leg=LEG, masses=[0.5])
 
@@ -74,6 +74,7 @@ class Floor:
 # A user's arm
 
 
+@pytest.mark.slow
 def test_arm_on_a_slide_without_friction_swings_by_the_closed_form():
     machine = GearedSlideMachine(drive=FRICTIONLESS, masses=[0.5])
     arm, step = Arm(mass=2.0, damping=8.0, stiffness=500.0), 0.03
@@ -107,6 +108,7 @@ def test_free_geared_slide_feels_as_its_reflected_mass():
     assert "steering" not in run.supplied
 
 
+@pytest.mark.slow
 def test_held_point_and_wall_yield_by_their_stiffness():
     machine = GearedSlideMachine(drive=FRICTIONLESS, masses=[0.5])
     held = session(
@@ -137,6 +139,7 @@ def replace_from(run, start):
     return (run.wall_force[last] - run.wall_force[first]) / (run.penetration[last] - run.penetration[first])
 
 
+@pytest.mark.slow
 def test_platform_with_a_motor_for_each_link_is_held_at_its_handle():
     load = PlatformLoad(platform=PLATFORM, mass=1.0, inertia=np.array([1e-3, 1e-3, 2e-3]))
     machine = SeparateMachine(separate=FRICTIONLESS, load=load, home=HEXAPOD.home)
@@ -155,6 +158,7 @@ def test_platform_with_a_motor_for_each_link_is_held_at_its_handle():
 # Cobotic slides and platforms
 
 
+@pytest.mark.slow
 def test_admittance_renders_its_virtual_mass():
     run = session(
         SLIDE, controller=AdmittanceGuide(mass=2.0), user=lambda time: [2.0 * math.sin(10.0 * time)], duration=0.3
@@ -272,12 +276,13 @@ def test_approach_of_a_wall_is_bounded_while_the_pose_error_is_corrected(away):
         assert sample == 0 or -twist[2] > 0.99 * fastest  # the push is strong enough to reach the bound
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_legs_stop_the_handle_at_the_ends_of_an_open_path(way):
     machine = SlideMachine(leg=LEG, masses=[0.5, 0.5])
-    curve = iv.LineCurve(start=[-0.003, -0.003], end=[0.003, 0.003])
+    curve = iv.motion.LineCurve(start=[-0.003, -0.003], end=[0.003, 0.003])
     runs = {
-        ends: session(machine, iv.VirtualPath(curve=curve, ends=ends), user=[way * 10.0, 0.0], duration=0.15)
+        ends: session(machine, iv.motion.VirtualPath(curve=curve, ends=ends), user=[way * 10.0, 0.0], duration=0.15)
         for ends in ("stop", "free")
     }
     assert max((one.distance for one in runs["stop"].overruns), default=0.0) < 1e-4
@@ -288,12 +293,13 @@ def test_legs_stop_the_handle_at_the_ends_of_an_open_path(way):
         AdmittanceGuide(ends="stop")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("machine", "user"), [(HEXAPOD, [5.0, 0.0, -20.0]), (SLIDE, [25.0]), (SLIDE, lambda time: [25.0 * (time > 0.02)])]
 )
 def test_held_handle_does_not_jump(machine, user):
     held, strict = (
-        session(machine, iv.HoldingTask(stop_cylinder=True), user=user, duration=0.05, **usual)
+        session(machine, iv.motion.HoldingTask(stop_cylinder=True), user=user, duration=0.05, **usual)
         for usual in ({}, {"tolerance": 1e-7})
     )
     moved = np.linalg.norm(held.position - held.position[0], axis=-1)

@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 import infinivar as iv
-from infinivar import CasterGuide, Commands, PathGuide, PlanarMachine, Sensing, WallGuide, session
+from infinivar import session
+from infinivar.machines import CasterGuide, Commands, PathGuide, PlanarMachine, Sensing, WallGuide
 from internals import CoboticControl, largest_turn_rate, overrun
 from machines import IDEAL_WHEEL, LEG, REAL_WHEEL, cart
 from reference_curves import Circle, Disc, HalfPlane, Line
@@ -20,13 +21,14 @@ STEERING = replace(LEG.steering, patch_half_length=3e-4)
 
 
 def one_wheel(wheel, mass=10.0):
-    cobot = iv.PlanarCobot(contacts=wheel, positions=[(0.0, 0.0)], mass=mass, inertia=0.8)
+    cobot = iv.transmission.PlanarCobot(contacts=wheel, positions=[(0.0, 0.0)], mass=mass, inertia=0.8)
     return PlanarMachine(cobot=cobot, steering=STEERING)
 
 
 # Free mode
 
 
+@pytest.mark.slow
 def test_caster_with_the_mass_of_the_machine_moves_as_a_free_mass():
     run = session(
         one_wheel(STIFF), controller=CasterGuide(), user=[3.0, 2.0], duration=0.2, rates=[0.4, 0.0, 0.0], servos="ideal"
@@ -38,6 +40,7 @@ def test_caster_with_the_mass_of_the_machine_moves_as_a_free_mass():
     assert_allclose(run.joules["from user"], run.joules["stored in machine"], rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_heavier_caster_turns_as_its_mass_wants():
     heavy, own, force = 25.0, 10.0, np.array([3.0, 2.0])
     run = session(
@@ -82,6 +85,7 @@ def test_path_law_is_critically_damped_along_the_travelled_length():
     assert_allclose(run.path_offset, known, atol=2e-7)
 
 
+@pytest.mark.slow
 @sampled("forwards", [True, False], every=2)
 def test_path_offset_of_creep_is_that_of_the_closed_form_and_zero_with_feedforward(forwards):
     machine, push = one_wheel(replace(IDEAL_WHEEL, creep_stiffness=2e4)), 20.0
@@ -121,14 +125,15 @@ def test_round_path_with_real_servos(machine):
     assert "offset from the path" in run.verdict
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_handle_goes_straight_on_past_the_end_of_an_open_path(way):
-    curve = iv.ArcCurve(centre=[0.0, 0.3], radius=0.3, start_angle=-0.5 * math.pi, turn=0.5)
+    curve = iv.motion.ArcCurve(centre=[0.0, 0.3], radius=0.3, start_angle=-0.5 * math.pi, turn=0.5)
     at = curve.length if way > 0 else 0.0
     (point, tangent, _), speed = curve.at(0.5 * curve.length), 0.4
     run = session(
         one_wheel(IDEAL_WHEEL),
-        iv.VirtualPath(curve=curve),
+        iv.motion.VirtualPath(curve=curve),
         duration=0.4,
         pose=[*point, 0.0],
         rates=[*(way * speed * tangent), 0.0],
@@ -147,6 +152,7 @@ def test_handle_goes_straight_on_past_the_end_of_an_open_path(way):
     assert run.to_dict()["overruns"] == [{"start_s": passed.start, "end_s": passed.end, "distance_m": passed.distance}]
 
 
+@pytest.mark.slow
 def test_handle_beside_the_centre_follows_the_path():
     run = session(
         cart(STIFF),
@@ -166,6 +172,7 @@ def test_handle_beside_the_centre_follows_the_path():
 # Wall
 
 
+@pytest.mark.slow
 def test_wall_is_overrun_by_the_closed_form_if_the_wheel_turns_only_from_it_on():
     """A controller of one's own reads the wall's distance, and turns with one rate until the wheel heads along the wall."""
     speed, rate, angle = 0.4, 8.0, 0.8
@@ -196,6 +203,7 @@ def test_wall_is_overrun_by_the_closed_form_if_the_wheel_turns_only_from_it_on()
     assert_allclose(touch.start, begin, atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("wall", "servos"),
     [
@@ -260,6 +268,7 @@ def test_push_beyond_the_slip_force_slips_along_and_through():
 # Own controllers
 
 
+@pytest.mark.slow
 def test_coasting_keeps_its_energy_under_any_steering_of_ones_own():
     machine = cart(STIFF)
 
@@ -422,7 +431,7 @@ def _random_session(seed, duration=0.1):
     return session(
         machine,
         controller=guides[seed % 4],
-        user=iv.ArmModel.named("vanbeek2015") if seed % 3 == 0 else None,
+        user=iv.motion.ArmModel.named("vanbeek2015") if seed % 3 == 0 else None,
         force=lambda time: force * math.sin(rate * time),
         duration=duration,
         rates=[speed * math.cos(angle), speed * math.sin(angle), 0.0],

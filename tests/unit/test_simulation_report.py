@@ -11,7 +11,8 @@ import pytest
 import xarray
 
 import infinivar as iv
-from infinivar import ConstantForce, Scenario, Sinusoid, Step, StepForce
+from infinivar import Scenario
+from infinivar.motion import ConstantForce, Sinusoid, Step, StepForce
 from internals import RunEvent as Event
 from internals import energy_flow, run_limits, time_history
 from rendering import rendered
@@ -138,6 +139,7 @@ def test_the_page_stands_alone_and_names_the_reconstruction(saved):
     assert {"run-history.svg", "run-energy.pdf"} <= set(saved)
 
 
+@pytest.mark.slow
 def test_the_page_speaks_of_a_cylinder_only_where_there_is_one(study, saved, tmp_path):
     assert "; cylinder running;" in saved["run.html"].read_text("utf-8")
     scenario = Scenario(duration=0.02, load_mass=0.8, force=ConstantForce(size=-5.0))
@@ -148,7 +150,7 @@ def test_the_page_speaks_of_a_cylinder_only_where_there_is_one(study, saved, tmp
 
 def test_power_of_the_supply_is_the_rate_of_its_energy(study):
     """Amplifier losses and standby included, the supply's power adds up to the energy that the audit counts."""
-    drive = replace(study.drives["cobotic"], amplifier=iv.Amplifier(efficiency=0.9, standby_power=0.5))
+    drive = replace(study.drives["cobotic"], amplifier=iv.parts.Amplifier(efficiency=0.9, standby_power=0.5))
     scenario = Scenario(
         duration=0.2,
         output_step=0.0005,
@@ -306,7 +308,7 @@ def test_limits_between_outputs_count(study):
         share = np.clip((times - start) / 0.12, 0.0, 1.0)
         return 0.2 * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
 
-    motion = iv.Waypoints(file="reach.csv", time=times, position=reached(1.1) - reached(1.3))
+    motion = iv.motion.Waypoints(file="reach.csv", time=times, position=reached(1.1) - reached(1.3))
     drive = study.drives["motor2-gear4"]
     fine, coarse = (
         iv.simulate(drive, Scenario(duration=2.0, output_step=step, load_mass=0.5, motion=motion))
@@ -327,7 +329,7 @@ def test_a_force_may_change_at_a_sample_of_the_controller(study, tmp_path):
     file.write_text("time,force\n0,0\n0.016,0\n0.018,-200\n0.02,0\n0.1,0\n", "utf-8")
     still = Sinusoid(distance=0.001, frequency=1.0)
     scenario = Scenario(
-        duration=0.1, output_step=0.005, load_mass=0.5, motion=still, force=iv.RecordedForce.read(str(file))
+        duration=0.1, output_step=0.005, load_mass=0.5, motion=still, force=iv.motion.RecordedForce.read(str(file))
     )
     run = iv.simulate(study.drives["motor2-gear4"], scenario)
     assert run.complete, run.verdict

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar import Screw
+from infinivar.parts import Screw
 from internals import (
     candidates,
     motion_file,
@@ -93,6 +93,7 @@ def test_sources_of_a_design_are_those_of_its_parts(found):
     assert all("dcx" not in row.where for row in rows.values())
 
 
+@pytest.mark.slow
 def test_spreads_of_replaced_parts_are_left_out(shelf):
     tables = {
         "duty": {"w": {"shape": "sinusoid", "distance": "60 mm", "frequency": "1 Hz", "load_mass": "2 kg"}},
@@ -118,6 +119,7 @@ def test_spreads_of_replaced_parts_are_left_out(shelf):
     made.study_of(made.best, "again").to_toml()  # refuses what does not load to the same
 
 
+@pytest.mark.slow
 def test_a_simulated_design_needs_the_energy_it_was_chosen_for(found, tmp_path):
     walking = KNEE.duty["walking"]
     (tmp_path / "walking.csv").write_text(motion_file(walking), "utf-8")
@@ -130,6 +132,7 @@ def test_a_simulated_design_needs_the_energy_it_was_chosen_for(found, tmp_path):
     assert run.to_dict()["supplied_after_settling_J"] == pytest.approx(drawn, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_simulated_design_is_judged_as_it_was_chosen(found, tmp_path):
     """Root mean squares of the second cycle are those of the duty cycle, for motor and gearhead."""
     walking = KNEE.duty["walking"]
@@ -150,7 +153,7 @@ def test_a_motion_is_a_scenario_where_it_can_be_simulated(found, shelf, tmp_path
     walking = KNEE.duty["walking"]
     path = tmp_path / "walking.csv"
     path.write_text(motion_file(walking), "utf-8")
-    soft = replace(found.best.drive, output=iv.Output(series_spring=iv.Spring(stiffness=6e4)))
+    soft = replace(found.best.drive, output=iv.Output(series_spring=iv.parts.Spring(stiffness=6e4)))
     heavy = replace(walking, **{"load_inertia" if walking.axis.rotary else "load_mass": 0.05})
     for drive, duty, able in ((soft, walking, False), (soft, heavy, True), (found.best.drive, walking, True)):
         design = replace(found.best, drive=drive)
@@ -194,6 +197,7 @@ def test_pairs_of_several_sets_keep_to_their_set(shelf):
     assert [(one.name, one.pairs_stated) for one in both.sets] == [("shipped", False), ("shelf", True)]
 
 
+@pytest.mark.slow
 def test_the_nearest_miss_is_nearest_of_all():
     motors, gearheads, pairs = part_tables(3, motors=5, gearheads=4)
     template = replace(KNEE.drives["geared"])
@@ -221,6 +225,7 @@ def test_the_nearest_miss_is_nearest_of_all():
     assert margin(nearest.drive, speed, force) == pytest.approx(nearest.margin, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_travel_does_not_decide_which_miss_is_nearest(shelf):
     study = replace(WALKING, requirement=iv.Requirement(force=10.0, speed=0.1, travel=0.008))
     made = iv.size(study, sets=shelf, radius=RADII)
@@ -317,6 +322,7 @@ def test_contradictions_of_the_designs_and_sets_that_cannot_be_read_are_noted(tm
     assert [line.partition(":")[0] for line in parts.unread] == ["the set bad was left out, as it cannot be read"]
 
 
+@pytest.mark.slow
 def test_pairs_that_cannot_be_judged_are_not_called_infeasible(tmp_path):
     path = tmp_path / "light.toml"
     path.write_text("\n".join(line for line in SHELF.splitlines() if not line.startswith("mass")), "utf-8")
@@ -334,10 +340,11 @@ def test_a_radius_is_of_a_pulley(shelf):
         iv.size(replace(WALKING, drives={"geared": screw}), sets=shelf, radius=RADII)
 
 
+@pytest.mark.slow
 def test_each_pair_is_tried_with_each_lead_of_a_screw(shelf, tmp_path):
     """The same best as of a search at each lead, and a study that names the lead."""
     geared = KNEE.drives["geared"]
-    screw = iv.Screw(lead=0.03, diameter=0.01, friction_coefficient=0.05)
+    screw = iv.parts.Screw(lead=0.03, diameter=0.01, friction_coefficient=0.05)
     study = replace(WALKING, drives={"screw": replace(geared, pulley=None, screw=screw)})
     leads = (0.01, 0.02, 0.04)
     made = iv.size(study, sets=shelf, leads=leads)
@@ -391,6 +398,7 @@ def test_a_search_keeps_the_number_of_motors_on_the_shaft(tmp_path):
     assert not iv.size(study, sets="shipped", builds=0, objective="mass", top=1).designs[0].title.startswith("2.7 x")
 
 
+@pytest.mark.slow
 def test_a_design_keeps_all_of_its_template_but_what_was_searched(shelf):
     """Parts of sets replace those of the template whole; what they do not state and the template has is said."""
     own = KNEE.drives["geared"]
@@ -400,7 +408,7 @@ def test_a_design_keeps_all_of_its_template_but_what_was_searched(shelf):
         gearhead=replace(own.gearhead, stiffness=900.0, backlash=0.01),
         amplifier=replace(own.amplifier, efficiency=0.9, standby_power=0.7),
         guideway=replace(own.guideway, friction=3.0, coefficient=0.01),
-        output=replace(own.output, parallel_spring=iv.Spring(stiffness=300.0)),
+        output=replace(own.output, parallel_spring=iv.parts.Spring(stiffness=300.0)),
         output_inertia=3e-6,
         control=replace(own.control, sample_rate=2000.0, speed_bandwidth=20.0),
     )

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import steering_steps
+from infinivar.analysis import steering_steps
 from internals import RELAXED
 from internals import steering_step_figure as steering_step
 from made import parameter_study
@@ -58,6 +58,7 @@ def test_small_steps_are_steps_of_a_small_angle(step):
     assert_allclose(small.creep_relaxation_length, small.linear_creep_relaxation_length, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_turn_as_the_derivative_of_spin():
     """Linear theory is superposition: a turn by an angle is that angle times the derivative of the response to spin.
 
@@ -67,7 +68,7 @@ def test_turn_as_the_derivative_of_spin():
     (small,) = steering_steps(STUDY, "cobotic", angle=1e-5)
     contact = element.contact
     unit = np.sqrt(contact.patch.a * contact.patch.b)
-    patch = iv.RollingPatch(contact.axis_ratio, contact.poisson, cells=CELLS)
+    patch = iv.contact.RollingPatch(contact.axis_ratio, contact.poisson, cells=CELLS)
     distance, tiny = np.linspace(0.04, 4.0, 100), 1e-3
     creep = patch.transient(distance, lateral=tiny).fy / tiny
     spin = patch.transient(distance, spin=tiny).fy / tiny
@@ -78,6 +79,7 @@ def test_turn_as_the_derivative_of_spin():
     )
 
 
+@pytest.mark.slow
 def test_steering_rate(step):
     """A slow turn takes the distance of its duration; at a high rate it is that at once."""
     (slow,) = steering_steps(STUDY, "cobotic", angle=1e-3, rate=1.0)

@@ -7,7 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import DutyCycle, Limit, Reaches, Scenario, duty_cycle, two_ways
+from infinivar import DutyCycle, Limit, Scenario, duty_cycle
+from infinivar.analysis import two_ways
+from infinivar.motion import Reaches
 from internals import GEAR_LIMITS, shipped_study, strain_wave_friction
 
 GEARED = shipped_study("faulring2006").drives["motor2-gear4"]
@@ -15,7 +17,7 @@ MOTOR = GEARED.motor
 RATIO = 50.0
 RATED = 0.6 * RATIO * MOTOR.continuous_torque
 
-SAID = iv.StrainWave(
+SAID = iv.parts.StrainWave(
     efficiency=0.75,
     rated_torque=RATED,
     starting_torque=0.06 * RATED / RATIO,
@@ -25,14 +27,14 @@ SAID = iv.StrainWave(
     ratcheting_torque=10.0 * RATED,
 )
 """Of a small gear: torques without load over the rated one as of larger ones."""
-GEAR = iv.Gearhead(ratio=RATIO, loss_model="strain wave", strain_wave=SAID)
+GEAR = iv.parts.Gearhead(ratio=RATIO, loss_model="strain wave", strain_wave=SAID)
 STIFFNESS = 60.0 * RATED
 
 
 def joint(gear=GEAR):
     """A joint that the gear turns."""
     return iv.ConventionalDrive(
-        motor=MOTOR, gearhead=gear, shaft=iv.Shaft(), amplifier=GEARED.amplifier, output_inertia=1e-4
+        motor=MOTOR, gearhead=gear, shaft=iv.parts.Shaft(), amplifier=GEARED.amplifier, output_inertia=1e-4
     )
 
 
@@ -115,8 +117,8 @@ def test_steady_map_and_simulation_agree(moment):
         drive,
         Scenario(
             duration=0.6,
-            motion=iv.Cruise(angular_speed=speed),
-            force=iv.ConstantForce(moment=-moment * RATED),
+            motion=iv.motion.Cruise(angular_speed=speed),
+            force=iv.motion.ConstantForce(moment=-moment * RATED),
             load_inertia=0.01,
         ),
     )
@@ -140,6 +142,7 @@ def check_both_ways(drive, sign, pause):
     assert run.closure < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sign", "pause"),
     [(-1.0, 0.3), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((1.0, 0.0), (-1.0, 0.0), (1.0, 0.6)))],
@@ -149,11 +152,12 @@ def test_motion_and_simulation_agree(sign, pause):
     check_both_ways(joint(), sign, pause)
 
 
+@pytest.mark.slow
 def test_motion_and_simulation_agree_on_the_spring():
     """Through both corners; energies close. The encoder is at the motor, so the load swings a little further than prescribed."""
     drive = joint(springy(0.05))
     inertia = 0.3 * RATED / (0.5 * (2 * np.pi * 0.8) ** 2)
-    duty = DutyCycle(motion=iv.Sinusoid(angle=0.5, frequency=0.8), load_inertia=inertia)
+    duty = DutyCycle(motion=iv.motion.Sinusoid(angle=0.5, frequency=0.8), load_inertia=inertia)
     both = two_ways(drive, duty)
     assert both.lost_followed["gearhead"] == pytest.approx(both.lost_prescribed["gearhead"], rel=0.02)
     run = both.simulation.trajectory
@@ -222,7 +226,7 @@ def test_a_spring_that_softens_is_refused():
 def test_a_table_without_its_loss_model_names_it():
     """The default, coulomb, would ask for an efficiency that a strain-wave gear states in its table."""
     with pytest.raises(iv.InputError, match=r"efficiency is missing: .*, or choose loss_model = 'strain wave'"):
-        iv.Gearhead(ratio=RATIO, strain_wave=SAID)
+        iv.parts.Gearhead(ratio=RATIO, strain_wave=SAID)
 
 
 def test_backlash_beside_corners_is_refused():

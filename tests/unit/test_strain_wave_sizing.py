@@ -11,9 +11,9 @@ from internals import candidates, closed_forms, shipped_study, size_geared, task
 from part_tables import part_tables
 
 TEMPLATE = shipped_study("faulring2006").drives["motor2-gear4"]
-REACH = iv.DutyCycle(motion=iv.Reaches(distance=0.2, time=0.6, pause=1.5), load_mass=0.8, force=-25.0)
+REACH = iv.DutyCycle(motion=iv.motion.Reaches(distance=0.2, time=0.6, pause=1.5), load_mass=0.8, force=-25.0)
 RADII = (0.003, 0.006, 0.012, 0.02)
-SHAKE = iv.DutyCycle(motion=iv.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-20.0)
+SHAKE = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-20.0)
 
 
 def tables(seed=1, motors=8, gearheads=8):
@@ -39,6 +39,7 @@ def tables(seed=1, motors=8, gearheads=8):
     return of_motors, {**of_gearheads, **{f"strain_wave.{name}": one for name, one in said.items()}}, pairs
 
 
+@pytest.mark.slow
 def test_closed_forms_are_what_single_drives_do():
     """Demands of all candidates without sampling, against the public analysis of each as a study would have it."""
     duty = {"reach": REACH, "shake": SHAKE}
@@ -61,7 +62,9 @@ def test_closed_forms_are_what_single_drives_do():
 def test_pruning_changes_nothing(over):
     """The same winners, whose energy and feasibility are those of the drive alone."""
     options = {"duty": {"reach": REACH}, "loss_model": "strain wave", "samples": 100}
-    options |= {"radius": (0.004, 0.03)} if over == "radius" else {"stages": [iv.Pulley(radius=one) for one in RADII]}
+    options |= (
+        {"radius": (0.004, 0.03)} if over == "radius" else {"stages": [iv.parts.Pulley(radius=one) for one in RADII]}
+    )
     pruned = size_geared(TEMPLATE, *tables(), **options)
     whole = size_geared(TEMPLATE, *tables(), prune=False, **options)
     assert [one.pair for one in pruned.designs] == [one.pair for one in whole.designs]
@@ -98,6 +101,7 @@ efficiency = 0.7
 """
 
 
+@pytest.mark.slow
 def test_a_set_of_a_file_and_a_template_that_has_such_a_gear(tmp_path):
     """The search takes the kind of gear from the template; another kind in the set is left out with the reason."""
     (tmp_path / "set.toml").write_text(SET, "utf-8")
@@ -105,9 +109,9 @@ def test_a_set_of_a_file_and_a_template_that_has_such_a_gear(tmp_path):
         TEMPLATE.gearhead,
         loss_model="strain wave",
         efficiency=None,
-        strain_wave=iv.StrainWave(efficiency=0.7, rated_torque=2.0, starting_torque=0.003, running_torque=0.006),
+        strain_wave=iv.parts.StrainWave(efficiency=0.7, rated_torque=2.0, starting_torque=0.003, running_torque=0.006),
     )
-    duty = {"reach": iv.DutyCycle(motion=iv.Reaches(distance=0.1, time=0.6, pause=0.3), load_mass=1.0)}
+    duty = {"reach": iv.DutyCycle(motion=iv.motion.Reaches(distance=0.1, time=0.6, pause=0.3), load_mass=1.0)}
     study = iv.Study(name="s", drives={"geared": replace(TEMPLATE, gearhead=gear)}, duty=duty)
     found = iv.size(study, sets=tmp_path / "set.toml")
     best = found.best

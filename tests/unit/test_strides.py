@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import DutyCycle, InputError, ParameterError, Recording
+from infinivar import DutyCycle, InputError, ParameterError
+from infinivar.motion import Recording
 from internals import find_strides
 from internals import resampled_strides as resampled
 from made import parameter_study
@@ -174,7 +175,7 @@ def averaged(**options):
 
 @pytest.mark.parametrize("name", ["cobotic", "motor2-gear4"])
 def test_equal_strides_spend_what_their_mean_spends(name):
-    energies = iv.stride_energies(DRIVES[name], averaged(count=8))
+    energies = iv.analysis.stride_energies(DRIVES[name], averaged(count=8))
     assert energies.mean == pytest.approx(energies.mean_cycle, rel=2e-3)
     assert energies.deviation < 2e-3 * energies.mean
 
@@ -193,7 +194,7 @@ def test_strides_that_differ_spend_more_than_their_mean_by_the_variance():
         gearhead=replace(drive.gearhead, efficiency=1.0),  # its friction torque does not depend on the load
     )
     duty = averaged(count=24, sway=sway, push=0.0)
-    energies = iv.stride_energies(drive, duty)
+    energies = iv.analysis.stride_energies(drive, duty)
     assert energies.singles.size >= 23
     assert energies.mean > 1.01 * energies.mean_cycle
     copper = {}
@@ -209,7 +210,12 @@ def test_strides_do_not_go_with_a_run():
         replace(found, closed=False)
     with pytest.raises(ParameterError, match="stride_time does not apply with strides = 'one'"):
         Recording(file="walk", stride_time=1.0, time=found.time, position=found.position)
-    assert iv.stride_energies(DRIVES["cobotic"], DutyCycle(motion=iv.Sinusoid(distance=0.02, frequency=1.0))) is None
+    assert (
+        iv.analysis.stride_energies(
+            DRIVES["cobotic"], DutyCycle(motion=iv.motion.Sinusoid(distance=0.02, frequency=1.0))
+        )
+        is None
+    )
 
 
 def separate(path, sizes, *, rows=150):
@@ -237,7 +243,7 @@ def test_the_row_at_100_percent_belongs_to_its_stride(tmp_path):
         1.1 * iv.duty_cycle(drive, DutyCycle(motion=Recording.read(file, cycle_time=1.1), load_mass=0.8)).cold_power
         for file in (separate(tmp_path / f"{size}.csv", [size]) for size in sizes)
     ]
-    found = iv.stride_energies(drive, DutyCycle(motion=motion, load_mass=0.8))
+    found = iv.analysis.stride_energies(drive, DutyCycle(motion=motion, load_mass=0.8))
     assert_allclose(found.singles, alone, rtol=1e-4)
 
 

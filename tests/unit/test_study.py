@@ -9,7 +9,8 @@ from dataclasses import replace
 import pytest
 
 import infinivar as iv
-from infinivar import DutyCycle, InputError, Requirement, Rig, Scenario, gearheads, motors, units
+from infinivar import DutyCycle, InputError, Requirement, Scenario, gearheads, motors, units
+from infinivar.study import Rig
 from internals import SCHEMA_DRIVES as DRIVES
 from internals import SCHEMA_KINDS as KINDS
 from internals import (
@@ -199,13 +200,16 @@ def test_a_key_that_belongs_to_a_table_within(load, table, hint):
 def test_schema_knows_every_field():
     """Editors are offered each field of each part, with its meaning."""
     definitions = json_schema()["$defs"]
-    for part in (*DRIVES.values(), iv.Requirement, iv.Motor, iv.Gearhead, iv.RotaryLinearIVT):
+    for part in (*DRIVES.values(), iv.Requirement, iv.parts.Motor, iv.parts.Gearhead, iv.RotaryLinearIVT):
         properties = definitions[part.__name__]["properties"]
         for field in described(part):
             assert field.name in properties, field.name
             assert properties[field.name].get("description") or "$ref" in str(properties[field.name])
         assert "required" not in definitions[part.__name__]
-    assert set(schema.table_keys(iv.Motor)) == {*(field.name for field in dataclasses.fields(iv.Motor)), "scale"}
+    assert set(schema.table_keys(iv.parts.Motor)) == {
+        *(field.name for field in dataclasses.fields(iv.parts.Motor)),
+        "scale",
+    }
 
 
 def test_shipped_studies_are_valid(study):
@@ -293,7 +297,7 @@ def test_speeds_of_motions_sessions_and_parts_are_warned_of_too():
     ].startswith("paths.reach.x: ")
     turning = slipped("planar_cart", 'angle = "0.25 rad/s"', 'angle = "500 rad/s"')
     assert turning == ["tasks.turn, parts of three-wheels: 200 m/s", "tasks.turn, parts of two-wheels: 200 m/s"]
-    duty = iv.DutyCycle(motion=iv.Sinusoid(distance=2.0, frequency=100.0))
+    duty = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=2.0, frequency=100.0))
     drive = iv.load_study("hand_controller").drives["cobotic"]
     study = iv.Study(name="fast", duty={"fast": duty}, drives={"one": drive})
     assert [one.partition(" m/s is above")[0] for one in study.warnings if "above 100" in one] == ["duty.fast: 1257"]

@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 import infinivar as iv
-from infinivar import TwoWays
+from infinivar.analysis import TwoWays
 from internals import ConventionalControl, sampled_springs
 from made import loaded
 
@@ -88,8 +88,8 @@ def test_slow_ends_of_a_smooth_reach_by_hand():
     simulation, whose controllers leave the load at rest, spends less, so the difference is negative.
     """
     drive = HAND.drives["motor2-gear4"]
-    duty = iv.DutyCycle(motion=iv.Reaches(distance=5e-3, time=0.8, pause=0.5, profile="smooth"), load_mass=0.5)
-    found = iv.two_ways(drive, duty)
+    duty = iv.DutyCycle(motion=iv.motion.Reaches(distance=5e-3, time=0.8, pause=0.5, profile="smooth"), load_mass=0.5)
+    found = iv.analysis.two_ways(drive, duty)
     share = brentq(lambda s: 630 * 5e-3 / 0.8 * (s * (1 - s)) ** 4 - 1e-4, 0.0, 0.5)
     assert found.left_at_rest == pytest.approx(4 * 0.8 * share, abs=4 * 2.6 / 2000)
     current = float(drive.operate(speed=1e-9, force=0.0).states["motor_current_A"])
@@ -113,7 +113,7 @@ def measured_gear(random, drive):
         losses = {
             "loss_model": "stribeck",
             "efficiency": None,
-            "friction": iv.GearFriction(friction=constant, **load),
+            "friction": iv.parts.GearFriction(friction=constant, **load),
         }
     return replace(drive, gearhead=replace(gear, rated_torque=None, backdriving_efficiency=None, **losses))
 
@@ -125,10 +125,10 @@ def any_motion(random):
     if kind < 2:
         time, pause = random.uniform(0.3, 1.2), float(random.choice([0.0, random.uniform(0.1, 1.0)]))
         size, profile = distance * min(1.0, time), ("smooth", "minimum-jerk")[kind]
-        motion = iv.Reaches(distance=size, time=time, pause=pause, profile=profile)
+        motion = iv.motion.Reaches(distance=size, time=time, pause=pause, profile=profile)
     else:
         slow = min(random.uniform(0.3, 3.0), 0.35 / (2 * np.pi * distance))
-        motion = iv.Sinusoid(distance=distance, frequency=slow)
+        motion = iv.motion.Sinusoid(distance=distance, frequency=slow)
     force = float(random.choice([0.0, random.uniform(-25.0, 25.0)]))
     return iv.DutyCycle(motion=motion, load_mass=random.uniform(0.2, 2.0), force=force or None)
 
@@ -138,7 +138,7 @@ def unexplained(kind, seed):
     random = np.random.default_rng(seed)
     duty, drives = any_motion(random), DRIVEN[kind]
     drive = drives[random.integers(len(drives))]
-    both = iv.two_ways(measured_gear(random, drive) if kind == "geared" else drive, duty)
+    both = iv.analysis.two_ways(measured_gear(random, drive) if kind == "geared" else drive, duty)
     if both.rms_error > 0.01 * duty.motion.distance:
         return None
     return tuple(abs(one / both.followed - 1.0) for one in (both.as_controlled, both.prescribed))
@@ -151,6 +151,7 @@ A_HUNDRED = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "seeds"),
     [("geared", (3, 34, 70)), pytest.param("cobotic", (8, 17), marks=pytest.mark.slow), *A_HUNDRED],
@@ -168,6 +169,7 @@ def test_a_motion_that_is_tracked_takes_the_same_both_ways(kind, seeds):
     assert len(found) > 0.7 * len(seeds)
 
 
+@pytest.mark.slow
 def test_a_load_that_friction_brakes_does_not_drive_the_motor():
     """The gear of 46 % locks: while a guideway takes more than inertia gives back, the motor still drives through it. 1 %."""
     left, plain = unexplained("geared", 8)
@@ -177,7 +179,7 @@ def test_a_load_that_friction_brakes_does_not_drive_the_motor():
 
 def stiff_drive(stiffness, **changed):
     """Motor behind a series spring; reflected mass 2.51 kg."""
-    motor = iv.Motor(
+    motor = iv.parts.Motor(
         voltage=48.0,
         resistance=0.6,
         torque_constant=0.05,
@@ -188,11 +190,11 @@ def stiff_drive(stiffness, **changed):
     )
     return iv.ConventionalDrive(
         motor=motor,
-        gearhead=iv.Gearhead(ratio=5, efficiency=0.9, loss_model="proportional"),
-        pulley=iv.Pulley(radius=0.01),
-        guideway=iv.Guideway(friction=1.0),
+        gearhead=iv.parts.Gearhead(ratio=5, efficiency=0.9, loss_model="proportional"),
+        pulley=iv.parts.Pulley(radius=0.01),
+        guideway=iv.parts.Guideway(friction=1.0),
         output_inertia=1e-6,
-        output=iv.Output(series_spring=iv.Spring(stiffness=stiffness)),
+        output=iv.Output(series_spring=iv.parts.Spring(stiffness=stiffness)),
         **changed,
     )
 
@@ -205,8 +207,8 @@ def stiff_drive(stiffness, **changed):
 )
 def test_a_resonance_that_the_sampled_controllers_excite_is_named(stiffness, excites):
     """The warning stands exactly where simulation and inverse dynamics part, in a motion that leaves it time to grow."""
-    duty = iv.DutyCycle(motion=iv.Sinusoid(distance=0.01, frequency=1.0), load_mass=1.0, force=-20.0)
-    two = iv.two_ways(stiff_drive(stiffness), duty)
+    duty = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.01, frequency=1.0), load_mass=1.0, force=-20.0)
+    two = iv.analysis.two_ways(stiff_drive(stiffness), duty)
     if excites:
         assert two.followed > 1.2 * two.prescribed
     else:
@@ -217,7 +219,7 @@ def test_a_resonance_that_the_sampled_controllers_excite_is_named(stiffness, exc
 
 
 def test_a_faster_controller_damps_the_resonance():
-    scenario = iv.Scenario(duration=0.1, motion=iv.Sinusoid(distance=0.01, frequency=3.0), load_mass=1.0)
+    scenario = iv.Scenario(duration=0.1, motion=iv.motion.Sinusoid(distance=0.01, frequency=3.0), load_mass=1.0)
     assert sampled_springs.excited(stiff_drive(1e7), scenario)
     quick = stiff_drive(1e7, control=ConventionalControl(sample_rate=1200.0))
     assert sampled_springs.excited(quick, scenario) == ()

@@ -65,7 +65,7 @@ def read(tmp_path):
     def loaded(text, **given):
         path = tmp_path / "robot.urdf"
         path.write_text(text)
-        return iv.load_urdf(path, **given)
+        return iv.transmission.load_urdf(path, **given)
 
     return loaded
 
@@ -80,7 +80,10 @@ def load(read):
 def test_planar_arms(load, lengths):
     """Jacobian, end point, torques and the machine of legs are those of `PlanarArm`."""
     legs = [f"j{place}" for place in range(len(lengths))]
-    arm, robot = iv.PlanarArm(lengths=lengths), load(planar(lengths), legs=legs, frame="hand", pulley_radius=0.05)
+    arm, robot = (
+        iv.transmission.PlanarArm(lengths=lengths),
+        load(planar(lengths), legs=legs, frame="hand", pulley_radius=0.05),
+    )
     angles = RNG.uniform(-3.0, 3.0, (5, 4, len(lengths)))
     place, axes = robot.pose(angles)
     end = arm.end_point(angles)
@@ -103,7 +106,7 @@ def test_components_and_joint_rates_are_one_machine(load):
     """The same push and motion, as wrench and twist of the hand or as torques and rates of the joints."""
     robot = load(planar((0.3, 0.25)), legs=("j0", "j1"), frame="hand", pulley_radius=(0.05, 0.04))
     angles, push, speed = np.array([[0.4, 1.1], [-0.2, 0.9]]), np.array([3.0, -1.5]), np.array([0.1, -0.2])
-    drive = iv.LeggedDrive.of(LEG, 2)
+    drive = iv.machines.LeggedDrive.of(LEG, 2)
     by_hand = drive.operate(robot.at(angles, ("x", "y")), wrench=push, twist=speed)
     jacobian = robot.jacobian(angles)[:, :2]
     rates = np.linalg.solve(jacobian, speed)
@@ -136,7 +139,7 @@ def test_spatial_robot_against_differences(load):
 def test_singular_poses_and_ranges_are_limits(load):
     robot = load(planar((0.3, 0.25)), legs=("j0", "j1"), frame="hand", pulley_radius=0.05)
     found = robot.at([[0.4, 0.0], [0.4, 1.0], [0.4, 3.5]], ("x", "y"))
-    point = iv.LeggedDrive.of(LEG, 2).operate(found, wrench=[1.0, 0.0], twist=[0.05, 0.0])
+    point = iv.machines.LeggedDrive.of(LEG, 2).operate(found, wrench=[1.0, 0.0], twist=[0.05, 0.0])
     assert list(point.limit) == [iv.Limit.LINKAGE, iv.Limit.OK, iv.Limit.TRAVEL]
 
 
@@ -272,7 +275,7 @@ def test_wrong_questions(load, message):
 
 def test_missing_file(tmp_path):
     with pytest.raises(iv.InputError, match=r"none\.urdf: no such file"):
-        iv.load_urdf(tmp_path / "none.urdf", **GOOD)
+        iv.transmission.load_urdf(tmp_path / "none.urdf", **GOOD)
 
 
 def test_without_pin(tmp_path, monkeypatch):
@@ -280,6 +283,6 @@ def test_without_pin(tmp_path, monkeypatch):
     path.write_text(ARM)
     monkeypatch.setitem(sys.modules, "pinocchio", None)
     with pytest.raises(iv.InputError) as caught:
-        iv.load_urdf(path, **GOOD)
+        iv.transmission.load_urdf(path, **GOOD)
     said = "a robot from URDF needs pinocchio; install it with: pip install 'infinivar[robots]'"
     assert str(caught.value) == f"{path}: {said}"

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from scipy.special import ellipe
 
 import infinivar as iv
-from infinivar import ArcCurve, LineCurve, PointCurve
+from infinivar.motion import ArcCurve, LineCurve, PointCurve
 
 RNG = np.random.default_rng(3)
 AROUND = np.arange(3000) * 2.0 * math.pi / 3000

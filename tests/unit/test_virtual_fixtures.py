@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 import infinivar as iv
 from constraints import constrained_motion, free_projection
-from infinivar import AboutAxis, AboutPoint, AlongLine, ArcCurve, Ball, InPlane, OnCurve, OnSurface, PointCurve
+from infinivar.motion import AboutAxis, AboutPoint, AlongLine, ArcCurve, Ball, InPlane, OnCurve, OnSurface, PointCurve
 from internals import ByRows, free_basis
 from internals import FixtureRow as Row
 
@@ -81,6 +81,7 @@ def positive(d):
     return root @ root.T + 0.2 * np.eye(d)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["on a ball", "ball joint", "on a helix", "screw", "on an ellipse", "line, turning"])
 def test_motion_under_a_fixture_keeps_energy_and_constraint(name):
     """``M dxi = F + A^T lambda`` without force: the kinetic energy stays, to the integrator, and the constraint does not leak."""

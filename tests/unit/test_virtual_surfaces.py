@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 import reference_meshes
-from infinivar import Ball, HalfSpace, Surfaces, TriangleMesh, Tube
+from infinivar.motion import Ball, HalfSpace, Surfaces, TriangleMesh, Tube
 from internals import FlatWalls, MeshFile, Surface
 
 RNG = np.random.default_rng(5)

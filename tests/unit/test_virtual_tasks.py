@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 import reference_meshes
-from infinivar import (
+from infinivar.motion import (
     AboutAxis,
     AlongLine,
     ArcCurve,
@@ -55,7 +55,7 @@ def test_every_kind_has_a_word():
 
 
 @pytest.mark.parametrize(
-    ("text", "wanted"),
+    ("text", "expected"),
     [
         (
             'type = "path"\nsettling_length = "50 mm"\n'
@@ -231,9 +231,11 @@ def test_one_clear_message(make, message):
 def test_a_fixture_of_an_own_kind_serves_every_machine():
     class Own:
         def rows(self, coordinates, position=(0.0, 0.0, 0.0), twist=None):
-            return iv.AlongLine(point=(0.0, 0.0, 0.0), direction=(1.0, 0.0, 0.0)).rows(coordinates, position, twist)
+            return iv.motion.AlongLine(point=(0.0, 0.0, 0.0), direction=(1.0, 0.0, 0.0)).rows(
+                coordinates, position, twist
+            )
 
     own = Own()
-    assert iv.Fixture(allowed=own).allowed is own
+    assert iv.motion.Fixture(allowed=own).allowed is own
     with pytest.raises(iv.ParameterError, match="allowed must be what is allowed to move"):
-        iv.Fixture(allowed=3)
+        iv.motion.Fixture(allowed=3)

@@ -56,6 +56,7 @@ def remedies(loser, winner, aim="energy", study=WALKING):
     return what_if(study, aim, {"geared": loser, "cobotic": winner}, {}, 1.0)
 
 
+@pytest.mark.slow
 def test_at_the_value_found_the_loser_draws_what_the_winner_does():
     """Each change that is enough, by `duty_cycle` of the drive with that value; one that is not at the end of its range."""
     loser, winner = sized("geared"), sized("cobotic")
@@ -138,6 +139,7 @@ def test_masses_needed():
     assert one.lines[0].startswith("all these masses together 0.25 kg instead of 0.4 kg (0.625 times)")
 
 
+@pytest.mark.slow
 def test_what_would_make_the_nearest_miss_feasible():
     """Allowances that are just enough together, and none of which may be less, by `duty_cycle`."""
     drive = KNEE.drives["geared"]
@@ -168,6 +170,7 @@ _ENOUGH = re.compile(
 )
 
 
+@pytest.mark.slow
 @sampled("torque", [0.0181, 0.0187, 0.0193], every=3)
 @pytest.mark.parametrize("voltage", [9.0, 9.3])
 def test_the_text_states_values_that_are_enough(torque, voltage):
@@ -192,6 +195,7 @@ def test_the_text_states_values_that_are_enough(torque, voltage):
         assert iv.duty_cycle(lever.made(weak, value), WALK).feasible
 
 
+@pytest.mark.slow
 def test_more_continuous_torque_leaves_the_gear_as_it_is():
     """A gear of constant friction is rated at the motor's torque unless it states another: its friction stays."""
     drive = KNEE.drives["geared"]
@@ -216,6 +220,7 @@ def test_more_continuous_torque_leaves_the_gear_as_it_is():
     assert change.needed == pytest.approx(demand * (motor.continuous_torque + idle) - idle, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_limits_that_no_allowance_mends_are_named():
     """A travel that is too short is of the study, and no value of the drive changes it."""
     drive = KNEE.drives["geared"]
@@ -315,6 +320,7 @@ def page_words(made):
     return " ".join(unescape(re.sub(r"<style.*?</style>|<[^>]*>", " ", html(made, ""), flags=re.DOTALL)).split())
 
 
+@pytest.mark.slow
 @sampled("torque", [None, 0.018], every=2)
 def test_the_report_names_the_limits_that_remain(shelf, torque):
     """As the console does: with allowances that are not enough, and where none is known."""

@@ -10,20 +10,20 @@ import infinivar as iv
 from made import parameter_study
 
 STUDY = parameter_study("faulring2006")
-CYCLE = {"motion": iv.Hold(time=1.0)}
+CYCLE = {"motion": iv.motion.Hold(time=1.0)}
 
 
 @pytest.mark.parametrize("number", [2, 2.0, np.float64(2.0), np.float32(2.0), np.int64(2), np.array(2.0), np.array(2)])
 def test_a_field_of_a_motion_is_a_plain_number(number):
-    reach = iv.Reach(distance=0.1, time=number)
+    reach = iv.motion.Reach(distance=0.1, time=number)
     assert type(reach.time) in (int, float)
-    assert reach == iv.Reach(distance=0.1, time=2.0)
+    assert reach == iv.motion.Reach(distance=0.1, time=2.0)
     assert hash(reach) == hash(pickle.loads(pickle.dumps(reach)))
 
 
 def test_a_motion_does_not_follow_the_callers_array():
     mine = np.array(2.0)
-    reach = iv.Reach(distance=0.1, time=mine)
+    reach = iv.motion.Reach(distance=0.1, time=mine)
     mine[...] = -5.0
     assert reach.time == 2.0
 
@@ -34,11 +34,11 @@ def test_a_motion_does_not_follow_the_callers_array():
 @pytest.mark.parametrize(
     ("make", "field"),
     [
-        (lambda x: iv.Cruise(speed=0.1, start=x), "start"),
-        (lambda x: iv.SinusoidalForce(size=1.0, frequency=x), "frequency"),
+        (lambda x: iv.motion.Cruise(speed=0.1, start=x), "start"),
+        (lambda x: iv.motion.SinusoidalForce(size=1.0, frequency=x), "frequency"),
         (lambda x: iv.DutyCycle(**CYCLE, ambient=x), "ambient"),
         (lambda x: iv.Scenario(duration=x), "duration"),
-        (lambda x: iv.Waypoints(file="way", time=[0.0, 1.0], position=[0.0, 1.0], start=x), "start"),
+        (lambda x: iv.motion.Waypoints(file="way", time=[0.0, 1.0], position=[0.0, 1.0], start=x), "start"),
     ],
 )
 def test_a_field_of_a_motion_takes_one_real_number(make, field, wrong):
@@ -51,11 +51,11 @@ def test_a_field_of_a_motion_takes_one_real_number(make, field, wrong):
     [
         iv.DutyCycle(**CYCLE),
         iv.Scenario(duration=1.0),
-        iv.Waypoints(file="way", time=[0.0, 1.0], position=[0.0, 0.01]),
-        iv.Cruise(speed=1.0),
-        iv.Rest(),
-        iv.Hold(time=1.0),
-        iv.StepForce(size=1.0),
+        iv.motion.Waypoints(file="way", time=[0.0, 1.0], position=[0.0, 0.01]),
+        iv.motion.Cruise(speed=1.0),
+        iv.motion.Rest(),
+        iv.motion.Hold(time=1.0),
+        iv.motion.StepForce(size=1.0),
     ],
     ids=lambda value: type(value).__name__,
 )

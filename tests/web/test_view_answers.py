@@ -235,7 +235,7 @@ class TestMotion:
 class TestPlane:
     def test_equals_the_dynamic_map(self, hand):
         found = motion.plane(hand, {"drives": ["cobotic"]})
-        expected = iv.dynamic_map(
+        expected = iv.analysis.dynamic_map(
             hand.drives["cobotic"],
             np.geomspace(motion.LOWEST, motion.HIGHEST, 2 * motion.FREQUENCIES + 1)[1::2],
             (np.arange(motion.FRACTIONS) + 0.5) / motion.FRACTIONS,
@@ -323,7 +323,7 @@ class TestDrawing:
         study = studies["two_joint_arm"]
         from dataclasses import replace
 
-        far = replace(study.tasks["push"], pose=iv.Pose(x=2.0, y=0.0), time_share=None)
+        far = replace(study.tasks["push"], pose=iv.motion.Pose(x=2.0, y=0.0), time_share=None)
         found = drawing.drawing(replace(study, tasks={"push": far}, paths={}), {"drive": "one-motor", "task": "push"})
         assert "does not reach" in found["reason"]
 

@@ -115,7 +115,7 @@ def loss(values: np.ndarray, extra: Sequence[str], speed: np.ndarray, torque: np
     extra : sequence               k names from `CANDIDATES`.
     speed, torque : (n,) float     [rad s^-1], [N m]
 
-    Source: definition of the parts of `infinivar.Motor`.
+    Source: definition of the parts of `infinivar.parts.Motor`.
     """
     found = values[0] * (torque + values[1]) ** 2 + values[1] * speed
     for value, name in zip(values[2:], extra, strict=True):

@@ -21,7 +21,7 @@ from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.analysis.cycles.mixed_use import MixedUse, mixed_use
 from infinivar.analysis.deciding import hanging_drives, hanging_machines
 from infinivar.analysis.hanging import Hanging, Judged, winner
-from infinivar.analysis.least_loss import LeastLoss, least_loss
+from infinivar.analysis.loss_ranking import LeastLoss, least_loss
 from infinivar.analysis.machines import MachineComparison, compare_machines
 from infinivar.analysis.options import CompareOptions
 from infinivar.analysis.plane import Plane, of_drives, place

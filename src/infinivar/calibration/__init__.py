@@ -1,1 +1,5 @@
 """Measuring a transmission: the virtual rig, reduction of its data, fitting the losses, and what to measure next."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -15,8 +15,21 @@ from . import (
     turned,
     wear,
 )
+from .bodies import Material
+from .creep import CreepLaw
+from .exact.many import RollingForces, rolling_forces
+from .exact.patch import RollingPatch, SteadyRolling
+from .exact.spin_map import SpinMap, spin_map
+from .exact.transient import TransientRolling
 
 __all__ = [
+    "CreepLaw",
+    "Material",
+    "RollingForces",
+    "RollingPatch",
+    "SpinMap",
+    "SteadyRolling",
+    "TransientRolling",
     "bodies",
     "creep",
     "exact",
@@ -27,8 +40,10 @@ __all__ = [
     "hertz",
     "hysteresis",
     "kalker",
+    "rolling_forces",
     "shakedown",
     "spin",
+    "spin_map",
     "traction_fluid",
     "turned",
     "wear",

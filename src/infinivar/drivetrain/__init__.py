@@ -1,1 +1,5 @@
 """Complete drive-trains, composed from elements and parts."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

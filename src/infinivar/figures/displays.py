@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.sessions.comparison import DisplayComparison
+from infinivar.displays.comparison import DisplayComparison
 from infinivar.figures import style
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from infinivar.analysis.machine_tasks import TaskResult
-from infinivar.analysis.sphere_map import sphere_map
+from infinivar.analysis.sphere_efficiency import sphere_map
 from infinivar.drivetrain.drive import type_words
 from infinivar.figures import arm, machine, pictures, wrench_set
 from infinivar.figures import sphere_map as sphere_figure

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.least_loss import EQUAL, NONE, LeastLoss
+from infinivar.analysis.loss_ranking import EQUAL, NONE, LeastLoss
 from infinivar.errors import InputError
 from infinivar.figures import operating_map, style
 from infinivar.limits import Limit

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.sphere_map import efficiency_by_ratio
+from infinivar.analysis.sphere_efficiency import efficiency_by_ratio
 from infinivar.figures import gear_points, style
 from infinivar.transmission.spherical import SphericalIVT
 

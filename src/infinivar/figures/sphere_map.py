@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.sphere_map import SphereMap
+from infinivar.analysis.sphere_efficiency import SphereMap
 from infinivar.errors import InputError
 from infinivar.figures import operating_map, style
 from infinivar.limits import Limit

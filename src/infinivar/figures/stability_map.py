@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.sessions.displays import TITLES
-from infinivar.analysis.sessions.stability import StabilityMap
+from infinivar.displays.kinds import TITLES
+from infinivar.displays.stability import StabilityMap
 from infinivar.figures import style
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.sessions.displays import TITLES
-from infinivar.analysis.sessions.z_width import ZWidth
+from infinivar.displays.impedance_range import ZWidth
+from infinivar.displays.kinds import TITLES
 from infinivar.figures import style
 from infinivar.units import plain
 

@@ -18,13 +18,13 @@ from annotated_types import Gt
 from infinivar._core.described import derived, reported
 from infinivar._core.fields import check_instance, check_number
 from infinivar._core.result import Result, result
-from infinivar.analysis.sessions.comparison import MARGIN, DisplayComparison, compare_displays
-from infinivar.analysis.sessions.display_pair import FACTOR, DisplayPair, assumed_variants
-from infinivar.analysis.sessions.displays import AdmittanceDisplay, ImpedanceDisplay
-from infinivar.analysis.sessions.handle_session import HandleSession, cobotic_part, geared_part
-from infinivar.analysis.sessions.rounds import CONVENTIONAL, DISPLAYS, RESTING, STOPPED, TURNING, round_of
-from infinivar.analysis.sessions.stability import largest_force_gain, stiffest_wall
 from infinivar.analysis.shared_motor import share_motor
+from infinivar.displays.comparison import MARGIN, DisplayComparison, compare_displays
+from infinivar.displays.handle_session import HandleSession, cobotic_part, geared_part
+from infinivar.displays.kinds import AdmittanceDisplay, ImpedanceDisplay
+from infinivar.displays.pair import FACTOR, DisplayPair, assumed_variants
+from infinivar.displays.rounds import CONVENTIONAL, DISPLAYS, RESTING, STOPPED, TURNING, round_of
+from infinivar.displays.stability import largest_force_gain, stiffest_wall
 from infinivar.errors import require
 from infinivar.motion.users import ArmModel
 from infinivar.paper.claims.claim import Claim, Finding, Found, Kind, Variant, row, settle, yes

@@ -1,6 +1,45 @@
 from . import amplifier, bearing, belt, gearhead, heat, linear, motor, screw, shaft_bearings, stage, tables
+from .amplifier import Amplifier
+from .bearing import Bearing
+from .belt import Belt, Rack
+from .gear_friction import GearFriction
+from .gearhead import Gearhead
+from .linear import Guideway, Pulley
+from .linkage import Linkage
+from .motor import Motor
+from .screw import Screw
+from .shaft_bearings import CylinderBearings, PulleyBearings
+from .spring import Spring, TorsionSpring
+from .stage import Shaft
+from .strain_wave import StrainWave
+from .tables.consistency import CatalogueCheck
+from .tables.importing import PartImport
+from .tables.search import PartSearch
+from .tables.table import PartSet, PartTable
 
 __all__ = [
+    "Amplifier",
+    "Bearing",
+    "Belt",
+    "CatalogueCheck",
+    "CylinderBearings",
+    "GearFriction",
+    "Gearhead",
+    "Guideway",
+    "Linkage",
+    "Motor",
+    "PartImport",
+    "PartSearch",
+    "PartSet",
+    "PartTable",
+    "Pulley",
+    "PulleyBearings",
+    "Rack",
+    "Screw",
+    "Shaft",
+    "Spring",
+    "StrainWave",
+    "TorsionSpring",
     "amplifier",
     "bearing",
     "belt",

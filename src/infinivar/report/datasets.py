@@ -11,9 +11,9 @@ from infinivar._core.netcdf import Arrays
 from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.run import History
 from infinivar.analysis.sessions.session_result import Session
-from infinivar.analysis.sessions.stability import StabilityMap
 from infinivar.analysis.simulate import Simulation
 from infinivar.bondgraph.audit import Trajectory
+from infinivar.displays.stability import StabilityMap
 
 
 def simulation(found: Simulation) -> Arrays:

@@ -36,14 +36,14 @@ _TYPES: dict[str, dict[str, str]] = {
     "analysis.cycles.tracking.TwoWays": {"plot": "figures.single:two_ways", "table": "report.tables:two_ways"},
     "analysis.design_trends.Trend": {"plot": "figures.single:trend"},
     "analysis.hanging.Hanging": {"table": "report.tables:hanging"},
-    "analysis.least_loss.LeastLoss": {"plot": "figures.least_loss:draw_all"},
+    "analysis.loss_ranking.LeastLoss": {"plot": "figures.least_loss:draw_all"},
     "analysis.machine_run.MachineRun": {
         "plot": "figures.machine_run:draw_all",
         "save": "report.run:save",
         "dataset": "report.datasets:machine_run",
         **_IN_MOTION,
     },
-    "analysis.sessions.comparison.DisplayComparison": {
+    "displays.comparison.DisplayComparison": {
         "plot": "figures.displays:draw_all",
         "table": "report.tables:display_comparison",
     },
@@ -79,13 +79,13 @@ _TYPES: dict[str, dict[str, str]] = {
         "dataset": "report.datasets:simulation",
         "table": "report.tables:simulation",
     },
-    "analysis.sessions.stability.StabilityMap": {
+    "displays.stability.StabilityMap": {
         "plot": "figures.stability_map:draw_all",
         "dataset": "report.datasets:stability_map",
     },
-    "analysis.sessions.z_width.ZWidth": {"plot": "figures.z_width:draw_all"},
+    "displays.impedance_range.ZWidth": {"plot": "figures.z_width:draw_all"},
     "analysis.shared_motor.SharedMotor": {"plot": "figures.shared_motor:draw_all"},
-    "analysis.sphere_map.SphereMap": {"plot": "figures.sphere_map:draw_all"},
+    "analysis.sphere_efficiency.SphereMap": {"plot": "figures.sphere_map:draw_all"},
     "analysis.steering_step.SteeringStep": {
         "plot": "figures.steering_step:draw_all",
         "save": "report.contact:save_steps",

@@ -13,11 +13,11 @@ from infinivar.analysis.cycles.tracking import TwoWays
 from infinivar.analysis.hanging import Hanging
 from infinivar.analysis.machines import MachineComparison
 from infinivar.analysis.robustness.verdicts import Builds, DutyBuilds
-from infinivar.analysis.sessions.comparison import DisplayComparison
 from infinivar.analysis.simulate import Simulation
 from infinivar.bondgraph.audit import Trajectory
 from infinivar.calibration.result import Calibration, GearedCalibration
 from infinivar.contact.exact.transient import TransientRolling
+from infinivar.displays.comparison import DisplayComparison
 from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import limit_words
 from infinivar.sizing.result import Sizing

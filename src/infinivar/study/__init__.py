@@ -1,1 +1,5 @@
 """Study files: schema, loading, and the shipped parameter sets with the provenance of every number."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,1 +1,1 @@
-"""Sessions of a user at the handle of a machine, and displays in the hand: stability, impedances, passivity, and limits."""
+"""Sessions of a user at the handle of a machine: their runs, measures and guides."""

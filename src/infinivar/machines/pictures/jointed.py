@@ -69,7 +69,7 @@ class Chain:
 
 
 def picture(drive: Any, point: Any, pose: Any, twist: Any, wrench: Any) -> Picture:
-    """An `infinivar.ArmDrive` at an operating point of it: joints with their torques, force and velocity of the end point.
+    """An `infinivar.machines.ArmDrive` at one of its operating points: joints with torques, force and velocity of the end point.
 
     Parameters
     ----------

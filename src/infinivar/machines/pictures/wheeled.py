@@ -184,7 +184,7 @@ def steered(
 
 
 def rolled(drive: Any, point: Any, pose: Any, twist: Any, wrench: Any) -> OnGround:
-    """Geometry and forces of a `infinivar.OmniwheelDrive` at an operating point of it, in axes of the plane.
+    """Geometry and forces of a `infinivar.machines.OmniwheelDrive` at an operating point of it, in axes of the plane.
 
     Parameters
     ----------

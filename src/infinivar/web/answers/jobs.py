@@ -139,7 +139,7 @@ def _compared(study: Any, payload: Mapping[str, Any], report: Report) -> Answer:
     )
 
 
-def _hanging(found: iv.Hanging | None) -> dict[str, Any] | None:
+def _hanging(found: iv.analysis.Hanging | None) -> dict[str, Any] | None:
     """What a verdict hangs on, as a table of texts; None if nothing has an effect."""
     if found is None or not found.rows:
         return None

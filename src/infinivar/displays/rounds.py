@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.analysis.sessions.display_pair import DisplayPair
-from infinivar.analysis.sessions.handle_session import (
+from infinivar.analysis.shared_motor import run_up_energy
+from infinivar.displays.handle_session import (
     PARTS,
     HandleSession,
     PartPower,
@@ -18,7 +18,7 @@ from infinivar.analysis.sessions.handle_session import (
     geared_part,
     stopped_part,
 )
-from infinivar.analysis.shared_motor import run_up_energy
+from infinivar.displays.pair import DisplayPair
 from infinivar.drivetrain.drive import motor_side
 from infinivar.limits import Limit
 from infinivar.machines.many_legs import LeggedDrive

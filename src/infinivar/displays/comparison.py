@@ -19,17 +19,17 @@ from infinivar._core.described import derived, finite, reported
 from infinivar._core.fields import check_instance
 from infinivar._core.result import Result, result
 from infinivar.analysis.hanging import Hanging, Judged, decided_again
-from infinivar.analysis.sessions.display_pair import YES_OR_NO, DisplayPair
-from infinivar.analysis.sessions.displays import AdmittanceDisplay, ImpedanceDisplay
-from infinivar.analysis.sessions.handle_session import (
+from infinivar.analysis.shared_motor import SharedMotor, share_motor
+from infinivar.displays.handle_session import (
     PARTS,
     HandleSession,
     cobotic_part,
     geared_part,
 )
-from infinivar.analysis.sessions.rounds import CONVENTIONAL, DISPLAYS, RUN_UP, TURNING, round_of
-from infinivar.analysis.sessions.stability import MASSES, WALLS, least_stable_mass, stiffest_wall
-from infinivar.analysis.shared_motor import SharedMotor, share_motor
+from infinivar.displays.kinds import AdmittanceDisplay, ImpedanceDisplay
+from infinivar.displays.pair import YES_OR_NO, DisplayPair
+from infinivar.displays.rounds import CONVENTIONAL, DISPLAYS, RUN_UP, TURNING, round_of
+from infinivar.displays.stability import MASSES, WALLS, least_stable_mass, stiffest_wall
 from infinivar.errors import ParameterError, require
 from infinivar.motion.users import ArmModel
 from infinivar.units import plain

@@ -9,8 +9,8 @@ from typing import Literal
 from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.fields import check_instance, check_number, check_real, component, quantity
-from infinivar.analysis.sessions.displays import AdmittanceDisplay, ImpedanceDisplay
-from infinivar.analysis.sessions.handle_session import check_displays
+from infinivar.displays.handle_session import check_displays
+from infinivar.displays.kinds import AdmittanceDisplay, ImpedanceDisplay
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import require

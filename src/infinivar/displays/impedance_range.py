@@ -2,7 +2,7 @@ r"""Z-width: the softest and the stiffest impedance that a display can show to a
 
 Softest is free motion, of an admittance display with the least stable virtual mass. Stiffest is the stiffest stable wall.
 Both keep a margin to the limit of stability. The impedance is that at the fundamental, see
-`infinivar.analysis.sessions.sampled_loop`; one point of it can be measured in a simulated sweep.
+`infinivar.displays.sampled_loop`; one point of it can be measured in a simulated sweep.
 
 The envelopes compare magnitudes. What the user feels as mass is where the softest one rises with frequency, as stiffness
 where the stiffest one falls.
@@ -20,8 +20,8 @@ from annotated_types import Ge, Gt
 from infinivar._core.described import at, derived, finite, reported
 from infinivar._core.fields import check_number
 from infinivar._core.result import Result, result
-from infinivar.analysis.sessions.displays import AdmittanceDisplay, Display, Held
-from infinivar.analysis.sessions.sampled_loop import (
+from infinivar.displays.kinds import AdmittanceDisplay, Display, Held
+from infinivar.displays.sampled_loop import (
     arm_impedance,
     check_moving,
     checked_frequency,
@@ -29,7 +29,7 @@ from infinivar.analysis.sessions.sampled_loop import (
     run_in_time,
     sampled_loop,
 )
-from infinivar.analysis.sessions.stability import WALLS, check_display, least_stable_mass, stiffest_wall
+from infinivar.displays.stability import WALLS, check_display, least_stable_mass, stiffest_wall
 from infinivar.errors import ParameterError
 from infinivar.motion.users import ArmModel
 from infinivar.units import plain

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from infinivar._core.arrays import real_array
-from infinivar.analysis.sessions.displays import Display, Held, Plant, Sensed
+from infinivar.displays.kinds import Display, Held, Plant, Sensed
 from infinivar.errors import ParameterError, require
 from infinivar.motion.users import ArmModel
 

@@ -28,9 +28,9 @@ from annotated_types import Ge, Gt
 from infinivar._core.described import derived, reported
 from infinivar._core.fields import check_number
 from infinivar._core.result import Result, result
-from infinivar.analysis.sessions.displays import AdmittanceDisplay, Display, ImpedanceDisplay
-from infinivar.analysis.sessions.sampled_loop import impedance
-from infinivar.analysis.sessions.stability import check_display
+from infinivar.displays.kinds import AdmittanceDisplay, Display, ImpedanceDisplay
+from infinivar.displays.sampled_loop import impedance
+from infinivar.displays.stability import check_display
 from infinivar.errors import require
 from infinivar.units import plain
 

@@ -1,0 +1,8 @@
+from .calibrate import calibrate_cobotic, calibrate_geared
+from .result import GearedCalibration
+
+__all__ = [
+    "GearedCalibration",
+    "calibrate_cobotic",
+    "calibrate_geared",
+]
