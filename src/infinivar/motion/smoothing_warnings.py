@@ -136,8 +136,10 @@ def _errors(rows: Rows, motion: _Read, noise: float, cutoff: float) -> _Errors:
     """Errors of the acceleration between rows, and of noise in 19 of 20 recordings."""
     time, values, name, closed = rows
     count = instants(time, cutoff)
-    step = float(time[-1]) / count
-    span = np.arange(count) * step
+    # Dense rows are resampled at more instants than the waves need.
+    every = max(1, int(count / (_PER_WAVE * cutoff * float(time[-1]))))
+    step = every * float(time[-1]) / count
+    span = np.arange(0, count, every) * float(time[-1]) / count
 
     def read(order: int, values: np.ndarray = values) -> np.ndarray:
         return series_of(name, time, values, count, cutoff, order, closed=closed).derivatives(span, 2)[2]
@@ -155,7 +157,7 @@ def _errors(rows: Rows, motion: _Read, noise: float, cutoff: float) -> _Errors:
         quintic = read(QUINTIC)
         near, far = np.abs(own - quintic), np.abs(quintic - read(SEPTIC))
         ends = 0 if closed else math.ceil(_ENDS * float(np.median(np.diff(time))) / step)
-        first, second = (float(np.max(one[ends : count - ends], initial=0.0)) for one in (near, far))
+        first, second = (float(np.max(one[ends : len(span) - ends], initial=0.0)) for one in (near, far))
         series_sum = first / (1.0 - min(second / first, _SLOWEST)) if first else 0.0
         between = max(float(np.max(near)), series_sum)
     random = np.random.default_rng(0)
