@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from infinivar._core.described import derived, finite, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, Result, result
-from infinivar._core.text import aligned, counted
+from infinivar._core.text import aligned, counted, joined
 from infinivar.errors import InputError
 from infinivar.study.choices import Variant
 from infinivar.units import plain
@@ -172,7 +172,7 @@ class Hanging(Result):
 def _or(said: list[str]) -> str:
     if len(said) > _NAMED:
         said = [*said[: _NAMED - 1], f"{len(said) - _NAMED + 1} more"]
-    return said[0] if len(said) == 1 else f"{', '.join(said[:-1])} or {said[-1]}"
+    return joined(said, "or")
 
 
 def hang(

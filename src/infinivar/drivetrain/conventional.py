@@ -31,6 +31,7 @@ from infinivar.transmission.rates import Varying
 
 STAGES = ("pulley", "screw", "belt", "rack", "shaft")
 """Fields of the output stages, of which a conventional drive has exactly one."""
+ALONG_A_LINE = tuple(name for name in STAGES if name != "shaft")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from infinivar.axis import Axis
+from infinivar.drivetrain.conventional import STAGES
 from infinivar.limits import Limit
 
 if TYPE_CHECKING:
@@ -29,11 +30,7 @@ LOSS_COLOURS = {
     "cylinder bearings": "#1B7F79",
     "backing rollers": "#A5A552",
     "guideway": "#CC79A7",
-    "pulley": "#8B6BB1",
-    "screw": "#8B6BB1",
-    "belt": "#8B6BB1",
-    "rack": "#8B6BB1",
-    "shaft": "#8B6BB1",
+    **dict.fromkeys(STAGES, "#8B6BB1"),
     "gearhead damping": "#66A3D2",
     "belt damping": "#B8A5D6",
     "amplifier": "#999999",

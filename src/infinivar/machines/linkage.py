@@ -58,7 +58,7 @@ def rubbed(
     return friction, losses
 
 
-class Linkage(NamedTuple):
+class LinkMotion(NamedTuple):
     """Kinematics of links and inertia of what they move, at m rows; n links, d components of the twist."""
 
     jacobian: np.ndarray
@@ -91,7 +91,7 @@ class Load:
     turns: ClassVar[bool] = False
     """Whether the twist is that of a body in space, its pose a position and a rotation vector."""
     losses: ClassVar[tuple[str, ...]] = ()
-    """Of its own friction: the names of `Linkage.rubbing`."""
+    """Of its own friction: the names of `LinkMotion.rubbing`."""
     slides: ClassVar[bool] = True
     """Whether the links have places along the cylinder; pulleys may set them anywhere."""
 
@@ -100,7 +100,7 @@ class Load:
         """Number of links."""
         raise NotImplementedError
 
-    def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
+    def at(self, pose: np.ndarray, twist: np.ndarray) -> LinkMotion:
         """Kinematics and inertia at rows."""
         raise NotImplementedError
 
@@ -125,7 +125,9 @@ class Load:
         """What is drawn, with links of a mass [kg], on a common cylinder or without."""
         raise NotImplementedError
 
-    def on_links(self, pose: np.ndarray, twist: np.ndarray, link_mass: float) -> tuple[Linkage, np.ndarray, np.ndarray]:
+    def on_links(
+        self, pose: np.ndarray, twist: np.ndarray, link_mass: float
+    ) -> tuple[LinkMotion, np.ndarray, np.ndarray]:
         """Kinematics, and inertia and bias with those of links of a mass. [kg]"""
         link = self.at(pose, twist)
         across = np.swapaxes(link.jacobian, -1, -2)
@@ -239,7 +241,7 @@ class LeggedMechanics(_OnLinks):
 
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
         """Forces of wheels and guideways."""
-        link: Linkage = place.kinematics
+        link: LinkMotion = place.kinematics
         radius, wheel = self.transmission.cylinder_radius, self.transmission.wheel
         # The heading of a wheel turns against its steering angle.
         spin = -turning if wheel.turns_with_spin else None
@@ -271,7 +273,7 @@ class LeggedMechanics(_OnLinks):
 
         return Forces(generalised, resisting, losses, demand)
 
-    def _turned(self, speed: np.ndarray, found: Any, link: Linkage) -> dict[str, np.ndarray]:
+    def _turned(self, speed: np.ndarray, found: Any, link: LinkMotion) -> dict[str, np.ndarray]:
         """Friction torques of the cylinder's bearings by name, at the set speed of the cylinder. (m,) [N m]"""
         bearings, radius = self.cylinder_bearings, self.transmission.cylinder_radius
         if bearings is None:
@@ -331,7 +333,7 @@ class SeparateMechanics(_OnLinks):
 
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
         """Friction of the load; the motors act on the links, see `LinkMotors`."""
-        link: Linkage = place.kinematics
+        link: LinkMotion = place.kinematics
         own, lost = rubbed(link.rubbing, rates, self.stick_speed)
         losses = {name: loss.sum(axis=-1) for name, loss in lost.items()}
         return Forces(own, 0.0 * angles, lambda: losses, lambda: link.demand)

@@ -54,6 +54,7 @@ class Belt(OutputStage):
     """Timing belt from the gearhead's shaft to a load that moves along the belt."""
 
     title: ClassVar[str] = "belt"
+    letter: ClassVar[str] = "b"
 
     pitch: float = quantity("m", Gt(0), "Pitch of the belt's teeth")
     teeth: float = quantity("1", Gt(0), "Number of teeth of the drive wheel")
@@ -116,6 +117,7 @@ class Rack(OutputStage):
     """Rack and pinion: the gearhead's shaft turns the pinion, the rack moves the load."""
 
     title: ClassVar[str] = "rack"
+    letter: ClassVar[str] = "r"
 
     module: float = quantity("m", Gt(0), "Transverse module: pitch diameter of the pinion over its number of teeth")
     teeth: float = quantity("1", Gt(0), "Number of teeth of the pinion")

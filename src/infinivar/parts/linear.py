@@ -25,6 +25,7 @@ class Pulley(OutputStage):
     """
 
     title: ClassVar[str] = "pulley"
+    letter: ClassVar[str] = "p"
 
     radius: float = quantity("m", Gt(0), "Effective radius at the cable")
     friction_torque: float = quantity("N m", Ge(0), "Coulomb friction torque of pulley and bearings", default=0.0)

@@ -198,6 +198,7 @@ class Screw(OutputStage):
     """
 
     title: ClassVar[str] = "screw"
+    letter: ClassVar[str] = "s"
 
     shape: ScrewKind = component("lead (sliding) or ball (rolling)", default="lead")
     lead: float = quantity("m", Gt(0), "Travel of the nut per revolution", per="rev")

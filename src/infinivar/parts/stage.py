@@ -51,6 +51,8 @@ class OutputStage:
 
     title: ClassVar[str]
     """Key of the stage in studies, and of its loss in results."""
+    letter: ClassVar[str]
+    """Subscript of its symbols in a bond graph."""
     axis: ClassVar[Axis] = LINEAR
     friction_torque: float
 
@@ -126,6 +128,7 @@ class Shaft(OutputStage):
     """Rotary output: the gearhead's output shaft turns the load. Speeds are in rad/s, forces are moments in N m."""
 
     title: ClassVar[str] = "shaft"
+    letter: ClassVar[str] = "o"
     axis: ClassVar[Axis] = ROTARY
 
     friction_torque: float = quantity(

@@ -11,9 +11,6 @@ from infinivar.parts.gear_law import proportional_friction
 from infinivar.parts.gearhead import Gearhead
 from infinivar.units import plain
 
-SYMBOLS = {"pulley": "p", "screw": "s", "belt": "b", "rack": "r", "shaft": "o"}
-"""Subscripts of the stages."""
-
 
 def output_stage(drive: ConventionalDrive, stick_speed: float) -> tuple[list[Element], list[str], list[Signal], str]:
     """The 1-junction of the stage's shaft with its inertia and friction, and its transformer.
@@ -28,7 +25,7 @@ def output_stage(drive: ConventionalDrive, stick_speed: float) -> tuple[list[Ele
     elements, chains, signals, path   Path: the chain from the shaft to the load's junction, exclusive.
     """
     stage = drive.stage
-    name, tag = stage.title, SYMBOLS[stage.title]
+    name, tag = stage.title, stage.letter
     stick = Parameter(rf"\varepsilon_{tag}", stick_speed / float(stage.travel_per_radian), "rad/s")
     signals: list[Signal] = []
     loss = None

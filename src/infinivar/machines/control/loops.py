@@ -16,7 +16,7 @@ import numpy as np
 from infinivar._core.fields import given
 from infinivar.drivetrain.control import LINK_BANDWIDTH, SPEED_BANDWIDTH, CoboticControl, ConventionalControl
 from infinivar.drivetrain.control.loops import Loop, Servo, largest_current, speed_loop, turning_speed
-from infinivar.machines.linkage import Linkage, Load, SeparateMechanics
+from infinivar.machines.linkage import LinkMotion, Load, SeparateMechanics
 from infinivar.machines.motors import LinkMotors
 from infinivar.machines.system import Inputs, SteeringLaw, System
 from infinivar.motion.histories import VectorHistory
@@ -132,7 +132,7 @@ class LinkController:
         change = (load.along(self.motion, after)[1] - load.along(self.motion, before)[1]) / (after - before)
         demanded = twist + gain * load.apart(pose, goal)
         place = self.mechanics.at(pose[None], rates[None])
-        link: Linkage = place.kinematics
+        link: LinkMotion = place.kinematics
         inertia, jacobian = place.inertia[0], link.jacobian[0]
         grown = self.integral + pole * pole * period * (inertia @ (demanded - rates))
         forces = inertia @ (change + 2.0 * pole * (demanded - rates)) + place.bias[0] + grown

@@ -26,7 +26,7 @@ from infinivar.machines.course import MachineCourse
 from infinivar.machines.hand import ArmGrip, Grip, without_point
 from infinivar.machines.kind import Machine, motor_of, servo_of
 from infinivar.machines.kinds.linked import Linked, OnCylinder, SeparateMachine, check_leg
-from infinivar.machines.linkage import LeggedMechanics, Linkage, Load
+from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load
 from infinivar.machines.links import Carried, moved
 from infinivar.machines.machine import TaskPoint, rows
 from infinivar.machines.many_legs import LeggedDrive
@@ -81,11 +81,11 @@ class ArmLoad(Load):
         inertias[-1] += self.tip_inertia
         return planar_arm(lengths, self.masses, inertias, self.tip_mass, angles, rates)
 
-    def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
+    def at(self, pose: np.ndarray, twist: np.ndarray) -> LinkMotion:
         """Kinematics and inertia."""
         jacobian = np.broadcast_to(np.diag(self.pulleys), (len(pose), *np.diag(self.pulleys).shape))
         nothing = np.zeros((len(pose), 0))
-        return Linkage(jacobian, self.pulleys * twist, 0.0 * twist, twist, self.inertia(pose, twist), nothing)
+        return LinkMotion(jacobian, self.pulleys * twist, 0.0 * twist, twist, self.inertia(pose, twist), nothing)
 
     @property
     def links(self) -> int:

@@ -23,7 +23,7 @@ from infinivar.machines.bodies import Moved
 from infinivar.machines.course import MachineCourse
 from infinivar.machines.hand import Grip, PointGrip
 from infinivar.machines.kinds.linked import Linked, OnCylinder, SeparateMachine, check_leg
-from infinivar.machines.linkage import LeggedMechanics, Linkage, Load, Rubbing, rubbed
+from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load, Rubbing, rubbed
 from infinivar.machines.links import Carried, moved
 from infinivar.machines.machine import TaskPoint, rows
 from infinivar.machines.many_legs import LeggedDrive
@@ -68,7 +68,7 @@ class OmniwheelLoad(Load):
         """Number of wheels."""
         return len(self.wheels.rim_rows)
 
-    def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
+    def at(self, pose: np.ndarray, twist: np.ndarray) -> LinkMotion:
         """Kinematics and inertia."""
         angle, turning = pose[:, 2], twist[:, 2, None]
         rubbing = _rubbing(self.wheels, angle, self.rolling_force, self.roller_force)
@@ -79,7 +79,7 @@ class OmniwheelLoad(Load):
         inertia = np.diag([self.mass, self.mass, self.inertia]) + self.rim_mass * np.matmul(across, rims)
         bias = self.rim_mass * np.matmul(across, rise[..., None])[..., 0]
         speed = np.matmul(rims, twist[..., None])[..., 0]
-        return Linkage(
+        return LinkMotion(
             self.ratio * rims,
             self.ratio * speed,
             self.ratio * rise,

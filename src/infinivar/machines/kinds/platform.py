@@ -16,10 +16,11 @@ from annotated_types import Gt, Interval
 from infinivar._core.array_namespace import Array
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import brief, check, component, quantities, quantity, several
+from infinivar._core.text import joined
 from infinivar.axis import LINEAR
 from infinivar.bondgraph.graph import Parameter, Signal
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.conventional import ALONG_A_LINE, ConventionalDrive
 from infinivar.drivetrain.drive import axis_of, needed
 from infinivar.errors import InputError, ParameterError, require
 from infinivar.limits import Limit
@@ -28,7 +29,7 @@ from infinivar.machines.bodies import angular_velocity, rigid_body, rotation_bet
 from infinivar.machines.course import MachineCourse
 from infinivar.machines.hand import Grip, PointGrip
 from infinivar.machines.kinds.linked import Linked, OnCylinder, SeparateMachine, check_leg
-from infinivar.machines.linkage import LeggedMechanics, Linkage, Load
+from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load
 from infinivar.machines.links import Carried, moved
 from infinivar.machines.machine import TaskPoint, rows
 from infinivar.machines.many_legs import LeggedDrive
@@ -128,7 +129,7 @@ class PlatformLoad(Load):
 
     turns: ClassVar[bool] = True
 
-    def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
+    def at(self, pose: np.ndarray, twist: np.ndarray) -> LinkMotion:
         """Kinematics and inertia; nan beyond the reach of a rod."""
         position, rotation = pose[:, :3], pose[:, 3:]
         turn = rotation_matrix(rotation)
@@ -136,7 +137,7 @@ class PlatformLoad(Load):
         changes = np.concatenate([twist[:, :3], rotation_rate(rotation, twist[:, 3:])], axis=-1)
         demand = np.stack([moves.reach, self.platform.travel_demand(moves.link_position)], axis=-1)
         body = rigid_body(self.mass, self.inertia, turn, twist)
-        return Linkage(moves.jacobian, moves.link_speed, moves.bias, changes, body, demand, moves.link_position)
+        return LinkMotion(moves.jacobian, moves.link_speed, moves.bias, changes, body, demand, moves.link_position)
 
     def twist_of(self, pose: np.ndarray, rate: np.ndarray) -> np.ndarray:
         """With the angular velocity of the rotation vector."""
@@ -251,7 +252,7 @@ class PlatformDrive(Linked):
             require(len(self.inertia) == 3, "inertia", f"{len(self.inertia)} values", "three: about x, y and z")
         if self.separate is not None and axis_of(self.separate) is not LINEAR:
             raise ParameterError(
-                "separate must move a link along a line, not a joint: give it a pulley, screw, belt or rack"
+                f"separate must move a link along a line, not a joint: give it a {joined(ALONG_A_LINE, 'or')}"
             )
 
     @property

@@ -10,16 +10,17 @@ import numpy as np
 from annotated_types import Gt
 
 from infinivar._core.fields import check, component, quantities
+from infinivar._core.text import joined
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.control import ConventionalControl
-from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.conventional import ALONG_A_LINE, ConventionalDrive
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.machines.bodies import Moved
 from infinivar.machines.hand import Grip, PointGrip
 from infinivar.machines.kind import Machine
 from infinivar.machines.kinds.linked import OnCylinder, OwnMotors, check_leg
-from infinivar.machines.linkage import LeggedMechanics, Linkage, Load, SeparateMechanics
+from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load, SeparateMechanics
 from infinivar.machines.motors import LinkMotors
 from infinivar.machines.pictures.slides import Drum, Slides
 from infinivar.motion.users import AXES
@@ -53,13 +54,13 @@ class SlideLoad(Load):
         """Positions on the axes."""
         return tuple(f"slide_{axis}_m" for axis in self.axes)
 
-    def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
+    def at(self, pose: np.ndarray, twist: np.ndarray) -> LinkMotion:
         """Kinematics and inertia."""
         count, rows = len(self.masses), len(pose)
         inertia = np.broadcast_to(np.diag(self.masses), (rows, count, count))
         jacobian = np.broadcast_to(np.eye(count), (rows, count, count))
         nothing = np.zeros((rows, 0))
-        return Linkage(jacobian, twist, 0.0 * twist, twist, Moved(inertia, 0.0 * twist), nothing, pose)
+        return LinkMotion(jacobian, twist, 0.0 * twist, twist, Moved(inertia, 0.0 * twist), nothing, pose)
 
     @property
     def links(self) -> int:
@@ -126,7 +127,7 @@ class GearedSlideMachine(OwnMotors):
             raise ParameterError(f"drive must be a ConventionalDrive, got a {type(self.drive).__name__}")
         if self.drive.own_axis.rotary:
             raise ParameterError(
-                "drive must have a pulley, screw, belt or rack: a shaft does not move the axis of a slide"
+                f"drive must have a {joined(ALONG_A_LINE, 'or')}: a shaft does not move the axis of a slide"
             )
         require(len(self.masses) >= 1, "masses", "none", "one value for each axis", "kg")
         _ = self.link_motors(1e-4)

@@ -9,6 +9,7 @@ import numpy as np
 
 from infinivar import power
 from infinivar.analysis.tightest import tight_words, tightest_of
+from infinivar.drivetrain.conventional import STAGES
 from infinivar.figures import style
 from infinivar.limits import LEADING, Demand, Limit, words_of
 from infinivar.study.study import Study
@@ -18,14 +19,14 @@ from infinivar.web.answers.places import Place, place_of
 
 _OF_SERVOS = ("amplifier", "winding", "motor friction", "motor iron", "bearing", "patch")
 
-STAGES = (
+PASSED = (
     ("steering", tuple(f"steering {name}" for name in _OF_SERVOS)),
     ("amplifier", ("amplifier",)),
     ("motor", ("winding", "motor friction", "motor iron")),
     ("gearhead", ("gearhead", "gearhead damping")),
     ("cylinder", ("cylinder bearings", "backing rollers")),
     ("wheel", ("creep", "spin", "slip", "rolling", "bearing")),
-    ("output stage", ("pulley", "screw", "belt", "rack", "shaft", "belt damping")),
+    ("output stage", (*STAGES, "belt damping")),
     ("guideway", ("guideway",)),
 )
 """What power passes on its way from the supply to the load, and the losses in it; all other losses are of the output."""
@@ -143,7 +144,7 @@ def _flows(source: str, power_in: float, losses: Mapping[str, float]) -> tuple[l
     What passes between two stages is the power from the source less the losses before: the balance, summed stage by stage.
     """
     rest = dict(losses)
-    stages = [(stage, {name: rest.pop(name) for name in names if name in rest}) for stage, names in STAGES]
+    stages = [(stage, {name: rest.pop(name) for name in names if name in rest}) for stage, names in PASSED]
     stages = [(stage, own) for stage, own in stages if own]
     if rest:
         stages.append((_OUTPUT, rest))
