@@ -83,13 +83,14 @@ def sensitivity(
     study: StudyFile,
     options: SensitivityOptions,
     of: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--of",
             help="Result: efficiency or loss at a point, margin or coverage of the requirement, "
-            "or energy or temperature of a duty cycle; of machines power, loss or margin in a task.",
+            "or energy or temperature of a duty cycle; of machines power, loss or margin in a task. By default power of a "
+            "machine, energy if there is a duty cycle, else margin.",
         ),
-    ],
+    ] = None,
     drive: Annotated[str | None, typer.Option("--drive", help=DRIVE, autocompletion=drives_of_study)] = None,
     force: Annotated[str | None, typer.Option("--force", help='Force at the operating point, such as "20 N".')] = None,
     speed: Annotated[
@@ -128,6 +129,7 @@ def sensitivity(
         with naming(study):
             check_demands(loaded, "sensitivity")
     name = chosen(study, "drive", drive, loaded.drives)
+    of = of or ("power" if loaded.tasks or loaded.paths else "energy" if loaded.duty else "margin")
     if loaded.tasks or loaded.paths:
         _of_one_axis_only(context, "force", "speed", "moment", "angular_speed", "duty", "method", "out")
         _of_machine(study, loaded, name, of, task, as_json)
