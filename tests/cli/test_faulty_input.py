@@ -98,8 +98,7 @@ def code_of(infinivar, folder, rig_data, seed):
     "seeds",
     [
         pytest.param(range(6), marks=pytest.mark.slow),
-        pytest.param(range(2000, 2030), marks=pytest.mark.slow),
-        pytest.param(range(2030, 2100), marks=pytest.mark.full),
+        pytest.param(range(2000, 2100), marks=pytest.mark.full),
     ],
 )
 @pytest.mark.renders("svg")

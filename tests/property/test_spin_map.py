@@ -51,7 +51,7 @@ def test_against_the_solver():
 
 
 @pytest.mark.parametrize(
-    "share", [pytest.param(0.4, marks=pytest.mark.slow), pytest.param(1.0, marks=pytest.mark.full)]
+    "share", [pytest.param(0.1, marks=pytest.mark.slow), pytest.param(1.0, marks=pytest.mark.full)]
 )
 @pytest.mark.parametrize(
     ("low", "high", "force", "moment"),

@@ -145,7 +145,7 @@ def unexplained(kind, seed):
 
 
 A_HUNDRED = [
-    pytest.param(kind, range(first, first + 25), marks=pytest.mark.slow if first == 100 else pytest.mark.full)
+    pytest.param(kind, range(first, first + 25), marks=pytest.mark.full)
     for kind in ("geared", "cobotic")
     for first in range(100, 200, 25)
 ]
