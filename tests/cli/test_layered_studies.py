@@ -94,11 +94,24 @@ def test_files_are_found_from_the_study_that_names_them(tmp_path):
     assert study.duty["recorded"].period == pytest.approx(1.0)
 
 
+def test_a_shipped_study_goes_by_its_name_unless_a_file_has_it(tmp_path):
+    study = loaded(tmp_path, 'extends = "hand_controller"\n[requirement]\nforce = "40 N"\n')
+    assert study.requirement.force == 40.0
+    assert study.drives == iv.load_study("hand_controller").drives
+    (tmp_path / "hand_controller").write_text(HEAD, "utf-8")
+    assert len(loaded(tmp_path, 'extends = "hand_controller"\n').drives) == 2
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
         ('extends = "nothing.toml"', 'extends = "nothing.toml": nothing.toml: no such file'),
         ("extends = 3", "extends = 3 must be text"),
+        (
+            'extends = "knee_waking"',
+            "extends = \"knee_waking\" is neither a file beside this one nor a shipped study (did you mean 'knee_walking'?); "
+            "shipped studies: ankle_walking, ",
+        ),
         ('extends = "study.toml"', "check for a circle"),
         ("rig = 3\n" + HEAD, "rig = 3 must be a table [rig]"),
         (HEAD + '[rig]\ntravel = "3 kg"\n', "rig.travel"),

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from infinivar.errors import InputError
+from infinivar.errors import InputError, nearest
 from infinivar.motion.files.fields import FILE_KEYS
 from infinivar.study.layers import Raw, alternatives_over, annotated, layered, merged
 from infinivar.study.messages import StudyError, quoted
+from infinivar.study.shipped import shipped_studies
 from infinivar.study.spreads import is_group, leaves
 
 _DEEPEST = 8
@@ -38,19 +40,41 @@ def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) 
         return raw
     name = raw["extends"]
     if not isinstance(name, str) or not name:
-        raise StudyError(f"extends = {quoted(name)} must be text: the path of a study file")
+        raise StudyError(
+            f"extends = {quoted(name)} must be text: the path of a study file, or the name of a shipped study"
+        )
     if depth == _DEEPEST:
         raise StudyError(f"extends = {quoted(name)}: more than {_DEEPEST} levels of extends; check for a circle")
-    below = path.parent / name
+    below = extended_file(path.parent, name)
     try:
         beneath = read(below)
     except InputError as problem:
         raise StudyError(f"extends = {quoted(name)}: {problem}") from problem
-    under = _with_paths(extended(beneath, below, read, depth + 1), Path(name).parent)
+    folder = Path(name).parent if below == path.parent / name else below.parent
+    under = _with_paths(extended(beneath, below, read, depth + 1), folder)
     over = {key: value for key, value in raw.items() if key != "extends"}
     under.pop("name", None)
     parts = {"parts": list(dict.fromkeys([*parts_of(over), *under["parts"]]))}
     return {**under, **over, **parts, **_merged_tables(under, over, below.name, path.name)}
+
+
+def extended_file(folder: Path, name: str) -> Path:
+    """Return the file that a study in a folder extends: a path from there, or the name of a shipped study.
+
+    Raises
+    ------
+    StudyError
+        If a bare name is neither; the message lists the shipped studies.
+    """
+    known, file = shipped_studies(), folder / name
+    if os.path.exists(file) or Path(name).suffix or Path(name).name != name:  # noqa: PTH110 (Path.exists raises on odd names)
+        return file
+    if name not in known:
+        raise StudyError(
+            f"extends = {quoted(name)} is neither a file beside this one nor a shipped study{nearest(name, known)}; shipped "
+            f"studies: {', '.join(known)}"
+        )
+    return known[name]
 
 
 def parts_of(raw: Raw) -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from infinivar.motion.files.fields import FILE_KEYS
 from infinivar.motion.vectors import COORDINATES
 from infinivar.parts.tables.stores import places
-from infinivar.study.extend import parts_of
+from infinivar.study.extend import extended_file, parts_of
 from infinivar.study.load import read_tables
 from infinivar.study.study import Study
 
@@ -36,7 +36,7 @@ def input_files(study: Study, beside: Iterable[Path] = ()) -> dict[Path, str]:
         found[path] = BELOW if found else STUDY
         raw = read_tables(path)
         stores += [path.parent / one for one in parts_of(raw)]
-        path = path.parent / raw["extends"] if "extends" in raw else None
+        path = extended_file(path.parent, raw["extends"]) if "extends" in raw else None
     for task in (*study.duty.values(), *study.scenarios.values(), *study.paths.values()):
         for name in ("motion", "force", *COORDINATES):
             for file in (getattr(getattr(task, name, None), key, None) for key in FILE_KEYS):

@@ -194,7 +194,7 @@ def _schema(tables: _Tables) -> Schema:
         ],
         "additionalProperties": False,
         "properties": {
-            "extends": _text("Study file to start from; values in this file override it"),
+            "extends": _text("Study file, or name of a shipped study, to start from; values in this file override it"),
             "parts": {
                 "anyOf": [_TEXT, {"type": "array", "items": _TEXT}],
                 "description": "Files or folders with sets of parts; by default the folder parts beside the study",
