@@ -3,12 +3,18 @@
 import ast
 import functools
 from pathlib import Path
+from types import ModuleType
 
+import infinivar
 import internals
+from public_names import public_names
 
 TESTS = Path(__file__).parents[1]
-PUBLIC = ("infinivar", "infinivar.bondgraph", "infinivar.cli", "infinivar.contact", "infinivar.parts")
+GROUPS = {value.__name__ for value in public_names().values() if isinstance(value, ModuleType)}
+PUBLIC = {"infinivar", "infinivar.cli", *(name for name in GROUPS if name.count(".") == 1)}
 """Packages whose names users import."""
+LEAVES = {path.stem for path in Path(infinivar.__file__).parent.glob("*.py")}
+PUBLIC_NAMES = {"__version__", *LEAVES, *(name.rpartition(".")[2] for name in public_names())}
 
 
 @functools.cache
@@ -34,7 +40,7 @@ def test_what_is_listed_exists_and_is_used():
 
 
 def test_nothing_else_of_the_inside_is_imported():
-    inside = [
-        (path.name, module) for path, module, _ in imports() if module.startswith("infinivar.") and module not in PUBLIC
-    ]
-    assert inside == []
+    inside = [(path.name, module) for path, module, _ in imports() if module.startswith("infinivar.")]
+    assert [one for one in inside if one[1] not in PUBLIC] == []
+    own = [(path.name, name) for path, module, name in imports() if module in PUBLIC - {"infinivar.cli"}]
+    assert [(file, name) for file, name in own if name and name not in PUBLIC_NAMES] == []

@@ -15,8 +15,8 @@ import pytest
 import infinivar as iv
 from infinivar import plant_graph, references
 from infinivar.cli import app
+from internals import MOVING_MACHINES, SCHEMA_DRIVES, extras
 from internals import bond_graph_figure as bond_graph
-from internals import extras
 from public_names import public_names
 
 ROOT = Path(__file__).parents[2]
@@ -29,8 +29,8 @@ def test_import_loads_nothing_heavy():
 
 
 def test_loading_a_study_loads_no_library_but_numpy():
-    """The unit registry, the schema and the solvers would each take longer than the study itself."""
-    heavy = ("pint", "pydantic", "scipy", "sympy", "xarray", "pandas", "matplotlib")
+    """The unit registry, the schema and the solvers would each take longer than the study itself, and so would machines."""
+    heavy = ("pint", "pydantic", "scipy", "sympy", "xarray", "pandas", "matplotlib", "infinivar.machines.system")
     code = f"import sys, infinivar as iv; iv.load_study('hand_controller'); print([m for m in {heavy} if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
@@ -45,6 +45,12 @@ def test_public_names_resolve():
     assert len(iv.__all__) < 90
     with pytest.raises(AttributeError, match="No infinivar attribute nonsense"):
         _ = iv.nonsense
+
+
+def test_machines_are_found_by_their_words():
+    for word, kind in SCHEMA_DRIVES.items():
+        assert getattr(kind, "WORD", word) == word
+    assert set(MOVING_MACHINES) <= {"SeparateMachine", *(name.rpartition(".")[2] for name in public_names())}
 
 
 def test_every_cited_source_is_listed():

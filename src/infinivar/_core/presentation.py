@@ -10,6 +10,8 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any, Literal
 
+from infinivar._core.imported import imported
+
 Kind = Literal["plot", "save", "dataset", "table", "animation", "video", "scene"]
 """A matplotlib figure; files in a directory; labelled arrays (`infinivar._core.netcdf.Arrays`); a `pandas.DataFrame`; an
 animation of matplotlib; a file of it; files for MuJoCo."""
@@ -29,8 +31,7 @@ def presenter(result_type: type, kind: Kind) -> Callable[..., Any] | None:
     where = _PRESENTERS.get(_name(result_type), {}).get(kind)
     if where is None:
         return None
-    module, _, function = where.partition(":")
-    return getattr(import_module(module), function)
+    return imported(where)
 
 
 def presented(kind: Kind) -> list[str]:

@@ -12,12 +12,11 @@ from infinivar._core.result import Result, result
 from infinivar.contact import creep, flash, hysteresis, shakedown, spin, wear
 from infinivar.contact.bodies import plane_strain_modulus
 from infinivar.contact.exact_law import NARROWEST, WIDEST
-from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.cobotic import CoboticDrive, legs_of
 from infinivar.drivetrain.drive import is_machine, refuse_machine
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import InputError
 from infinivar.limits import Limit
-from infinivar.machines.kinds.linked import legs_of
 from infinivar.study.check import check_study
 from infinivar.study.provenance import Provenance
 from infinivar.study.study import Study

@@ -50,7 +50,7 @@ def simulate_machine(
     Source: faulring2006, section V, for plants and controllers; `infinivar.transmission.mechanism` for the contacts.
     """
     if not isinstance(machine, Machine):
-        names = ", ".join(kind.__name__ for kind in MACHINES)
+        names = ", ".join(MACHINES)
         raise ParameterError(f"machine must be one of {names}, got {machine!r}")
     if not isinstance(scenario, MachineScenario):
         raise ParameterError(f"scenario must be a MachineScenario, got {scenario!r}")

@@ -472,3 +472,9 @@ class CoboticDrive(TurnedCylinder):
                 **load.states,
             },
         )
+
+
+def legs_of(drive: Any) -> CoboticDrive | None:
+    """The cobotic leg of a machine, if it has one."""
+    leg = getattr(drive, "leg", None)
+    return leg if isinstance(leg, CoboticDrive) else None

@@ -2,7 +2,7 @@ from .control.controller import Commands, Measured
 from .control.impedance import ImpedanceGuide
 from .control.legs import AdmittanceGuide, HoldGuide
 from .control.planar import CasterGuide, PathGuide, WallGuide
-from .control.sensing import Sensing
+from .control.sampling import Sensing
 from .control.tasks import CoastGuide
 from .kinds.arm import ArmDrive, ArmMachine, SerialArmMachine
 from .kinds.omniwheels import OmniwheelDrive, OmniwheelMachine

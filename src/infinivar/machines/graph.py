@@ -41,7 +41,7 @@ def machine_graph(
         not have.
     """
     if not isinstance(machine, Machine):
-        names = ", ".join(kind.__name__ for kind in MACHINES)
+        names = ", ".join(MACHINES)
         raise ParameterError(f"machine must be one of {names}, got a {type(machine).__name__}")
     if machine.ungraphed:
         raise ParameterError(machine.ungraphed)

@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from infinivar.machines.kinds.arm import ArmDrive, ArmMachine, SerialArmMachine
-from infinivar.machines.kinds.linked import SeparateMachine
-from infinivar.machines.kinds.omniwheels import OmniwheelDrive, OmniwheelMachine
-from infinivar.machines.kinds.planar import PlanarDrive, PlanarMachine
-from infinivar.machines.kinds.platform import PlatformDrive, PlatformMachine
-from infinivar.machines.kinds.slide import GearedSlideMachine, SlideMachine
-from infinivar.machines.kinds.sphere import SphereDrive, SphereMachine
-
-DRIVES: dict[str, type] = {
-    kind.WORD: kind for kind in (PlanarDrive, SphereDrive, PlatformDrive, ArmDrive, OmniwheelDrive)
+DRIVES = {
+    "planar": "infinivar.machines.kinds.planar:PlanarDrive",
+    "sphere": "infinivar.machines.kinds.sphere:SphereDrive",
+    "platform": "infinivar.machines.kinds.platform:PlatformDrive",
+    "arm": "infinivar.machines.kinds.arm:ArmDrive",
+    "omniwheels": "infinivar.machines.kinds.omniwheels:OmniwheelDrive",
 }
-"""Kinds of drive of a study by their type there."""
+"""Kinds of drive of a study by their type there, their `WORD`; a study of drives of one axis imports none of them."""
 
-MACHINES: tuple[type, ...] = (
-    PlatformMachine,
-    ArmMachine,
-    OmniwheelMachine,
-    SerialArmMachine,
-    PlanarMachine,
-    SphereMachine,
-    SeparateMachine,
-    SlideMachine,
-    GearedSlideMachine,
+MACHINES = (
+    "PlatformMachine",
+    "ArmMachine",
+    "OmniwheelMachine",
+    "SerialArmMachine",
+    "PlanarMachine",
+    "SphereMachine",
+    "SeparateMachine",
+    "SlideMachine",
+    "GearedSlideMachine",
 )
 """Machines that move in time."""

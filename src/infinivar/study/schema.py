@@ -21,6 +21,7 @@ from infinivar import units
 from infinivar._core import plugins
 from infinivar._core.bounds import Bound, fits, permitted, words
 from infinivar._core.fields import check_field, check_value, described, hints, in_kinds, part_of, quantity
+from infinivar._core.imported import Imported
 from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
@@ -36,11 +37,13 @@ from infinivar.study.requirement import JointRequirement, Requirement
 KINDS = ("stated", "catalogue", "derived", "fitted", "assumed")
 """Origin of a number: stated in a paper, taken from a data sheet, derived from others, fitted to data, or assumed."""
 
-DRIVES: dict[str, type] = {
-    "cobotic": CoboticDrive,
-    "conventional": ConventionalDrive,
-    **MACHINES,
-}
+DRIVES: Mapping[str, type] = Imported(
+    {
+        "cobotic": "infinivar.drivetrain.cobotic:CoboticDrive",
+        "conventional": "infinivar.drivetrain.conventional:ConventionalDrive",
+        **MACHINES,
+    }
+)
 """Drive types by their name in a study file."""
 
 CHOICES: dict[str, Mapping[str, Any]] = {"creep_law": creep.LAWS}
@@ -431,7 +434,7 @@ def keys(part: type) -> list[str]:
         )
     ]
     known = [*table_keys(part), *kinds, *(["part"] if part in CATALOGUES else []), *ORIGIN]
-    if part in DRIVES.values():
+    if part in (CoboticDrive, ConventionalDrive) or getattr(part, "WORD", None) in DRIVES:
         return [*known, *HEAD]
     return [*known, "base"] if part in (Requirement, JointRequirement, Scenario, DutyCycle) else known
 

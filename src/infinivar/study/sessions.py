@@ -7,7 +7,7 @@ import os.path
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Interval
@@ -18,14 +18,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import type_words
 from infinivar.errors import InputError, ParameterError, require
-from infinivar.machines.control.impedance import ImpedanceGuide
-from infinivar.machines.control.legs import AdmittanceGuide
-from infinivar.machines.control.planar import CasterGuide, PathGuide, WallGuide
-from infinivar.machines.control.sensing import Sensing, check_rate
-from infinivar.machines.control.tasks import controller_of, curve_of, surface_of
-from infinivar.machines.kind import Machine
-from infinivar.machines.kinds.slide import slide_of
-from infinivar.machines.system import Mechanics
+from infinivar.machines.control.sampling import Sensing, check_rate
 from infinivar.motion.files.fields import FILE_KEYS
 from infinivar.motion.users import AXES, USERS, PushingUser, ReachingUser
 from infinivar.motion.vectors import Point, Pose, Twist
@@ -34,6 +27,10 @@ from infinivar.motion.virtual.tasks import TASKS, Fixture, HandleTask, VirtualPa
 from infinivar.motion.waypoints import RecordedForce
 from infinivar.study.layers import Raw
 from infinivar.units import plain
+
+if TYPE_CHECKING:
+    from infinivar.machines.kind import Machine
+    from infinivar.machines.system import Mechanics
 
 _STICK_SPEED = 1e-4
 
@@ -91,16 +88,16 @@ class ControllerSettings(Whole):
         found = {}
         for name, value in self.stated.items():
             kinds, field, made = _SETTINGS[name]
-            if isinstance(controller, kinds) and any(one.name == field for one in dataclasses.fields(controller)):
+            if _takes(controller, kinds, field):
                 found[field] = value if made is None else made
         return found
 
 
-_CARTS = (PathGuide, WallGuide, CasterGuide)
+_CARTS = ("PathGuide", "WallGuide", "CasterGuide")
 
-_SETTINGS: dict[str, tuple[tuple[type, ...], str, Any]] = {
+_SETTINGS: dict[str, tuple[tuple[str, ...], str, Any]] = {
     **{
-        name: ((AdmittanceGuide,), field, None)
+        name: (("AdmittanceGuide",), field, None)
         for name, field in {
             "virtual_mass": "mass",
             "virtual_inertia": "inertia",
@@ -111,10 +108,16 @@ _SETTINGS: dict[str, tuple[tuple[type, ...], str, Any]] = {
         }.items()
     },
     **{name: (_CARTS, name, None) for name in ("margin", "largest_rate", "rest_speed")},
-    "no_slip_feedforward": ((AdmittanceGuide, *_CARTS), "slip_feedforward", False),
-    **{name: ((ImpedanceGuide,), name, None) for name in ("stiffness", "damping", "compensation")},
+    "no_slip_feedforward": (("AdmittanceGuide", *_CARTS), "slip_feedforward", False),
+    **{name: (("ImpedanceGuide",), name, None) for name in ("stiffness", "damping", "compensation")},
 }
-"""Controllers that have a setting, its field there, and the value if it is another."""
+"""Classes of controllers that have a setting, its field there, and the value if it is another."""
+
+
+def _takes(controller: Any, kinds: tuple[str, ...], field: str) -> bool:
+    """Whether a controller is of one of these classes and has a field."""
+    known = any(one.__name__ in kinds for one in type(controller).__mro__)
+    return known and any(one.name == field for one in dataclasses.fields(controller))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -187,6 +190,8 @@ class SessionTask(Whole):
     @property
     def files(self) -> Mapping[Path, str]:
         """Files that it was read from, and what each is."""
+        from infinivar.machines.control.tasks import surface_of
+
         found = {}
         surface = surface_of(self.task)
         if isinstance(surface, MeshFile):
@@ -212,6 +217,8 @@ def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> dict
         If the drive cannot do the task or lacks a value that motion needs, or what is stated does not fit its handle; the
         message begins with the place.
     """
+    from infinivar.machines.control.tasks import controller_of, curve_of, surface_of
+
     machine = _machine(one, drive, where, drive_where)
     mechanics = machine.mechanics(_STICK_SPEED)
     _fits(one, drive, where)
@@ -284,6 +291,8 @@ def _machine(one: SessionTask, drive: Any, where: str, drive_where: str) -> Any:
                     f"{where}.handle_masses is missing: {drive_where} moves one axis, and as many drives as there are masses "
                     'move the handle, such as ["0.5 kg"]'
                 )
+            from infinivar.machines.kinds.slide import slide_of
+
             return slide_of(drive, one.handle_masses)
     except ParameterError as problem:
         said = str(problem)
@@ -353,6 +362,8 @@ def check_settings(one: SessionTask, drives: Mapping[str, Any], where: str) -> N
 
     A task may be done by several drives, each of which takes those that its controller has.
     """
+    from infinivar.machines.control.tasks import controller_of
+
     if one.controller is None:
         return
     known: dict[str, Any] = {}
@@ -363,10 +374,7 @@ def check_settings(one: SessionTask, drives: Mapping[str, Any], where: str) -> N
             continue
     for name in one.controller.stated:
         kinds, field, _ = _SETTINGS[name]
-        if known and not any(
-            isinstance(guide, kinds) and any(part.name == field for part in dataclasses.fields(guide))
-            for guide in known.values()
-        ):
+        if known and not any(_takes(guide, kinds, field) for guide in known.values()):
             raise ParameterError(
                 f"{where}.controller.{name} does not apply: no controller of this task with {', '.join(known)} has it; remove it"
             )

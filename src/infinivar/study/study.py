@@ -13,10 +13,9 @@ import numpy as np
 from infinivar._core.result import Frozen, result
 from infinivar.axis import LINEAR, Axis
 from infinivar.contact import creep
-from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.cobotic import CoboticDrive, legs_of
 from infinivar.drivetrain.drive import Drive, check_drive, is_machine
 from infinivar.errors import InputError, ParameterError, nearest, require
-from infinivar.machines.kinds.linked import legs_of
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.motion.machine_tasks import MachinePath, MachineTask, named
 from infinivar.motion.scenario import Scenario

@@ -16,7 +16,8 @@ from infinivar.analysis.sessions.session_result import Session, touches
 from infinivar.errors import ParameterError, require
 from infinivar.machines.control import loops as control
 from infinivar.machines.control.controller import Plant, begun
-from infinivar.machines.control.sensing import GuidedController, Sensing, Sensors, check_rate
+from infinivar.machines.control.sampling import Sensing, check_rate
+from infinivar.machines.control.sensing import GuidedController, Sensors
 from infinivar.machines.control.tasks import controller_of, curve_of, surface_of
 from infinivar.machines.hand import Grip, GrippingArm, Hand
 from infinivar.machines.kind import Machine

@@ -15,7 +15,7 @@ from infinivar.analysis.run import Run
 from infinivar.analysis.run_limits import Event
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand
-from infinivar.machines.control.sensing import Sensing
+from infinivar.machines.control.sampling import Sensing
 from infinivar.machines.kind import Machine
 from infinivar.units import plain
 

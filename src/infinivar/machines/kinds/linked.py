@@ -252,12 +252,6 @@ class Linked(MachineDrive):
             raise ParameterError(f"leg.{problem}") from None
 
 
-def legs_of(drive: Any) -> CoboticDrive | None:
-    """The cobotic leg of a machine, if it has one."""
-    leg = getattr(drive, "leg", None)
-    return leg if isinstance(leg, CoboticDrive) else None
-
-
 def motor_mass(drive: Any) -> float:
     """Mass of all motors of a machine, the steering motors included; nan where one is unknown or there is none. [kg]"""
     leg, separate = getattr(drive, "leg", None), getattr(drive, "separate", None)

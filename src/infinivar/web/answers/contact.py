@@ -11,11 +11,10 @@ import numpy as np
 from infinivar.contact import creep
 from infinivar.contact.exact.patch import RollingPatch
 from infinivar.drivetrain import chain
-from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.cobotic import CoboticDrive, legs_of
 from infinivar.errors import ParameterError
 from infinivar.figures import rolling_patch
 from infinivar.limits import Limit
-from infinivar.machines.kinds.linked import legs_of
 from infinivar.machines.rolling import RollingState, creep_ratio
 from infinivar.study.study import Study
 from infinivar.transmission.operating_point import OperatingPoint

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import Any
 
+from infinivar._core.imported import imported
 from infinivar.errors import InputError, nearest
 from infinivar.web.answers.answer import Answer, FaultyError, RefusedError
 from infinivar.web.answers.document import study_of
@@ -60,5 +60,4 @@ def answered(name: str, payload: Any) -> Answer:
 
 def function_of(name: str) -> Callable[..., Any]:
     """The function of an answer."""
-    module, _, function = ANSWERS[name].partition(":")
-    return getattr(import_module(module), function)
+    return imported(ANSWERS[name])
