@@ -87,7 +87,7 @@ class Setup:
         """Refuse arguments out of range."""
         machine, duration, output_step, sensing = self.machine, self.duration, self.output_step, self.sensing
         if not isinstance(machine, Machine):
-            names = ", ".join(kind.__name__ for kind in MACHINES)
+            names = ", ".join(MACHINES)
             raise ParameterError(f"machine must be one of {names}, got {machine!r}")
         check_number("duration", duration, "s", Gt(0))
         check_number("stick_speed", self.stick_speed, "m/s", Gt(0))
