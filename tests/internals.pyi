@@ -32,7 +32,7 @@ from infinivar._core.labels import Labels
 from infinivar._core.presentation import presenter
 from infinivar._core.result import Frozen, result
 from infinivar._core.threads import at_most, in_order, products_on_one_thread
-from infinivar.analysis import least_loss as least_loss_analysis
+from infinivar.analysis import loss_ranking as least_loss_analysis
 from infinivar.analysis import marching, run_limits, sampled_springs
 from infinivar.analysis import steady_map as steady_maps
 from infinivar.analysis import workspace as workspaces

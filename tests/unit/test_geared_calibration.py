@@ -46,7 +46,7 @@ def test_truth_is_within_the_intervals(found):
     # 3.3 standard deviations: one in a thousand for each of five.
     for name, value in TRUE.items():
         assert abs(found.fit.values[name] - value) < 3.3 * found.fit.deviations[name], name
-    assert found.fit.combination == tuple(TRUE)
+    assert found.fit.identifiable == tuple(TRUE)
     for signal, size in BOTH.items():
         assert found.to_dict()["noise"][signal] == pytest.approx(size, rel=0.35)  # 42 rows: 11 %, three times
 
@@ -93,7 +93,7 @@ def test_intervals_cover_the_truth_in_95_percent_of_sessions(study, sessions, le
 def test_load_dependent_friction_needs_several_loads(study):
     speed = np.linspace(10.0, 60.0, 30)
     found = iv.calibrate(study, NAME, measured(study, points=(speed, np.full(30, 0.2))))
-    assert {"friction", "load_share"}.isdisjoint(found.fit.combination)
+    assert {"friction", "load_share"}.isdisjoint(found.fit.identifiable)
     said = " ".join(found.remarks)
     assert "Not identifiable separately: friction and load_share." in said
     assert "the same points at half the load" in said
@@ -106,7 +106,7 @@ def test_load_dependent_friction_needs_several_loads(study):
 
 def test_torque_constant_needs_voltage_or_current(study):
     found = iv.calibrate(study, NAME, measured(study, noise={"power": 0.05}))
-    assert {"resistance", "torque_constant"}.isdisjoint(found.fit.combination)
+    assert {"resistance", "torque_constant"}.isdisjoint(found.fit.identifiable)
     said = " ".join(found.remarks)
     assert "The data determine only resistance / torque_constant^2" in said
     assert "a column of voltage, or a column of current" in said
@@ -137,10 +137,10 @@ def test_advised_data_identify_what_they_promise(study):
 
 def test_current_alone_tells_torque_constant_from_load_share_only_if_the_load_drives(study):
     one_way = iv.calibrate(study, NAME, measured(study, noise={"current": 0.005}, points=driving()))
-    assert {"torque_constant", "load_share"}.isdisjoint(one_way.fit.combination)
+    assert {"torque_constant", "load_share"}.isdisjoint(one_way.fit.identifiable)
     assert "the same points while the load drives" in " ".join(one_way.remarks)
     both_ways = iv.calibrate(study, NAME, measured(study, noise={"current": 0.005}))
-    assert {"torque_constant", "load_share"} <= set(both_ways.fit.combination)
+    assert {"torque_constant", "load_share"} <= set(both_ways.fit.identifiable)
 
 
 def test_resistance_needs_more_than_the_current(study):
@@ -280,7 +280,7 @@ def test_a_pendulum_gives_the_truth_by_the_weak_form_and_by_inverse_dynamics(stu
         one: iv.calibration.calibrate_geared(own, NAME, windows(own, columns, one)).fit for one in ("weak", "inverse")
     }
     for fit in found.values():
-        assert fit.combination == tuple(SWUNG)
+        assert fit.identifiable == tuple(SWUNG)
         for name, value in SWUNG.items():
             assert abs(fit.values[name] - value) < 3.3 * fit.deviations[name], name
     for name in SWUNG:  # the same readings: the two differ by less than one interval's half
