@@ -183,10 +183,12 @@ def test_passive_in_four_quadrants(kind):
     check_passive(1000, kind)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_passive_in_four_quadrants_at_many_points(kind):
-    check_passive(200_000, kind)
+@pytest.mark.parametrize(
+    "count", [pytest.param(20_000, marks=pytest.mark.slow), pytest.param(200_000, marks=pytest.mark.full)]
+)
+def test_passive_in_four_quadrants_at_many_points(kind, count):
+    check_passive(count, kind)
 
 
 @pytest.mark.slow

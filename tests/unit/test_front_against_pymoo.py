@@ -85,6 +85,7 @@ def test_no_other_search_finds_a_better_geared_drive(seed):
     assert theirs[:, 0].min() < 1.2 * front[:, 0].min()
 
 
+@pytest.mark.full
 def test_no_other_search_finds_better_cobotic_drives():
     """NSGA-II over pair, steering motor, ratio, bearing and the five values of the wheel, 1 % apart at most."""
     own = KNEE.drives["cobotic"]

@@ -13,12 +13,17 @@ from sampled import sampled
 
 
 def _shipped():
-    """Every drive of every shipped study with every outcome; those of cobotic drives over a region or cycle take seconds."""
+    """Every drive of every shipped study with every outcome.
+
+    Those of cobotic drives over a region or cycle take seconds: every other one before a release.
+    """
+    number = 0
     for name, study in one_axis_studies():
         for drive, made in study.drives.items():
             for kind in KINDS:
                 long = isinstance(made, iv.CoboticDrive) and kind not in ("efficiency", "loss")
-                marks = [pytest.mark.slow] if long else []
+                number += long
+                marks = [pytest.mark.slow if number % 2 else pytest.mark.full] if long else []
                 yield pytest.param(name, drive, kind, marks=marks, id=f"{name}-{drive}-{kind}")
 
 
