@@ -17,7 +17,6 @@ from . import (
 from ._core.array_namespace import array_namespace
 from ._core.fields import check_fields, component, quantities, quantity
 from ._core.result import Result
-from .analysis import design_trends
 from .analysis.compare import Comparison, compare
 from .analysis.contact_sheet import ContactSheet, contact_sheets
 from .analysis.cycles.duty_cycle import duty_cycle
@@ -112,7 +111,6 @@ __all__ = [
     "component",
     "contact",
     "contact_sheets",
-    "design_trends",
     "displays",
     "doubt",
     "drivetrain",

@@ -1,6 +1,7 @@
 """Studies that extend another, describe a rig, and say how far values may be off."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -94,10 +95,25 @@ def test_files_are_found_from_the_study_that_names_them(tmp_path):
     assert study.duty["recorded"].period == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize(
+    ("below", "said"),
+    [
+        ('titel = "1"', "study.toml: below.toml: titel is not a known key (did you mean 'title'?)"),
+        ('extends = "nosuch"', 'study.toml: below.toml: extends = "nosuch" is neither a file beside this one nor'),
+        ('extends = "no.toml"', 'study.toml: below.toml: extends = "no.toml": '),
+    ],
+)
+def test_a_fault_of_an_extended_study_names_its_file(tmp_path, below, said):
+    with pytest.raises(iv.InputError, match=re.escape(said)):
+        loaded(tmp_path, 'extends = "below.toml"\n', below=below)
+
+
 def test_a_shipped_study_goes_by_its_name_unless_a_file_has_it(tmp_path):
     study = loaded(tmp_path, 'extends = "hand_controller"\n[requirement]\nforce = "40 N"\n')
     assert study.requirement.force == 40.0
     assert study.drives == iv.load_study("hand_controller").drives
+    (tmp_path / "knee_walking").mkdir()
+    assert loaded(tmp_path, 'extends = "knee_walking"\n').drives == iv.load_study("knee_walking").drives
     (tmp_path / "hand_controller").write_text(HEAD, "utf-8")
     assert len(loaded(tmp_path, 'extends = "hand_controller"\n').drives) == 2
 
@@ -106,7 +122,8 @@ def test_a_shipped_study_goes_by_its_name_unless_a_file_has_it(tmp_path):
     ("text", "said"),
     [
         ('extends = "nothing.toml"', 'extends = "nothing.toml": nothing.toml: no such file'),
-        ("extends = 3", "extends = 3 must be text"),
+        ("extends = 3", "extends = 3 must be the path of a study file, or the name of a shipped study"),
+        ('extends = ""', 'extends = "" must be the path of a study file'),
         (
             'extends = "knee_waking"',
             "extends = \"knee_waking\" is neither a file beside this one nor a shipped study (did you mean 'knee_walking'?); "

@@ -72,7 +72,10 @@ def test_sensitivity_of_a_task(write, infinivar):
     for option, value in (("--out", "here"), ("--force", "2 N"), ("--method", "jax"), ("--duty", "d")):
         outcome = infinivar("sensitivity", "mine.toml", "--of", "power", "--drive", "cart", option, value)
         assert (outcome.code, outcome.out) == (2, "")
-        assert f"{option} is of drives of one axis; of a machine, sensitivity takes --task and --json" in outcome.err
+        assert (
+            f"{option} is of drives of one axis; of a machine, sensitivity takes --of, --drive, --task and --json"
+            in outcome.err
+        )
     outcome = infinivar("sensitivity", "mine.toml", "--of", "loss", "--drive", "cart", "--task", "trun")
     assert "did you mean 'turn'" in outcome.err
 

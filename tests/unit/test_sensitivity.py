@@ -345,6 +345,11 @@ class TestSensitivity:
         assert sensitivity(study, "motor2-gear4", "loss", samples=0).conclusions == ()
 
     @pytest.mark.slow
+    @pytest.mark.parametrize("kind", ["loss", "margin"])
+    def test_a_duty_cycle_that_a_result_does_not_use_is_refused(self, study, kind):
+        with pytest.raises(iv.InputError, match=f"duty applies to energy and temperature; {kind} is no result"):
+            iv.sensitivity(study, "cobotic", kind, duty="shake")
+
     def test_what_nothing_changes_is_said(self, study, tmp_path):
         small = replace(study.requirement, force=5.0, speed=0.1, power=0.4)
         found = sensitivity(replace(study, requirement=small), "cobotic", "coverage", samples=64)

@@ -36,7 +36,7 @@ class SensitivityOptions(Options):
 
     command: ClassVar[str] = "sensitivity"
 
-    duty: str | None = option("Name of the duty cycle in the study.")
+    duty: str | None = option("Of energy and temperature: name of the duty cycle, if the study has several.")
     method: str = choice(
         "How to compute derivatives: complex, jax or difference.", ("complex", "jax", "difference"), default="complex"
     )

@@ -219,7 +219,9 @@ def _of_one_axis_only(context: typer.Context, *names: str) -> None:
         source = context.get_parameter_source(name)
         if source is not None and source.name != "DEFAULT":
             option = f"--{name.replace('_', '-')}"
-            raise InputError(f"{option} is of drives of one axis; of a machine, sensitivity takes --task and --json")
+            raise InputError(
+                f"{option} is of drives of one axis; of a machine, sensitivity takes --of, --drive, --task and --json"
+            )
 
 
 def _of_machine(study: Path, loaded: Study, name: str, of: str, task: str | None, as_json: bool) -> NoReturn:

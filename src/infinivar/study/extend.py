@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from infinivar.errors import InputError, nearest
+from infinivar.errors import InputError, nearest, printable
 from infinivar.motion.files.fields import FILE_KEYS
 from infinivar.study.layers import Raw, alternatives_over, annotated, layered, merged
 from infinivar.study.messages import StudyError, quoted
@@ -15,6 +15,11 @@ from infinivar.study.shipped import shipped_studies
 from infinivar.study.spreads import is_group, leaves
 
 _DEEPEST = 8
+KEYS = (
+    "title", "description", "extends", "requirement", "drives", "scenarios", "duty", "tasks", "paths", "rig", "uncertainty",
+    "correlations", "reconstruction", "name", "parts",
+)  # fmt: skip
+"""Keys of a study at the top level."""
 PARTS_FOLDER = "parts"
 """Folder beside a study in which sets of parts are looked up."""
 
@@ -36,20 +41,30 @@ def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) 
     StudyError
         If the file cannot be read, or files extend each other in a circle.
     """
+    # Faults of an extended file name it.
+    where = f"{printable(path.name)}: " if depth else ""
+    for key in raw if depth else ():
+        if key not in KEYS:
+            raise StudyError(
+                f"{where}{printable(key)} is not a known key{nearest(key, KEYS)}; known keys: {', '.join(KEYS)}"
+            )
     if "extends" not in raw:
         return raw
     name = raw["extends"]
     if not isinstance(name, str) or not name:
         raise StudyError(
-            f"extends = {quoted(name)} must be text: the path of a study file, or the name of a shipped study"
+            f"{where}extends = {quoted(name)} must be the path of a study file, or the name of a shipped study"
         )
     if depth == _DEEPEST:
-        raise StudyError(f"extends = {quoted(name)}: more than {_DEEPEST} levels of extends; check for a circle")
-    below = extended_file(path.parent, name)
+        raise StudyError(f"{where}extends = {quoted(name)}: more than {_DEEPEST} levels of extends; check for a circle")
+    try:
+        below = extended_file(path.parent, name)
+    except StudyError as problem:
+        raise StudyError(*(where + line for line in problem.lines)) from None
     try:
         beneath = read(below)
     except InputError as problem:
-        raise StudyError(f"extends = {quoted(name)}: {problem}") from problem
+        raise StudyError(f"{where}extends = {quoted(name)}: {problem}") from problem
     folder = Path(name).parent if below == path.parent / name else below.parent
     under = _with_paths(extended(beneath, below, read, depth + 1), folder)
     over = {key: value for key, value in raw.items() if key != "extends"}
@@ -67,14 +82,14 @@ def extended_file(folder: Path, name: str) -> Path:
         If a bare name is neither; the message lists the shipped studies.
     """
     known, file = shipped_studies(), folder / name
+    if name in known and not file.is_file():
+        return known[name]
     if os.path.exists(file) or Path(name).suffix or Path(name).name != name:  # noqa: PTH110 (Path.exists raises on odd names)
         return file
-    if name not in known:
-        raise StudyError(
-            f"extends = {quoted(name)} is neither a file beside this one nor a shipped study{nearest(name, known)}; shipped "
-            f"studies: {', '.join(known)}"
-        )
-    return known[name]
+    raise StudyError(
+        f"extends = {quoted(name)} is neither a file beside this one nor a shipped study{nearest(name, known)}; shipped "
+        f"studies: {', '.join(known)}"
+    )
 
 
 def parts_of(raw: Raw) -> list[str]:

@@ -74,7 +74,7 @@ def outcome(
         temperature in a duty cycle, settled and warm.
     speed, force         Operating point; by default the requirement's corner of maximum force. [m s^-1], [N], or [rad s^-1],
         [N m] about a joint
-    duty : str           Name of the duty cycle; may be omitted if the study has only one.
+    duty : str           Of energy and temperature: name of the duty cycle; may be omitted if the study has only one.
 
     Raises
     ------
@@ -83,6 +83,8 @@ def outcome(
     """
     if kind not in KINDS:
         raise InputError(f"{kind!r} is not one of {', '.join(KINDS)}{nearest(kind, KINDS)}")
+    if duty is not None and kind not in ("energy", "temperature"):
+        raise InputError(f"duty applies to energy and temperature; {kind} is no result of a duty cycle")
     if kind in ("efficiency", "loss"):
         return _at_point(study, kind, speed, force)
     if kind in ("margin", "coverage"):
@@ -119,7 +121,8 @@ def _over_cycle(study: Study, kind: str, duty: str | None) -> Outcome:
         duty = next(iter(study.duty))
     if duty is None or duty not in study.duty:
         known = ", ".join(study.duty) or "none; add a table [duty.NAME]"
-        said = "name the duty cycle" if duty is None else f"unknown duty cycle {duty!r}{nearest(duty, study.duty)}"
+        missing = "choose one with duty" if study.duty else "a duty cycle is missing"
+        said = missing if duty is None else f"unknown duty cycle {duty!r}{nearest(duty, study.duty)}"
         raise InputError(f"{kind}: {said}; duty cycles of the study: {known}")
     motion = study.duty[duty]
     outside = functools.partial(_beyond_in, duty=motion, travel=study.travel)
