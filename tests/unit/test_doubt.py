@@ -430,6 +430,9 @@ def test_words_and_numbers_of_the_result(doubted, sizing):
     winner = doubted.designs[0]
     assert doubted.verdict.startswith(f"{sizing.best.title}: feasible in ")
     assert "least energy of" in doubted.verdict
+    assert replace(doubted, none=64).verdict.endswith("; no design is feasible in 25 %")
+    assert "no design" not in replace(doubted, none=0).verdict
+    assert "no design" not in replace(doubted, none=64, designs=doubted.designs[:1]).verdict
     table = doubted.to_dict()
     assert table["builds"] == 256
     assert table["designs"][0]["feasible"] == winner.share
