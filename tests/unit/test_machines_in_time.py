@@ -258,3 +258,13 @@ def test_friction_of_slow_parts_of_a_path_by_hand(name, geared):
     assert by_hand > 0.03 * found.mean_power
     assert found.mean_power - found.controlled_power == pytest.approx(by_hand, rel=0.1)
     assert found.to_dict()["controlled_power_W"] == found.controlled_power
+
+
+@pytest.mark.parametrize("name", ["one-motor", "two-motors"])
+def test_rates_of_joints_on_a_path_are_those_of_the_belts_over_the_pulley(name):
+    """By inverse dynamics along the path, and from the geometry of each pose."""
+    drive, path = TWO.drives[name], TWO.paths["reach"]
+    found = iv.follow_path(drive, path)
+    at = path.instants(drive.coordinates, drive.home)
+    belts = drive.part_speeds(at.pose, at.twist)
+    np.testing.assert_allclose(found.point.part_speeds * drive.pulley_radius, belts, rtol=1e-9, atol=1e-12)
