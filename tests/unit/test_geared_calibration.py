@@ -366,3 +366,12 @@ def test_noise_of_the_angle_biases_inverse_dynamics_more_than_the_weak_form(stud
             found.append((fit.values["load_share"] - SWUNG["load_share"]) / fit.deviations["load_share"])
     assert abs(np.mean(off["weak"])) < 0.6
     assert np.mean(off["inverse"]) > np.mean(off["weak"]) + 0.3
+
+
+def test_the_gain_of_a_current_counts_only_where_current_was_read(study):
+    """5 % of a current that was read; none of one that was not."""
+    rig = dataclasses.replace(study.rig, current_gain_deviation=0.05)
+    read = measured(study)
+    assert read.errors(rig)["current"].deviation == 0.05
+    without = dataclasses.replace(read, signals=("voltage",), read=read.read[:, [read.signals.index("voltage")]])
+    assert without.errors(rig)["current"].deviation == 0.0

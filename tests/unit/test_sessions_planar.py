@@ -40,6 +40,14 @@ def test_caster_with_the_mass_of_the_machine_moves_as_a_free_mass():
     assert_allclose(run.joules["from user"], run.joules["stored in machine"], rtol=1e-5)
 
 
+def test_what_the_user_put_in_is_lost_or_stored_at_the_end():
+    """A push of 5 N for 50 ms on 10 kg at rest: p^2/2m = 3.1 mJ of work, and energies of the end, not of some sample."""
+    run = session(one_wheel(IDEAL_WHEEL, 10.0), controller=CasterGuide(), user=np.array([5.0, 0.0]), duration=0.05)
+    assert_allclose(run.joules["from user"], (5.0 * 0.05) ** 2 / 20.0, rtol=1e-3)
+    supplied = sum(energy for name, energy in run.joules.items() if name.startswith("from "))
+    assert_allclose(supplied, sum(run.joules.values()) - supplied, rtol=1e-5)
+
+
 @pytest.mark.slow
 def test_heavier_caster_turns_as_its_mass_wants():
     heavy, own, force = 25.0, 10.0, np.array([3.0, 2.0])
