@@ -24,6 +24,11 @@ class Imported(Mapping[str, type]):
         """Import the class of a word."""
         return imported(self.where[word])
 
+    def word_of(self, kind: type) -> str | None:
+        """The word of a class, None if it has none; compared by name, so that no other class is imported."""
+        name = f"{kind.__module__}:{kind.__qualname__}"
+        return next((word for word, where in self.where.items() if where == name), None)
+
     def __contains__(self, word: object) -> bool:
         """Whether there is a class of that word."""
         return word in self.where

@@ -90,16 +90,14 @@ def _guideway(guide: Guideway, preload: float) -> Iterator[tuple[str, str, float
 
 def _in_a_sum(fit: Fit, parameter: str, source: str) -> tuple[str, float | None]:
     """Source and deviation of a parameter identifiable only in a sum; the largest term carries the deviation of the sum."""
-    whole_sum = next((combination for combination in fit.combinations if parameter in combination.weights), None)
-    if whole_sum is None:
+    found = next((combination for combination in fit.combinations if parameter in combination.weights), None)
+    if found is None:
         return f"{source}: not identifiable", None
-    where = f"{source}: only {combined(whole_sum, fit)} is identifiable"
-    parts = {name: abs(weight * fit.values[name]) for name, weight in whole_sum.weights.items()}
+    where = f"{source}: only {combined(found, fit)} is identifiable"
+    parts = {name: abs(weight * fit.values[name]) for name, weight in found.weights.items()}
     if parameter != max(parts, key=lambda name: parts[name]):
         return where, None
-    return f"{where}; the largest term carries the interval of the sum", whole_sum.deviation / abs(
-        whole_sum.weights[parameter]
-    )
+    return f"{where}; the largest term carries the interval of the sum", found.deviation / abs(found.weights[parameter])
 
 
 def _nominal(drive: CoboticDrive, fit: Fit, source: str) -> list[Fitted]:

@@ -137,9 +137,10 @@ def _errors(rows: Rows, motion: _Read, noise: float, cutoff: float) -> _Errors:
     time, values, name, closed = rows
     count = instants(time, cutoff)
     # Dense rows are resampled at more instants than the waves need.
-    every = max(1, int(count / (_PER_WAVE * cutoff * float(time[-1]))))
-    step = every * float(time[-1]) / count
-    span = np.arange(0, count, every) * float(time[-1]) / count
+    duration = float(time[-1])
+    every = max(1, int(count / (_PER_WAVE * cutoff * duration)))
+    step = every * duration / count
+    span = np.arange(0, count, every) * duration / count
 
     def read(order: int, values: np.ndarray = values) -> np.ndarray:
         return series_of(name, time, values, count, cutoff, order, closed=closed).derivatives(span, 2)[2]

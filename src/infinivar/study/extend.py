@@ -43,11 +43,8 @@ def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) 
     """
     # Faults of an extended file name it.
     where = f"{printable(path.name)}: " if depth else ""
-    for key in raw if depth else ():
-        if key not in KEYS:
-            raise StudyError(
-                f"{where}{printable(key)} is not a known key{nearest(key, KEYS)}; known keys: {', '.join(KEYS)}"
-            )
+    if depth and (unknown := unknown_keys(raw)):
+        raise StudyError(where + next(iter(unknown.values())))
     if "extends" not in raw:
         return raw
     name = raw["extends"]
@@ -90,6 +87,15 @@ def extended_file(folder: Path, name: str) -> Path:
         f"extends = {quoted(name)} is neither a file beside this one nor a shipped study{nearest(name, known)}; shipped "
         f"studies: {', '.join(known)}"
     )
+
+
+def unknown_keys(raw: Raw) -> dict[str, str]:
+    """Keys that a study does not have at its top level, and what is wrong with each."""
+    return {
+        key: f"{printable(key)} is not a known key{nearest(key, KEYS)}; known keys: {', '.join(KEYS)}"
+        for key in raw
+        if key not in KEYS
+    }
 
 
 def parts_of(raw: Raw) -> list[str]:

@@ -18,7 +18,7 @@ from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.motion.scenario import Scenario
 from infinivar.motion.vectors import COORDINATES
 from infinivar.study.build import built
-from infinivar.study.extend import KEYS, PARTS_FOLDER, extended, parts_of
+from infinivar.study.extend import PARTS_FOLDER, extended, parts_of, unknown_keys
 from infinivar.study.layers import INNER, LONGEST_TITLE, Raw, Remarks, annotated, layered, legs_over_base, over_base
 from infinivar.study.messages import StudyError, quoted, short
 from infinivar.study.provenance import Provenance
@@ -189,9 +189,8 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None, fo
 
 def _faults_at_top(raw: Raw) -> Iterator[tuple[str, str]]:
     """Yield each invalid top-level key of a study, and what is wrong with it."""
-    for key in raw:
-        if key not in KEYS:
-            yield key, f"{printable(key)} is not a known key{nearest(key, KEYS)}; known keys: {', '.join(KEYS)}"
+    unknown = unknown_keys(raw)
+    yield from unknown.items()
     for key, longest, lines in (("title", LONGEST_TITLE, False), ("description", _LONGEST_DESCRIPTION, True)):
         try:
             _check_text(raw, key, longest, lines=lines)
@@ -206,7 +205,7 @@ def _faults_at_top(raw: Raw) -> Iterator[tuple[str, str]]:
     for key, table in (("requirement", "requirement"), ("drives", "drives.NAME")):
         if key in raw and raw[key] != {} and not isinstance(raw[key], dict):
             yield key, f"{key} = {quoted(raw[key])} must be a table [{table}]"
-    if not any(key not in KEYS for key in raw):  # a misspelt key may be what is missing
+    if not unknown:  # a misspelt key may be what is missing
         yield from _what_is_missing(raw)
 
 

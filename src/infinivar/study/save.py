@@ -159,8 +159,7 @@ class _Writing:
     def _drive(self, name: str) -> Raw:
         drive, path = self.study.drives[name], f"drives.{name}"
         kind = type(drive)
-        word = next((word for word, known in DRIVES.items() if known is kind), None)
-        word = word or extensions.word_of("infinivar.drives", kind, drive_type)
+        word = DRIVES.word_of(kind) or extensions.word_of("infinivar.drives", kind, drive_type)
         if word is None:
             raise StudyError(
                 f"{path} is a {type(drive).__name__}, for which there is no type in study files; register it by the entry "

@@ -23,8 +23,6 @@ from infinivar._core.bounds import Bound, fits, permitted, words
 from infinivar._core.fields import check_field, check_value, described, hints, in_kinds, part_of, quantity
 from infinivar._core.imported import Imported
 from infinivar.contact import creep
-from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError, ParameterError, nearest, printable
 from infinivar.machines.registry import DRIVES as MACHINES
 from infinivar.motion.duty_cycles import DutyCycle
@@ -37,7 +35,7 @@ from infinivar.study.requirement import JointRequirement, Requirement
 KINDS = ("stated", "catalogue", "derived", "fitted", "assumed")
 """Origin of a number: stated in a paper, taken from a data sheet, derived from others, fitted to data, or assumed."""
 
-DRIVES: Mapping[str, type] = Imported(
+DRIVES = Imported(
     {
         "cobotic": "infinivar.drivetrain.cobotic:CoboticDrive",
         "conventional": "infinivar.drivetrain.conventional:ConventionalDrive",
@@ -434,7 +432,7 @@ def keys(part: type) -> list[str]:
         )
     ]
     known = [*table_keys(part), *kinds, *(["part"] if part in CATALOGUES else []), *ORIGIN]
-    if part in (CoboticDrive, ConventionalDrive) or getattr(part, "WORD", None) in DRIVES:
+    if DRIVES.word_of(part) is not None:
         return [*known, *HEAD]
     return [*known, "base"] if part in (Requirement, JointRequirement, Scenario, DutyCycle) else known
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os.path
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -87,37 +88,41 @@ class ControllerSettings(Whole):
         """Those that a controller has, by the names of its own fields."""
         found = {}
         for name, value in self.stated.items():
-            kinds, field, made = _SETTINGS[name]
+            kinds, field, made = _settings()[name]
             if _takes(controller, kinds, field):
                 found[field] = value if made is None else made
         return found
 
 
-_CARTS = ("PathGuide", "WallGuide", "CasterGuide")
+@functools.cache
+def _settings() -> Mapping[str, tuple[tuple[type, ...], str, Any]]:
+    """Controllers that have a setting, its field there, and the value if it is another."""
+    from infinivar.machines.control.impedance import ImpedanceGuide
+    from infinivar.machines.control.legs import AdmittanceGuide
+    from infinivar.machines.control.planar import CasterGuide, PathGuide, WallGuide
 
-_SETTINGS: dict[str, tuple[tuple[str, ...], str, Any]] = {
-    **{
-        name: (("AdmittanceGuide",), field, None)
-        for name, field in {
-            "virtual_mass": "mass",
-            "virtual_inertia": "inertia",
-            "virtual_damping": "damping",
-            "turning_damping": "turning_damping",
-            "wall_time": "wall_time",
-            "cylinder": "cylinder",
-        }.items()
-    },
-    **{name: (_CARTS, name, None) for name in ("margin", "largest_rate", "rest_speed")},
-    "no_slip_feedforward": (("AdmittanceGuide", *_CARTS), "slip_feedforward", False),
-    **{name: (("ImpedanceGuide",), name, None) for name in ("stiffness", "damping", "compensation")},
-}
-"""Classes of controllers that have a setting, its field there, and the value if it is another."""
+    carts = (PathGuide, WallGuide, CasterGuide)
+    return {
+        **{
+            name: ((AdmittanceGuide,), field, None)
+            for name, field in {
+                "virtual_mass": "mass",
+                "virtual_inertia": "inertia",
+                "virtual_damping": "damping",
+                "turning_damping": "turning_damping",
+                "wall_time": "wall_time",
+                "cylinder": "cylinder",
+            }.items()
+        },
+        **{name: (carts, name, None) for name in ("margin", "largest_rate", "rest_speed")},
+        "no_slip_feedforward": ((AdmittanceGuide, *carts), "slip_feedforward", False),
+        **{name: ((ImpedanceGuide,), name, None) for name in ("stiffness", "damping", "compensation")},
+    }
 
 
-def _takes(controller: Any, kinds: tuple[str, ...], field: str) -> bool:
+def _takes(controller: Any, kinds: tuple[type, ...], field: str) -> bool:
     """Whether a controller is of one of these classes and has a field."""
-    known = any(one.__name__ in kinds for one in type(controller).__mro__)
-    return known and any(one.name == field for one in dataclasses.fields(controller))
+    return isinstance(controller, kinds) and any(one.name == field for one in dataclasses.fields(controller))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -373,7 +378,7 @@ def check_settings(one: SessionTask, drives: Mapping[str, Any], where: str) -> N
         except ParameterError:
             continue
     for name in one.controller.stated:
-        kinds, field, _ = _SETTINGS[name]
+        kinds, field, _ = _settings()[name]
         if known and not any(_takes(guide, kinds, field) for guide in known.values()):
             raise ParameterError(
                 f"{where}.controller.{name} does not apply: no controller of this task with {', '.join(known)} has it; remove it"
