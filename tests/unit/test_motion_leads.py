@@ -89,6 +89,40 @@ def test_the_requirement_counts_beside_the_motions():
     assert not iv.compare(replace(hard, duty={"fast": fast}), quick=True).feasible
 
 
+def test_the_verdict_names_the_best_drive_that_does_all():
+    """The drive that leads in motion may not cover the requirement: the sentence, the best and what decides agree."""
+
+    def found_at(force, names=tuple(SHIPPED.drives)):
+        drives = {name: SHIPPED.drives[name] for name in names}
+        study = replace(
+            SHIPPED, drives=drives, duty={"reach": ALONE}, requirement=iv.Requirement(force=force, speed=0.1)
+        )
+        return iv.compare(study, quick=True)
+
+    # The geared drive needs the least energy for the reach; beyond 41 N, unlike the cobotic ones, its winding gets too hot.
+    leading = found_at(40.0)
+    assert leading.best.name == leading.duty["reach"].best.name == "geared"
+    assert leading.verdict.endswith("3 of 3 drives cover the requirement.")
+    other = found_at(60.0)
+    assert other.duty["reach"].best.name == "geared"
+    assert other.best.name == other.hangs_on.used.winner == "cobotic-b"
+    said = f"of the 2 drives that are feasible in motion and cover it, {other.best.title} has the lowest energy"
+    assert f"2 of 3 drives cover the requirement; {said}" in other.verdict
+    pair = found_at(60.0, ("geared", "cobotic"))
+    said = f"1 of 2 drives covers the requirement; only {pair.best.title} is feasible in motion and covers it"
+    assert said in pair.verdict
+    # With less preload the wheel slips at 31 N, and the geared drive, which does not, is too slow for the motion.
+    light = SHIPPED.drives["cobotic"].transmission
+    loose = replace(SHIPPED.drives["cobotic"], transmission=replace(light, preload=0.4 * light.preload))
+    fast = replace(ALONE, motion=iv.motion.Reaches(distance=0.1, time=0.14), load_mass=0.3)
+    drives = {"geared": SHIPPED.drives["geared"], "cobotic": loose}
+    apart = replace(pair.study, drives=drives, duty={"reach": fast}, requirement=iv.Requirement(force=35.0, speed=0.1))
+    neither = iv.compare(apart, quick=True)
+    assert neither.best is None
+    assert neither.duty["reach"].best.name == "cobotic"
+    assert "1 of 2 drives covers the requirement; none of these is feasible in motion" in neither.verdict
+
+
 def test_shares_weigh_like_an_hour_of_mixed_use(mixed):
     """Three ways: the weighted mean, energies of whole cycles over an hour, and a concatenated timeline."""
     for name in DRIVES:

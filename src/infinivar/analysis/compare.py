@@ -195,11 +195,27 @@ def verdicts(comparison: Comparison) -> Iterator[str]:
     elif covering:
         able = "The drive covers"
     if not covering or comparison.duty:
-        yield f"{able} the requirement."
+        yield f"{able} the requirement{_in_motion_too(comparison) if covering else ''}."
         return
     best = min(covering, key=lambda result: result.mean_loss)
     lowest = f"lowest mean loss over the required region: {best.title} with {plain(best.mean_loss, 3)} W"
     yield f"{able} the requirement; {lowest}."
+
+
+def _in_motion_too(comparison: Comparison) -> str:
+    """Which drive is best in all that is required, where one that leads in motion may not cover the requirement; else ""."""
+    moving = [
+        name for name in comparison.results if all(found.results[name].feasible for found in comparison.duty.values())
+    ]
+    able = [name for name in moving if comparison.able(name)]
+    if able == moving or len(comparison.results) == 1:
+        return ""
+    if not able:
+        return "; none of these is feasible in motion"
+    if len(able) == 1:
+        return f"; only {comparison.results[able[0]].title} is feasible in motion and covers it"
+    best = "none leads" if comparison.best is None else f"{comparison.best.title} has the lowest energy"
+    return f"; of the {len(able)} drives that are feasible in motion and cover it, {best}"
 
 
 def evaluate(
