@@ -19,8 +19,8 @@ from small_catalogue import SHELF
 # Workers that run on all cores have one thread each; NumPy is not imported yet.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-# Compilation is most of the time of a test with JAX, and values equal to rounding need no optimised code. The slow tests run
-# in CI with JAX_DISABLE_MOST_OPTIMIZATIONS=0: the code that users get.
+# Compilation is most of the time of a test with JAX, and values equal to rounding need no optimised code. Before a release, CI
+# runs with JAX_DISABLE_MOST_OPTIMIZATIONS=0: the code that users get.
 os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
 # Equations that tests derive stay out of the user's cache; the workers of one run derive each model once.
 if "INFINIVAR_TESTS_CACHE" not in os.environ:
@@ -39,7 +39,7 @@ hypothesis.settings.register_profile("everyday", hypothesis.settings.get_profile
 
 
 def pytest_configure(config):
-    """Fewer examples of each property in the everyday run, which CI repeats with all of them beside the slow tests.
+    """Fewer examples of each property in the everyday run; all of them in other runs.
 
     What `made` keeps lies in pytest's cache, which outlives the run, or with the equations where there is none.
     """

@@ -1,4 +1,4 @@
-"""Families of cases and examples: all in the slow tests, a spread of them every day."""
+"""Families of cases and examples: a spread of them every day, more in CI, and all before a release."""
 
 from collections.abc import Iterable
 
@@ -9,17 +9,25 @@ MOST = 40
 """Examples of a property in CI; the everyday profile has fewer, and counts of single properties go with it."""
 
 
-def sampled(names: str | tuple[str, ...], cases: Iterable, *, every: int, **options):
-    """`pytest.mark.parametrize` whose cases 0, `every`, 2 `every`, ... run every day; the others are slow."""
+def sampled(names: str | tuple[str, ...], cases: Iterable, *, every: int | None = None, slow: int = 1, **options):
+    """`pytest.mark.parametrize` whose cases 0, `every`, 2 `every`, ... run every day, or none without `every`.
+
+    Of the others each `slow`-th, from the first on, is a slow test, which CI runs; the rest runs before a release.
+    """
     several = not isinstance(names, str) or "," in names
-    given = [case if place % every == 0 else _slow(case, several) for place, case in enumerate(cases)]
+    given, left = [], 0
+    for place, case in enumerate(cases):
+        if every is None or place % every:
+            case = _marked(case, several, pytest.mark.full if left % slow else pytest.mark.slow)
+            left += 1
+        given.append(case)
     return pytest.mark.parametrize(names, given, **options)
 
 
-def _slow(case, several: bool):
+def _marked(case, several: bool, mark):
     if hasattr(case, "marks"):
-        return pytest.param(*case.values, marks=[*case.marks, pytest.mark.slow], id=case.id)
-    return pytest.param(*(case if several else (case,)), marks=pytest.mark.slow)
+        return pytest.param(*case.values, marks=[*case.marks, mark], id=case.id)
+    return pytest.param(*(case if several else (case,)), marks=mark)
 
 
 def examples(count: int) -> hypothesis.settings:

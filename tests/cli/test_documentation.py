@@ -60,22 +60,17 @@ DAILY = ("theory", "study-file", "extending", "explorer")
 SLOW = (
     "tutorial",
     "gait-to-motor",
-    "sizing",
     "springs",
-    "cobots",
-    "sessions",
-    "haptic-session",
     "cobotic-or-conventional",
-    "calibration",
     "contact",
     "machines",
-    "motion-and-control",
     "displays",
     "parts",
     "recordings",
     "errata",
-    "figures",
 )
+BEFORE_A_RELEASE = ("cobots", "sessions", "haptic-session", "calibration", "motion-and-control", "figures", "sizing")
+"""They take up to a minute and a half each."""
 
 
 @pytest.mark.parametrize(
@@ -83,6 +78,7 @@ SLOW = (
     [
         *(f"{name}.md" for name in DAILY),
         *(pytest.param(f"{name}.md", marks=pytest.mark.slow) for name in SLOW),
+        *(pytest.param(f"{name}.md", marks=pytest.mark.full) for name in BEFORE_A_RELEASE),
     ],
 )
 def test_page(page, tmp_path, monkeypatch):

@@ -97,7 +97,7 @@ def code_of(infinivar, folder, rig_data, seed):
 @pytest.mark.parametrize(
     "seeds",
     [
-        pytest.param(range(6), marks=pytest.mark.slow),
+        pytest.param(range(2), marks=pytest.mark.slow),
         pytest.param(range(2000, 2100), marks=pytest.mark.full),
     ],
 )

@@ -78,7 +78,7 @@ def test_degrees_are_told_from_coulombs(walked):
     assert re.search(r"winding settles at \d+ °C \(limit 100 °C\)", verdict)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_terminals_without_a_degree_sign(tmp_path, pressed):
     """LANG=C without Python's own cure for it: a sign that cannot be shown is replaced, and all else is as ever."""
     study = (pressed[1][0] / "press.toml").read_text("utf-8")

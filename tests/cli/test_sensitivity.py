@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from sampled import sampled
+
 STUDY = """
 [requirement]
 base = "faulring2006"
@@ -72,8 +74,7 @@ def test_a_ranking_beyond_the_limits_is_labelled(infinivar, write, tmp_path):
 WEAK = GEARED.replace("gear2", "gear1")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("question", ["margin", "coverage"])
+@sampled("question", ["margin", "coverage"], slow=2)
 def test_a_region_that_is_not_covered_is_labelled(infinivar, write, tmp_path, question):
     """A margin of 0.4 was printed with exit code 0."""
     done = infinivar("sensitivity", write(WEAK), "--of", question, "--json")
@@ -123,7 +124,7 @@ def test_a_temperature_without_end(infinivar, write, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.renders("svg")
 def test_a_temperature_without_end_within_a_range(infinivar, write, tmp_path):
     done = infinivar("sensitivity", write(HOT % 440), "--of", "temperature", "--out", "out")

@@ -18,7 +18,7 @@ from infinivar.transmission import PlanarCarriage, PlanarCobot
 from internals import drift, instant_centre, turning
 from jacobians import jacobian
 from made import loaded
-from sampled import examples
+from sampled import examples, sampled
 
 LAWS = ("linear", "vermeulen-johnson", "polach", "fastsim", "exact")
 POINTS = ((0.3, 0.0), (-0.2, 0.25), (-0.2, -0.25))
@@ -254,8 +254,7 @@ def test_kinematic_map_is_the_derivative_of_the_positions():
     assert_allclose(jacobian(places, *at), np.stack(central, -1), rtol=0, atol=1e-9)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS)
+@sampled("law", LAWS, slow=3)
 def test_the_strict_array_library_computes_the_same(law):
     """Nothing beyond the array standard, and no NumPy in between."""
     cobot, twist = body(wheel(law)), twists(np.random.default_rng(4), 5)

@@ -96,7 +96,7 @@ def agree(random, folder, names):
 def test_a_motion_takes_the_same_by_shape_recorded_and_simulated(tmp_path, seed):
     """2 %: what smoothing at 10 Hz, rows 10 ms apart and controllers that stop a load leave.
 
-    20 motions with -m slow, 200 with -m full.
+    4 motions with -m slow, 200 with -m full.
     """
     by_file, simulated, as_turning = agree(np.random.default_rng(seed), tmp_path, ("cobotic", "geared"))
     assert max(by_file) < 0.02
@@ -227,18 +227,9 @@ def test_controllers_come_to_rest(drive, force):
 
 
 STAYS = [(force, efficiency) for force in (-20.0, 10.0) for efficiency in (0.4, 0.8, None)]
-DAILY = ((-20.0, 0.4),)  # gears that lock themselves under a load
 
 
-@pytest.mark.slow
-@sampled(
-    ("force", "efficiency", "pause"),
-    [
-        *((*stay, 0.5) for stay in STAYS),
-        *((*stay, 4.0) if stay in DAILY else pytest.param(*stay, 4.0, marks=pytest.mark.slow) for stay in STAYS),
-    ],
-    every=5,
-)
+@sampled(("force", "efficiency", "pause"), [(*stay, pause) for stay in STAYS for pause in (0.5, 4.0)], slow=5)
 def test_long_stays_take_what_holding_takes(force, efficiency, pause):
     """By a controller that has lowered or lifted the load before, behind gears that pass on more or less of it."""
     gear = GEARED.gearhead

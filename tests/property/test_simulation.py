@@ -109,7 +109,7 @@ def test_energy_of_a_conventional_drive_closes(drive, scenario):
     check_energy(drive, scenario)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @given(cobotic_drives(), scenarios(cobotic=True), conventional_drives(), scenarios(cobotic=False))
 @examples(40)
 def test_energy_of_more_drives_closes(cobotic, its_scenario, conventional, scenario):
@@ -146,16 +146,7 @@ def settled(drive, scenario):
     return result.columns
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "count"),
-    [
-        ("cobotic", 6),
-        ("cobotic-b", 4),
-        pytest.param("cobotic", 60, marks=pytest.mark.slow),
-        pytest.param("cobotic-b", 40, marks=pytest.mark.slow),
-    ],
-)
+@sampled(("name", "count"), [("cobotic", 6), ("cobotic", 60), ("cobotic-b", 4), ("cobotic-b", 40)], slow=2)
 def test_a_settled_cobotic_drive_is_the_steady_map(name, count):
     """10 points, 100 with -m slow, to 1e-4: bond graph in time against the element's own steady solution.
 

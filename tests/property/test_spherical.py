@@ -230,8 +230,7 @@ def test_power_closure_at_many_points(layout, law):
     assert 0.02 < np.mean(point.limit == Limit.SLIP) < 0.98
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("law", [*LAWS, "exact with spin"])
+@sampled("law", ["exact with spin", *LAWS], slow=3)
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_power_closure_of_steady_operation_at_many_points(layout, law):
     """50,000 points a layout of all quadrants, nearly up to slip, with the friction of all rollers."""

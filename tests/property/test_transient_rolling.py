@@ -149,8 +149,7 @@ def test_random_creepage_of_a_turned_patch():
     _steered_at_random(iv.contact.RollingPatch(0.6, 0.3, 0.5, 8), 100, True)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("ratio", [0.1, 1.0, 10.0])
+@sampled("ratio", [1.0, 0.1, 10.0], slow=3)
 def test_random_steering_on_the_usual_grid(ratio):
     _steered_at_random(iv.contact.RollingPatch(ratio), 300, False)
 

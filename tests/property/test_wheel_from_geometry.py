@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from infinivar import Limit, bearings
 from infinivar.contact import creep
-from sampled import examples
+from sampled import examples, sampled
 
 jax.config.update("jax_enable_x64", True)
 
@@ -200,8 +200,8 @@ def test_geometry_uses_only_the_standard(element, seed):
         assert_allclose(np.asarray(getattr(point, field)), getattr(expected, field), rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.slow  # the laws' own gradients are in test_creep_laws
-@pytest.mark.parametrize("law", ["fastsim", "linear", "vermeulen-johnson", "polach"])
+# The laws' own gradients are in test_creep_laws.
+@sampled("law", ["linear", "fastsim", "vermeulen-johnson", "polach"], slow=4)
 def test_gradients_by_the_design(element, law):
     """Input power by preload, crown radius and viscosity, straight through Hertz, Kalker and the SKF model."""
     geometry = element.geometry

@@ -93,7 +93,7 @@ def test_slope_against_the_solver():
         assert 1.0 / formulas.slope(formulas.force(xi)) == pytest.approx(state.gradient[1, 1] / c22, rel=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_against_the_solver_anywhere():
     """500 random shapes, Poisson's ratios and creepages up to 1.3 times that of full slip: 0.003 of the slip force at most.
 

@@ -101,7 +101,7 @@ def test_creep_in_both_directions(curve):
     assert_allclose(found.mz, curve["moment"], rtol=0, atol=0.005)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_self_convergence():
     """From 20 x 20 to 40 x 40 cells the extrapolated forces change by less than 0.003, those of 20 x 20 by less than 0.006."""
     for curves, creepages in ((exact_tables.spin_creep(), _spinning), (exact_tables.combined_creep()[1::2], _slanting)):
@@ -194,7 +194,7 @@ def test_slender_patches_under_spin_are_refined_where_two_grids_do_not_agree(lat
     assert found.error.max() < 0.003
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_rolling_forces_at_fresh_random_points():
     """Against 20 and 40 cells, extrapolated: within 0.003 up to a/b = 5."""
     rng = np.random.default_rng(90210)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-import infinivar as iv
 from infinivar.contact import creep, kalker
 from internals import at_ratio, efficiency_by, excess_creep, lateral_creep, with_groups
+from made import made
 
 
 def groups_for(element, at_100, at_8, ratio=8.0):
@@ -133,7 +133,7 @@ def test_steady_verdicts(comparison):
 
 @pytest.mark.slow
 def test_every_claim_has_an_honest_verdict():
-    claims = {claim.id: claim for claim in iv.reproduce().claims}
+    claims = {claim.id: claim for claim in made("reproduce").claims}
     assert len(claims) == 54
     by_verdict = {
         verdict: [name for name, claim in claims.items() if claim.verdict == verdict]

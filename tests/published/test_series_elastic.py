@@ -15,6 +15,7 @@ from scipy.optimize import minimize_scalar
 
 import infinivar as iv
 from made import loaded
+from sampled import sampled
 
 STUDY = loaded("ankle_walking")
 WALKING = STUDY.duty["walking"]
@@ -235,14 +236,7 @@ def test_the_drives_of_the_study_close_their_energy_balance(name):
     assert found.feasible is (name != "geared")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    [
-        *(pytest.param(name, marks=pytest.mark.slow) for name in STUDY.drives if name != "geared-series"),
-        "geared-series",
-    ],
-)
+@sampled("name", sorted(STUDY.drives, key=lambda name: name != "geared-series"), slow=2)
 def test_prescribed_and_simulated_energies_agree(name):
     both = iv.analysis.two_ways(STUDY.drives[name], WALKING)
     assert both.followed == pytest.approx(both.prescribed, rel=0.02)

@@ -40,6 +40,7 @@ from internals import claims_of_systems as system
 from internals import near_verdict as near
 from internals import turned_verdict as turned
 from internals import verdict_row as row
+from made import made
 
 HOLDS, FAILS = Found(1.0, "at least 0.9", "holds"), Found(0.8, "at least 0.9", "does not hold")
 NEITHER = Found("works nowhere", "at least 0.9", "undecidable")
@@ -52,7 +53,7 @@ def machine():
 
 @pytest.fixture(scope="module")
 def claims():
-    return {claim.id: claim for claim in iv.reproduce().claims}
+    return {claim.id: claim for claim in made("reproduce").claims}
 
 
 @pytest.mark.parametrize("kind", ["choice", "definition", "value"])

@@ -7,6 +7,7 @@ import pytest
 
 import infinivar as iv
 from infinivar.motion import Recording
+from sampled import sampled
 
 SPAN = np.linspace(0.0, 1.0, 4001)[1:-1]
 
@@ -62,11 +63,9 @@ def test_twenty_rows_of_a_cosine(column, closed, cutoff):
     assert not named(found)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("count", [25, pytest.param(100, marks=pytest.mark.slow)])
+@sampled("count", [25, 100], slow=2)
 @pytest.mark.parametrize(
-    ("column", "closed"),
-    [("position", True), pytest.param("position", False, marks=pytest.mark.slow), ("speed", True), ("speed", False)],
+    ("column", "closed"), [("position", True), ("position", False), ("speed", True), ("speed", False)]
 )
 def test_an_acceleration_is_within_ten_percent_or_named(count, column, closed):
     """Known motions at 10 to 50 rows a cycle; runs of one to three cycles that end anywhere."""
@@ -111,12 +110,8 @@ def noisy(seed, *, shares, count, closed=True, gap=False, column="position"):
     return np.array(found).T
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(
-    ("column", "closed"),
-    [("speed", True), *(pytest.param("position", closed, marks=pytest.mark.slow) for closed in (True, False))],
-)
+@sampled("count", [20, 200], slow=2)
+@pytest.mark.parametrize(("column", "closed"), [("speed", True), ("position", True), ("position", False)])
 def test_noise_that_spoils_the_acceleration_is_named(column, closed, count):
     """Noise of 0.03 to 1 % of the range: at most 1 in 20 that are wrong goes unnamed, as the estimate promises."""
     _, off, said = noisy(1, shares=[3e-4, 1e-3, 3e-3, 1e-2], count=count, closed=closed, column=column)
@@ -128,8 +123,7 @@ def test_noise_that_spoils_the_acceleration_is_named(column, closed, count):
     assert np.sum(wrong & (said == 0)) <= 0.05 * wrong.sum()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.slow)])
+@sampled("count", [20, 200], slow=2)
 @pytest.mark.parametrize("gap", [False, True])
 def test_a_clean_cycle_is_named_only_where_it_is_wrong(gap, count):
     """Values of five digits, with and without two missing rows; one read within 5 % is not named."""
@@ -227,8 +221,7 @@ def test_a_coarse_cycle_does_not_kink_at_its_join():
             assert not any("jumps" in one for one in read(period, rows, motion).warnings)
 
 
-@pytest.mark.parametrize("rows", [19, 10, 12, 20, 30, 50])
-@pytest.mark.slow
+@sampled("rows", [19, 10, 12, 20, 30, 50], slow=4)
 def test_the_sized_motor_does_not_change_with_the_rows(rows):
     """60 kg moved by a cosine: of the shipped parts the lightest pair, by its shape and from 10 to 50 rows a cycle."""
     knee = iv.load_study("knee_walking")

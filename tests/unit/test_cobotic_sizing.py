@@ -40,6 +40,7 @@ from internals import prepared_search as prepared
 from internals import wheel_values as values_of
 from made import loaded
 from part_tables import part_tables
+from sampled import sampled
 
 KNEE = loaded("knee_walking")
 SPIN = KNEE.drives["cobotic"]
@@ -118,13 +119,10 @@ def single(evaluation, points, place, pair, steered):
     return replace(drive, motor=motor, gearhead=gearhead, steering=steering)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
+@sampled(
     ("template", "loss_model"),
-    [
-        *(pytest.param(*one, marks=pytest.mark.slow) for one in ((SPIN, "coulomb"), (SHEAR, "proportional"))),
-        (NO_RETURN, "proportional"),
-    ],
+    [(SPIN, "coulomb"), (SHEAR, "proportional"), (NO_RETURN, "proportional")],
+    slow=3,
     ids=["spin", "shear", "store"],
 )
 def test_demands_are_those_of_duty_cycle_and_compare(template, loss_model):
@@ -188,12 +186,12 @@ def test_demands_are_those_of_duty_cycle_and_compare(template, loss_model):
     assert {part for _, part in seen} >= {"wheel", "gearhead", "steering motor", "load"}
 
 
-@pytest.mark.parametrize(
+@sampled(
     ("template", "loss_model"),
     [(SPIN, "coulomb"), (NO_RETURN, "proportional")],
+    slow=2,
     ids=["burn", "store"],
 )
-@pytest.mark.slow
 def test_bounds_are_below_the_truth(template, loss_model):
     """Lower bounds of every demand and of the power, of all candidates behind random wheels, and how near they come."""
     duty = {"walk": KNEE.duty["walking"], "run": run_of_knee()}
@@ -368,7 +366,7 @@ def test_pairs_left_out_are_too_fast_for_the_slowest_cylinder():
     assert sum(found.excluded.values()) == fast.sum()
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_critical_instants_are_instants_of_the_motion():
     """A wheel that slips in the first look slips in the whole motion, with the same demand or a larger one."""
     evaluation, box = problem(duty={"walk": KNEE.duty["walking"], "shake": SHAKE}, requirement=REGION)
@@ -414,7 +412,7 @@ def small_search(**options):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_search_is_repeatable_and_its_designs_are_those_of_the_public_analyses():
     """The same seed gives the same designs with and without pruning; the best is feasible in `duty_cycle`."""
     one, other, unpruned = small_search(), small_search(), small_search(prune=False, generations=8)
@@ -471,7 +469,7 @@ def test_a_required_region_alone():
     assert all(np.max(demand) <= 1.0 + 1e-9 for demand in point.utilisation.values())
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_jax_gives_the_same_numbers():
     """Values of wheel designs by compiled laws, of bearings in columns and alone."""
     pytest.importorskip("jax")
@@ -499,7 +497,7 @@ def test_the_lightest_design_and_margins_wanted():
     assert wary.demands["walk", Limit.LIFE, AXLE] <= 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_brute_force_finds_nothing_better():
     """A grid over cylinder speed and preload with every part of a small catalogue, evaluated one and all."""
     ranges = {name: (value, value) for name, value in zip(FREE, (0.08, 0.0, 0.035, 0.02, 0.0), strict=True)}
@@ -571,7 +569,7 @@ def test_bad_arguments_are_named(options, words):
         small_search(**options)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_first_look_at_few_instants_ends_with_designs_of_all_instants():
     """Most generations at few instants: the designs returned are those of all instants, and about as good."""
     whole = small_search(samples=400, generations=12, first_samples=400)
@@ -584,7 +582,7 @@ def test_a_first_look_at_few_instants_ends_with_designs_of_all_instants():
     assert abs(len(quick.history) - len(whole.history)) <= 1  # shares of the generations, rounded
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_starts_whose_designs_become_one_end_early():
     """The only free value has two per cent of room: one start ends before the others."""
     own = dict(zip(FREE, values_of(SPIN), strict=True))

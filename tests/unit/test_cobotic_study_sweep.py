@@ -8,6 +8,7 @@ import pytest
 import infinivar as iv
 from internals import of_cobotic
 from made import loaded
+from sampled import sampled
 from small_catalogue import SLOW
 
 KNEE = loaded("knee_walking")
@@ -40,8 +41,7 @@ def swept(problem, folder, monkeypatch):
     return problem.sizing(iv.load_sweep(folder))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("objective", ["energy", ("mass", "energy")])
+@sampled("objective", ["energy", ("mass", "energy")], slow=2)
 def test_one_start_gives_the_result_of_size(shelf, tmp_path, monkeypatch, objective):
     whole = iv.size(WALKING, drive="cobotic", sets=shelf, objective=objective, seed=0, top=5, **ASKED)
     problem = iv.sweeps.cobotic_study_sweep(WALKING, starts=1, sets=shelf, objective=objective, top=5, **ASKED)
@@ -78,7 +78,7 @@ def test_another_first_objective_does_not_continue_a_sweep(shelf):
     assert again.study_request.aims == ("energy", "mass")
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_of_several_starts_the_nearest_miss_is_kept(tmp_path, monkeypatch):
     """Where none is feasible: the nearest of what the starts find alone, whichever of them finds it."""
     (tmp_path / "weak.toml").write_text(SLOW.replace('voltage = "24 V"', 'voltage = "3 V"'), "utf-8")
@@ -98,7 +98,7 @@ def test_of_several_starts_the_nearest_miss_is_kept(tmp_path, monkeypatch):
     assert problem.verdict(again).startswith("none of ")
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_wheel_that_slips_has_no_motors_to_name(shelf, tmp_path, monkeypatch):
     chosen = {**ASKED, "ranges": {**RANGES, "preload": (300.0, 400.0)}, "sets": shelf, "objective": "energy"}
     problem = iv.sweeps.cobotic_study_sweep(WALKING, starts=2, **chosen)

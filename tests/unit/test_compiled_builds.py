@@ -22,6 +22,7 @@ from internals import (
     values_of,
     verdicts,
 )
+from sampled import sampled
 
 VARIED = ("motor.torque_constant", "motor.resistance", "transmission.friction", "transmission.preload")
 STUDY = """
@@ -80,12 +81,10 @@ def shipped():
         for drive in study.drives:
             if drive in ("cobotic-b", "cobotic-series") or (name, drive) == ("knee_walking", "cobotic"):
                 continue  # the laws of others here
-            marks = [] if (name, drive) == ("reach_and_hold", "geared") else [pytest.mark.slow]
-            yield pytest.param(name, drive, marks=marks)
+            yield name, drive
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "drive"), list(shipped()))
+@sampled(("name", "drive"), shipped(), slow=5)
 def test_cycles_of_shipped_drives(name, drive):
     pytest.importorskip("jax")
     study = iv.load_study(name)

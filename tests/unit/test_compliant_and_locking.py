@@ -119,8 +119,7 @@ def test_a_screw_far_beyond_its_friction_angle_does_not_chatter(force):
     assert np.mean(np.abs(np.diff(both.simulation.columns["motor_current_A"])) > 3.0) < 0.02
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("stage", ["screw", "locking", "rack", "belt"])
+@sampled("stage", ["locking", "screw", "rack", "belt"], slow=4)
 def test_a_measured_gear_with_a_stage_that_has_losses(stage):
     """Both losses follow their own laws at what they receive, and the energy is that of inverse dynamics."""
     gear = iv.parts.Gearhead(ratio=5, loss_model="stribeck", friction=MEASURED)
@@ -139,15 +138,7 @@ def test_a_measured_gear_with_a_stage_that_has_losses(stage):
     assert run.at("gear_loss")[0][moved] == pytest.approx(np.asarray(own)[moved], rel=1e-6, abs=1e-9)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("gear", "rows"),
-    [
-        ({"loss_model": "proportional"}, 5),
-        pytest.param({}, 5, marks=pytest.mark.slow),
-        pytest.param({}, 300, marks=pytest.mark.slow),
-    ],
-)
+@sampled(("gear", "rows"), [({"loss_model": "proportional"}, 5), ({}, 300), ({}, 5)], slow=2)
 def test_a_table_of_equal_lever_arms_is_a_lever_with_a_screw(gear, rows):
     """The table's spline is a part of the equations that is evaluated once, not written out in the loop of the losses."""
 

@@ -14,6 +14,7 @@ from infinivar.analysis import two_ways
 from infinivar.parts import CylinderBearings, PulleyBearings
 from internals import WheelLoad, built_part, experiment, known_values, predict, protocol
 from made import loaded
+from sampled import sampled
 
 KNEE = loaded("knee_walking")
 BARE = replace(KNEE.drives["cobotic"], cylinder_bearings=None)
@@ -185,14 +186,13 @@ def test_passive_in_four_quadrants(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(
-    "count", [pytest.param(20_000, marks=pytest.mark.slow), pytest.param(200_000, marks=pytest.mark.full)]
+    "count", [pytest.param(4_000, marks=pytest.mark.slow), pytest.param(200_000, marks=pytest.mark.full)]
 )
 def test_passive_in_four_quadrants_at_many_points(kind, count):
     check_passive(count, kind)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["coefficient", "maker's model", "backing rollers"])
+@sampled("kind", ["coefficient", "maker's model", "backing rollers"], slow=3)
 def test_prescribed_and_simulated_losses_agree(kind):
     found = two_ways(held(BARE, kind), WALKING)
     # The controlled link passes reversals of its force at other instants.

@@ -27,6 +27,7 @@ from internals import compiled_structure as structure
 from internals import draw_builds as draw
 from internals import judge_builds as judge
 from made import loaded
+from sampled import sampled
 
 SLIDE = {
     "duty": {
@@ -384,8 +385,7 @@ def test_one_design_in_both_lists_is_judged_once(sizing, doubted):
                 np.testing.assert_array_equal(one.power, same.power)
 
 
-@pytest.mark.parametrize("name", ["geared", "cobotic"])
-@pytest.mark.slow
+@sampled("name", ["geared", "cobotic"], slow=2)
 def test_compiled_builds_are_the_same(name):
     """Designs that differ in all that a search chooses are computed by one compiled function."""
     pytest.importorskip("jax")

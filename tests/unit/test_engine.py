@@ -19,9 +19,9 @@ from infinivar.drivetrain import DrivePoint
 from internals import FrozenRoom as Room
 from internals import at_most, engine, in_order, of_study
 from internals import steady_maps as module
+from sampled import sampled
 
 SHARES = np.linspace(-1.4, 1.4, 37), np.linspace(-1.4, 1.4, 41)
-EVERY_DAY = (("hand_controller", "cobotic"), ("hand_controller", "motor2-gear4"))
 
 
 def assert_same(fast, plain):
@@ -45,15 +45,17 @@ def both(drive, speed, force, **options):
 
 
 def shipped():
-    for name, study in one_axis_studies():
-        if study.requirement is None and not study.duty:
-            continue  # sessions only: nothing says what a map spans
-        for drive in study.drives:
-            marks = [] if (name, drive) in EVERY_DAY else [pytest.mark.slow]
-            yield pytest.param(name, drive, marks=marks)
+    """Drives of all studies but those with sessions only, of which nothing says what a map spans; quick ones first."""
+    found = [
+        (name, drive)
+        for name, study in one_axis_studies()
+        if study.requirement is not None or study.duty
+        for drive in study.drives
+    ]
+    return sorted(found, key=lambda one: one[0] != "hand_controller")
 
 
-@pytest.mark.parametrize(("name", "drive"), list(shipped()))
+@sampled(("name", "drive"), shipped(), every=8, slow=3)
 def test_shipped_drives_in_four_quadrants(name, drive):
     pytest.importorskip("jax")
     study = iv.load_study(name)
@@ -76,8 +78,7 @@ def test_powers_near_zero_differ_by_rounding_of_the_large_ones(study):
     assert np.all(off[~small & np.isfinite(size)] <= 1e-12 * size[~small & np.isfinite(size)])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", DRIVES)
+@sampled("name", DRIVES, slow=3)
 def test_springs_linkages_and_stages(name):
     pytest.importorskip("jax")
     drive = DRIVES[name]

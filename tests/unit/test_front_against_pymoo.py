@@ -56,7 +56,7 @@ def searched(made, low, high, generations, seed):
     return minimize(Choice(), NSGA2(pop_size=60), ("n_gen", generations), seed=seed).F
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.full)])
 def test_no_other_search_finds_a_better_geared_drive(seed):
     """NSGA-II over pair and radius: no drive of its front beats ours, which it approaches."""
     template = KNEE.drives["geared"]

@@ -253,18 +253,10 @@ def turned(key, sign, pause=0.3):
     return drive, DutyCycle(motion=motion, moment=sign * 1.5 * rest, load_inertia=0.01)
 
 
-@pytest.mark.slow
 @sampled(
     ("friction", "force", "pause"),
-    [
-        (LOADED, -25.0, 0.0),
-        (SLOW_FALL, 25.0, 0.3),
-        *(
-            pytest.param(*one, marks=pytest.mark.slow)
-            for one in ((LOADED, -25.0, 0.3), (LOADED, 25.0, 1.0), (LOCKING, -15.0, 0.3))
-        ),
-    ],
-    every=2,
+    [(LOADED, -25.0, 0.0), (SLOW_FALL, 25.0, 0.3), (LOADED, -25.0, 0.3), (LOADED, 25.0, 1.0), (LOCKING, -15.0, 0.3)],
+    slow=2,
 )
 def test_motion_and_simulation_agree(friction, force, pause):
     """Lifting and lowering, without and with rests, in which part of the friction helps to hold."""
@@ -276,17 +268,15 @@ def test_motion_and_simulation_of_an_identified_joint_agree():
     check_both_ways(*turned("mx64", -1.0))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("force", [-15.0, 15.0])
 @pytest.mark.parametrize("pause", [0.1, 0.6])
-@pytest.mark.parametrize("seed", range(4))
+@sampled("seed", range(4), slow=4)
 def test_motion_and_simulation_of_random_gears_agree(seed, pause, force):
     check_both_ways(actuated(random_friction(np.random.default_rng(seed), 0.05)), reaches(force, pause))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
-@pytest.mark.parametrize("key", IDENTIFIED)
+@sampled("key", IDENTIFIED, slow=4)
 def test_motion_and_simulation_of_identified_joints_agree(key, sign):
     check_both_ways(*turned(key, sign))
 

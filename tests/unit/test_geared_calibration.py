@@ -336,7 +336,7 @@ def test_intervals_of_a_pendulum_cover_the_truth(study, sessions, least):
         assert least <= count / sessions <= 1.0, (name, count)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_noise_of_the_angle_counts_once_though_two_signals_show_it(study):
     """Its error in the expected current is in the expected voltage, too: deviations state the scatter of the estimates.
 
@@ -354,7 +354,7 @@ def test_noise_of_the_angle_counts_once_though_two_signals_show_it(study):
         assert 0.7 < np.std(several) < 1.3, name
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_noise_of_the_angle_biases_inverse_dynamics_more_than_the_weak_form(study):
     """As the docs say: what is left of the noise in the smoothed acceleration is an error of the regressors."""
     own = hanging(study)

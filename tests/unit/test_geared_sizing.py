@@ -269,20 +269,16 @@ SEARCHES = {
     for weight, template in (("light", PULLEY), ("heavy", HEAVY_PULLEY))
     for loss_model in ("coulomb", "proportional")
 }
-EVERY_DAY = ("mass-light-coulomb",)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", [one if one in EVERY_DAY else pytest.param(one, marks=pytest.mark.slow) for one in SEARCHES]
-)
+@sampled("name", SEARCHES, slow=4)
 def test_brute_force_over_radii_finds_nothing_better(name):
     """A dense grid of radii for every pair of a small catalogue, against the search with and without pruning."""
     objective, template, loss_model = SEARCHES[name]
     tables = part_tables(11, motors=6, gearheads=6, thermal=0.5)
     duty = {"reach": REACH, "shake": SHAKE}
     region = None
-    if name not in EVERY_DAY:
+    if name != "mass-light-coulomb":
         duty["run"], region = run_of_knee(), iv.Requirement(force=60.0, speed=0.3, power=8.0, quadrants=4)
     options = {"duty": duty, "requirement": region, "radius": (0.003, 0.03), "loss_model": loss_model, "samples": 60}
     options["objective"] = objective
@@ -340,8 +336,7 @@ def test_radii_by_closed_forms_are_those_of_a_dense_grid(loss_model):
     assert cut > 50
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("free", [False, True], ids=["stages", "radius"])
+@sampled("free", [False, True], slow=2, ids=["stages", "radius"])
 def test_the_front_of_mass_and_power(free):
     """All designs that no other beats, by comparing each with each; pruning leaves none out."""
     tables = part_tables(44, motors=14, gearheads=8, thermal=0.5)

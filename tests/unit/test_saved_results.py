@@ -137,12 +137,10 @@ def test_every_public_result_is_among_those_saved():
     assert public == {*MAKE, *SAVED}
 
 
-SLOW = ("DisplayClaims", "Doubt", "Sizing")
+MARKS = {"DisplayClaims": pytest.mark.full, "Doubt": pytest.mark.slow, "Sizing": pytest.mark.slow}
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in MAKE]
-)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=MARKS.get(name, [])) for name in MAKE])
 def test_a_loaded_result_equals_the_saved_one(name, tmp_path):
     found = MAKE[name](tmp_path)
     assert type(found).__name__ == name

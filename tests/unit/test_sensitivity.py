@@ -34,6 +34,7 @@ from internals import (
 from internals import draw_samples as draw
 from internals import sobol_indices as indices
 from internals import verdict_band as band
+from sampled import sampled
 
 SHAKE = DutyCycle(motion=Sinusoid(distance=0.03, frequency=2.0), load_mass=0.8)
 
@@ -85,8 +86,7 @@ class Thing:
 
 
 class TestDerivatives:
-    @pytest.mark.slow  # JAX compiles for some seconds
-    @pytest.mark.parametrize("name", ["efficiency", "loss", "temperature"])
+    @sampled("name", ["efficiency", "loss", "temperature"], slow=3)  # JAX compiles for some seconds
     def test_three_ways_agree_at_a_thousand_designs(self, drive, thousand, name):
         """Complex step and JAX are exact to rounding; differences with a step of 2e-3, thrice extrapolated, to 1e-8."""
         function = {
@@ -103,7 +103,7 @@ class TestDerivatives:
         assert_allclose(elasticity["jax"], elasticity["complex"], rtol=1e-9, atol=1e-12)
         assert_allclose(elasticity["difference"], elasticity["complex"], atol=1e-8)
 
-    @pytest.mark.slow
+    @pytest.mark.full
     def test_coverage_by_jax_and_complex_step(self, drive, study, thousand):
         expected = replace(study.requirement, power=18.0)  # more than the drive can do
         found = [
@@ -373,7 +373,7 @@ class TestSensitivity:
         after, before = (float(outcomes.loss(one, 0.24, 50.0)) for one in (moved, drive))
         assert_allclose(1000.0 * (after / before - 1.0), row.elasticity, rtol=2e-3)
 
-    @pytest.mark.parametrize("method", ["complex", "difference", pytest.param("jax", marks=pytest.mark.slow)])
+    @pytest.mark.parametrize("method", ["complex", "difference", pytest.param("jax", marks=pytest.mark.full)])
     def test_measured_losses_follow_the_preload(self, drive, method):
         """A drive with the losses that follow from its geometry answers a change of preload as the geometry does."""
         measured, at = measured_twin(drive), np.array([[600.0], [650.0], [700.0]])
@@ -399,17 +399,7 @@ class TestSensitivity:
         same = with_values(drive, dict(zip(fields, values_of(drive, list(fields)).tolist(), strict=True)))
         assert same == drive
 
-    @pytest.mark.slow
-    @pytest.mark.parametrize(
-        ("variant", "every"),
-        [
-            ("conventional", 4),
-            *(
-                pytest.param(*one, marks=pytest.mark.slow)
-                for one in (("conventional", 1), ("shipped", 3), ("detailed", 1))
-            ),
-        ],
-    )
+    @sampled(("variant", "every"), [("conventional", 4), ("conventional", 1), ("shipped", 3), ("detailed", 1)], slow=4)
     def test_many_designs_at_once_are_the_designs_one_by_one(self, study, variant, every):
         """By every field that a drive has, or every fourth, in all branches that a study can choose."""
         drive = study.drives["motor2-gear4" if variant == "conventional" else "cobotic"]

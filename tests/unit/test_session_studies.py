@@ -93,8 +93,7 @@ def test_shipped_sessions_can_begin_and_are_saved(name, tmp_path):
         assert set(table.get("surface", {})) <= set(known["surface"]["properties"])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES)
+@sampled("name", NAMES, slow=3)
 def test_the_balance_closes_in_every_shipped_session(name):
     study = iv.load_study(name)
     for task in study.sessions:
@@ -243,8 +242,7 @@ WALLS = [
 ]
 
 
-@pytest.mark.slow
-@sampled(("stiffness", "damping"), WALLS, every=24)
+@sampled(("stiffness", "damping"), WALLS, slow=6)
 def test_the_stiffness_rendered_is_that_of_the_wall_whatever_its_damping(stiffness, damping):
     """Damper, inertia, friction and delay of the loop are no part of it; 1 % for the resolution of the encoder."""
     assert at_a_wall(stiffness, damping).rendered_stiffness == pytest.approx(1e3 * stiffness, rel=0.01)

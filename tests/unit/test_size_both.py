@@ -204,7 +204,7 @@ def test_the_nearest_cobotic_miss_exceeds_what_it_says(shelf):
     assert none.lines[0].startswith("not enough for the wheel; ")
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_nearest_miss_has_the_motors_nearest_to_feasible(tmp_path):
     weak = SLOW.replace('voltage = "24 V"', 'voltage = "3 V"')
     (tmp_path / "weak.toml").write_text(weak, "utf-8")

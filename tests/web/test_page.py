@@ -197,7 +197,7 @@ def test_nothing_is_wider_than_the_window(browser, server, size):
         assert shown["y"] + shown["height"] <= page.page.viewport_size["height"]
 
 
-@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("dark", [False, pytest.param(True, marks=pytest.mark.full)])
 def test_axe_finds_no_fault(browser, server, dark):
     axe = pytest.importorskip(
         "axe_playwright_python.sync_playwright", reason="axe-playwright-python is not installed"

@@ -253,7 +253,7 @@ def test_without_the_program_the_page_says_so_and_goes_on_when_it_is_back(page):
     assert page.field("Preload").get_attribute("data-shown") == "800 N"
 
 
-@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("dark", [False, pytest.param(True, marks=pytest.mark.full)])
 @pytest.mark.parametrize("state", ["pinned", "machine", "sessions", "part", "help", "tabs"])
 def test_axe_finds_no_fault_in_other_states(browser, server, state, dark):
     axe = pytest.importorskip(

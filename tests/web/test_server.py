@@ -312,7 +312,7 @@ def test_many_clients_at_once(served, shipped_tables):
     assert len(times) >= 20
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_twenty_clients_for_long(tmp_path, shipped_tables):
     """Memory does not grow with the maps: twenty seconds of them would show what a minute would."""
     with serving(folder=tmp_path) as one:
