@@ -189,7 +189,7 @@ from infinivar.machines.control.tasks import SETTLING_LENGTH, controller_of
 from infinivar.machines.course import on_path as course_on_path
 from infinivar.machines.course import through as course_through
 from infinivar.machines.hand import PointGrip
-from infinivar.machines.kind import Machine
+from infinivar.machines.kind import MovingMachine
 from infinivar.machines.kinds.arm import ArmLoad
 from infinivar.machines.kinds.linked import SeparateMachine, motor_mass
 from infinivar.machines.kinds.platform import PlatformLoad
@@ -228,8 +228,16 @@ from infinivar.paper.claims import system as claims_of_systems
 from infinivar.paper.claims.bench import MOVES as BENCH_MOVES
 from infinivar.paper.claims.bench import Bench
 from infinivar.paper.claims.claim import FACTOR as VERDICT_FACTOR
-from infinivar.paper.claims.claim import Claim, Found, at_ratio, counted, efficiency_by, settle, statements
-from infinivar.paper.claims.claim import Machine as ClaimMachine
+from infinivar.paper.claims.claim import (
+    Claim,
+    Found,
+    PaperMachine,
+    at_ratio,
+    counted,
+    efficiency_by,
+    settle,
+    statements,
+)
 from infinivar.paper.claims.claim import Varied as VariedClaim
 from infinivar.paper.claims.claim import near as near_verdict
 from infinivar.paper.claims.claim import row as verdict_row

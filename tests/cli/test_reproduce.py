@@ -11,8 +11,7 @@ import pytest
 from folders import results
 from infinivar import Reproduction
 from internals import PAPER_FIGURES as FIGURES_BY_NUMBER
-from internals import ClaimMachine as Machine
-from internals import counted, left_out, statements
+from internals import PaperMachine, counted, left_out, statements
 from internals import plain_units as plain
 from internals import save_reproduction as save
 from pages import is_set_well, needs_no_network
@@ -216,7 +215,7 @@ def test_without_igraph_bond_graphs_are_left_out_with_a_word(infinivar, tmp_path
     assert not list(tmp_path.iterdir())
     assert left_out().startswith("Figures 2, 6, 10, 11, 12, 13 and 14 are left out. ")
     monkeypatch.setattr("infinivar.paper.report.FIGURES", {number: FIGURES_BY_NUMBER[number] for number in (3, 13)})
-    save(Reproduction(claims=(), machine=Machine()), tmp_path / "all")
+    save(Reproduction(claims=(), machine=PaperMachine()), tmp_path / "all")
     assert results(tmp_path / "all") == ["claims.json", "fig3.pdf", "fig3.png", "fig3.svg", "reproduction.html"]
     page = (tmp_path / "all" / "reproduction.html").read_text("utf-8")
     assert page.count("data:image/svg+xml") == 1

@@ -10,14 +10,13 @@ import pytest
 import infinivar as iv
 from infinivar.contact import kalker
 from internals import PAPER_CHECKS as CHECKS
-from internals import PLANES, at_ratio, catalogue, spin_law
-from internals import ClaimMachine as Machine
+from internals import PLANES, PaperMachine, at_ratio, catalogue, spin_law
 from internals import claims_of_plants as plants
 
 
 @pytest.fixture(scope="module")
 def machine():
-    return Machine()
+    return PaperMachine()
 
 
 @pytest.fixture(scope="module")

@@ -21,6 +21,7 @@ from internals import (
     Bench,
     Claim,
     Found,
+    PaperMachine,
     at_ratio,
     counted,
     fitted,
@@ -31,7 +32,6 @@ from internals import (
     two_6004,
 )
 from internals import VERDICT_FACTOR as FACTOR
-from internals import ClaimMachine as Machine
 from internals import VariedClaim as Varied
 from internals import claims_of_design as design
 from internals import claims_of_elements as element
@@ -48,7 +48,7 @@ NEITHER = Found("works nowhere", "at least 0.9", "undecidable")
 
 @pytest.fixture(scope="module")
 def machine():
-    return Machine()
+    return PaperMachine()
 
 
 @pytest.fixture(scope="module")
@@ -343,18 +343,18 @@ def test_the_law_exact_beside_the_papers(claims):
     assert all(one.verdict == claims[name].shown for name, one in beside.items())
     for name in ("E1", "E2", "E4", "B2"):
         assert 0.95 * claims[name].computed < beside[name].computed < claims[name].computed
-    said = Reproduction(claims=tuple(claims.values()), machine=Machine()).with_exact_law
+    said = Reproduction(claims=tuple(claims.values()), machine=PaperMachine()).with_exact_law
     assert said.endswith(" change; no verdict does.")
     assert " E1, E2, E4, E9, " in said
-    assert "turn" not in Reproduction(claims=(), machine=Machine()).with_exact_law
-    assert Machine("exact") != Machine()
-    assert Machine("exact").element.creep_law is creep.EXACT
-    assert Machine("exact").cobotic("cobotic-b").transmission.creep_law is creep.EXACT
+    assert "turn" not in Reproduction(claims=(), machine=PaperMachine()).with_exact_law
+    assert PaperMachine("exact") != PaperMachine()
+    assert PaperMachine("exact").element.creep_law is creep.EXACT
+    assert PaperMachine("exact").cobotic("cobotic-b").transmission.creep_law is creep.EXACT
 
 
 def test_cylinder_bearings_beside_the_papers_drive():
     """Two 6004 under 650 N: M = 0.0015 * 650 N * 20 mm/2 = 9.75 mN m at 14 rad/s, 0.137 W more at the cylinder."""
-    held, bare = Machine(cylinder_bearings=two_6004()), Machine()
+    held, bare = PaperMachine(cylinder_bearings=two_6004()), PaperMachine()
     points = [machine.drive.operate(speed=0.5, force=25.0) for machine in (bare, held)]
     assert points[1].losses["cylinder bearings"] == pytest.approx(0.1365, rel=1e-3)
     at_gear = [float(point.states["cylinder_torque_Nm"]) for point in points]
@@ -369,7 +369,7 @@ def test_what_cylinder_bearings_change_is_said():
         "With the friction of two 6004 that hold the cylinder, the computed values of "
     )
     assert found.with_bearings.endswith(" change; no verdict does.")
-    assert Reproduction(claims=(), machine=Machine()).with_bearings == ""
+    assert Reproduction(claims=(), machine=PaperMachine()).with_bearings == ""
 
 
 @pytest.mark.slow
@@ -386,12 +386,12 @@ def test_steering_as_spin_beside_the_papers(claims):
     assert 0.865 < beside["D3"].computed < 0.875
     shares = [float(one.computed.partition(" %")[0]) for one in (claims["D5"], beside["D5"])]
     assert shares[1] < 0.8 * shares[0]
-    said = Reproduction(claims=tuple(claims.values()), machine=Machine()).with_spin
+    said = Reproduction(claims=tuple(claims.values()), machine=PaperMachine()).with_spin
     assert said.endswith(f" change; {'so does the verdict on D3' if turned else 'no verdict does'}.")
-    assert Reproduction(claims=(claims["E1"],), machine=Machine()).with_spin == ""
-    assert Machine(steering_model="spin") != Machine()
-    assert Machine(steering_model="spin").cobotic("cobotic-b").transmission.turns_with_spin
-    assert not Machine("exact").cobotic("cobotic").transmission.turns_with_spin
+    assert Reproduction(claims=(claims["E1"],), machine=PaperMachine()).with_spin == ""
+    assert PaperMachine(steering_model="spin") != PaperMachine()
+    assert PaperMachine(steering_model="spin").cobotic("cobotic-b").transmission.turns_with_spin
+    assert not PaperMachine("exact").cobotic("cobotic").transmission.turns_with_spin
 
 
 @pytest.mark.slow

@@ -14,8 +14,8 @@ from infinivar import DutyCycle, Limit, Requirement, plant_graph, steady_map
 from infinivar.contact import hertz
 from infinivar.motion import Walking
 from internals import PAPER_FIGURES as FIGURES
-from internals import ClaimMachine as Machine
 from internals import (
+    PaperMachine,
     architectures,
     at_ratio,
     efficiency_by,
@@ -114,7 +114,7 @@ def overlapping(boxes):
 def test_names_of_limits_stand_clear_in_figure_17():
     """Names, the bars under them, titles and the plots themselves: none of their boxes overlap, none leaves the page."""
     with style.styled():
-        made = paper_maps.draw_all_dynamic(Machine())
+        made = paper_maps.draw_all_dynamic(PaperMachine())
         for ax in made.axes:
             named = [artist for artist in (*ax.texts, *ax.lines) if artist.get_gid() == "limit"]
             words = [artist for artist in named if artist in ax.texts]
@@ -208,7 +208,7 @@ def test_no_bar_where_a_loss_is_not_known():
 
 @pytest.fixture(scope="module")
 def machine():
-    return Machine()
+    return PaperMachine()
 
 
 def test_all_figures_of_the_paper_are_there_in_its_order():

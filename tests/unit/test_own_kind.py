@@ -6,7 +6,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from internals import CoboticControl, Defaults, Forces, Machine, Place, PointGrip, coulomb
+from internals import CoboticControl, Defaults, Forces, MovingMachine, Place, PointGrip, coulomb
 
 MASS, FRICTION = 2.0, 1.0
 
@@ -33,7 +33,7 @@ class CarriageMechanics(Defaults):
         return PointGrip(axes=("x",), coordinates=1)
 
 
-class Carriage(Machine):
+class Carriage(MovingMachine):
     """Pushed by a user."""
 
     control = CoboticControl()

@@ -292,6 +292,7 @@ def compare(
     if study.tasks or study.paths:
         found = compare_machines(study, progress)
         return replace(found, hangs_on=hanging_machines(found), options=options)
+    check_duty(study)
     made = compare_drives(study, options, progress)
     covers = {name: one.covers for name, one in made.results.items()}
     return replace(made, hangs_on=hanging_drives(study, made._judged, covers, made.duty))
@@ -302,9 +303,7 @@ def compare_drives(
     options: CompareOptions = CompareOptions(),  # noqa: B008 (it is frozen)
     progress: Callable[[str, float], None] | None = None,
 ) -> Comparison:
-    """As `compare`, for a study of drives of one axis, with a requirement or duty cycles, without what the verdict hangs on."""
-    check_duty(study)
-    check_spreads(study)
+    """As `compare`, for a checked study of drives of one axis, without what the verdict hangs on."""
     plane = of_drives(study)
     results: dict[str, DriveResult] = {}
     uncertain = [name for name in study.drives if study.uncertainty.spreads.get(name) and not options.quick]

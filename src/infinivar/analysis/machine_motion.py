@@ -11,7 +11,7 @@ from infinivar.analysis.marching import March
 from infinivar.errors import ParameterError, require
 from infinivar.machines.control import loops as control
 from infinivar.machines.control.loops import LinkController
-from infinivar.machines.kind import Machine
+from infinivar.machines.kind import MovingMachine
 from infinivar.machines.motors import LinkMotors
 from infinivar.machines.registry import MACHINES
 from infinivar.machines.system import System
@@ -19,7 +19,7 @@ from infinivar.motion.machine_scenario import MachineScenario, over_time
 
 
 def simulate_machine(
-    machine: Machine,
+    machine: MovingMachine,
     scenario: MachineScenario,
     *,
     title: str = "",
@@ -49,7 +49,7 @@ def simulate_machine(
 
     Source: faulring2006, section V, for plants and controllers; `infinivar.transmission.mechanism` for the contacts.
     """
-    if not isinstance(machine, Machine):
+    if not isinstance(machine, MovingMachine):
         names = ", ".join(MACHINES)
         raise ParameterError(f"machine must be one of {names}, got {machine!r}")
     if not isinstance(scenario, MachineScenario):
@@ -60,7 +60,7 @@ def simulate_machine(
 class _Run:
     """A machine set up for a scenario."""
 
-    def __init__(self, machine: Machine, scenario: MachineScenario) -> None:
+    def __init__(self, machine: MovingMachine, scenario: MachineScenario) -> None:
         self.machine, self.scenario = machine, scenario
         self.mechanics = machine.mechanics(scenario.stick_speed)
         steers = len(self.mechanics.steered)

@@ -12,7 +12,7 @@ from infinivar.analysis.animated import Animated
 from infinivar.analysis.run import Run, error_words
 from infinivar.analysis.run_limits import Event
 from infinivar.limits import Demand
-from infinivar.machines.kind import Machine
+from infinivar.machines.kind import MovingMachine
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.units import plain
 
@@ -38,7 +38,7 @@ class MachineRun(Run, Animated, Result):
     outcome : str                Empty, or why the run ended early.
     """
 
-    machine: Machine
+    machine: MovingMachine
     scenario: MachineScenario
     title: str
     time: np.ndarray
@@ -107,6 +107,6 @@ class MachineRun(Run, Animated, Result):
         }
 
 
-def configuration_names(machine: Machine) -> tuple[str, ...]:
+def configuration_names(machine: MovingMachine) -> tuple[str, ...]:
     """Names of the configuration of a machine, with units."""
     return machine.mechanics(1e-4).configuration

@@ -23,8 +23,7 @@ from infinivar.bondgraph.solver import RTOL, solve
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, axis_fault, check_drive, refuse_machine
-from infinivar.drivetrain.graphs.closed_loop import Machine as Plant
-from infinivar.drivetrain.graphs.closed_loop import closed_loop
+from infinivar.drivetrain.graphs.closed_loop import ClosedLoop, closed_loop
 from infinivar.drivetrain.graphs.output_pieces import names
 from infinivar.drivetrain.output import Output, Place
 from infinivar.errors import ParameterError
@@ -196,9 +195,9 @@ def simulate(
         raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
     if scenario.states_axis and (fault := axis_fault(drive, scenario.axis, "the drive", "the scenario")):
         raise ParameterError(fault)
-    machine = closed_loop(drive, scenario)
+    loop = closed_loop(drive, scenario)
     try:
-        run = _run(machine, scenario, progress, functools.partial(_watched, drive, scenario))
+        run = _run(loop, scenario, progress, functools.partial(_watched, drive, scenario))
     except ClosureError as problem:
         if scenario.tolerance <= RTOL:
             raise
@@ -223,15 +222,15 @@ def simulate(
     )
 
 
-def _run(machine: Plant, scenario: Scenario, progress: Callable[[float], None] | None, watch: Watch) -> Trajectory:
+def _run(loop: ClosedLoop, scenario: Scenario, progress: Callable[[float], None] | None, watch: Watch) -> Trajectory:
     step = scenario.output_step or scenario.duration / STEPS
     count = max(round(scenario.duration / step), 1)
     return solve(
-        machine.graph,
+        loop.graph,
         np.linspace(0.0, scenario.duration, count + 1),
-        inputs=machine.inputs,
-        initial=machine.initial,
-        controller=machine.controller,
+        inputs=loop.inputs,
+        initial=loop.initial,
+        controller=loop.controller,
         method=scenario.method,
         rtol=scenario.tolerance,
         # The current loops settle within a fraction of a sample.

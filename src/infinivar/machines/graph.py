@@ -11,12 +11,12 @@ from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import BondGraph, Signal
 from infinivar.errors import ParameterError
 from infinivar.machines.bonds import motor_plant, servo_plant
-from infinivar.machines.kind import Machine
+from infinivar.machines.kind import MovingMachine
 from infinivar.machines.registry import MACHINES
 
 
 def machine_graph(
-    machine: Machine, *, stick_speed: float = 1e-4, servos: bool = True, source: bool = True
+    machine: MovingMachine, *, stick_speed: float = 1e-4, servos: bool = True, source: bool = True
 ) -> BondGraph:
     """The bond graph of a machine that moves.
 
@@ -40,7 +40,7 @@ def machine_graph(
         If it is another machine, a value that motion requires is missing, or a contact turns with spin, which these graphs do
         not have.
     """
-    if not isinstance(machine, Machine):
+    if not isinstance(machine, MovingMachine):
         names = ", ".join(MACHINES)
         raise ParameterError(f"machine must be one of {names}, got a {type(machine).__name__}")
     if machine.ungraphed:

@@ -5,7 +5,7 @@ A kind is a module in `infinivar.machines.kinds`, with up to three classes, whic
 - A *drive* of a study, with the fields of its table. It must have what `infinivar.machines.machine.Machine` asks: ``WORD``, its
   type in a study, ``coordinates``, ``home`` and ``perform``; and may have ``follow``, ``counts`` and ``lacking``, see there. What
   else it may have is in `MachineDrive`.
-- A *machine* that moves in time, a subclass of `Machine` here: control, motors, servos, controllers of tasks, bond graph.
+- A *machine* that moves in time, a subclass of `MovingMachine` here: control, motors, servos, controllers of tasks, bond graph.
 - Its *mechanics*, see `infinivar.machines.system.Mechanics`: the equations of motion, handle and outline. Machines whose links
   are moved side by side share theirs, and have a `infinivar.machines.linkage.Load` instead.
 
@@ -36,7 +36,7 @@ from infinivar.parts.motor import Motor
 from infinivar.transmission.rolling_contact import RollingContact
 
 
-class Machine:
+class MovingMachine:
     """A machine of many contacts that can move in time, or its rival with a motor for each link.
 
     A kind must define ``control``, the settings of its controllers, ``home`` and `mechanics`; all else has a default.

@@ -9,7 +9,7 @@ from typing import Any
 from infinivar._core.result import Result, result
 from infinivar.errors import InputError
 from infinivar.paper.claims import contact, design, element, plants, shaking, system
-from infinivar.paper.claims.claim import Claim, Finding, Found, Machine, Varied, counted, row, statements, turned
+from infinivar.paper.claims.claim import Claim, Finding, Found, PaperMachine, Varied, counted, row, statements, turned
 from infinivar.paper.displays import display_claims
 from infinivar.paper.figures import FIGURES
 from infinivar.parts.bearing import Bearing
@@ -23,7 +23,7 @@ _BY_LAW = f"creep law {EXACT}"
 _BY_SPIN = "steering as spin"
 _BY_BEARINGS = "friction of the cylinder's bearings, two 6004"
 
-CHECKS: dict[str, Callable[[Machine], Finding]] = {
+CHECKS: dict[str, Callable[[PaperMachine], Finding]] = {
     **element.CHECKS,
     **contact.CHECKS,
     **system.CHECKS,
@@ -45,7 +45,7 @@ class Reproduction(Result):
     """The paper's claims with their verdicts, and the machine on which they were checked."""
 
     claims: tuple[Claim, ...]
-    machine: Machine
+    machine: PaperMachine
 
     @property
     def verdict(self) -> str:
@@ -108,7 +108,9 @@ class Reproduction(Result):
         ]
 
 
-def _beside(check: Callable[[Machine], Finding], machine: Machine, others: Mapping[str, Machine]) -> Finding:
+def _beside(
+    check: Callable[[PaperMachine], Finding], machine: PaperMachine, others: Mapping[str, PaperMachine]
+) -> Finding:
     """The finding of a check; among its variants those on machines with other laws, if their results differ.
 
     The paper states its creep law and its resistance to steering, so other laws do not count in the verdict. Of the cylinder's
@@ -124,7 +126,7 @@ def _beside(check: Callable[[Machine], Finding], machine: Machine, others: Mappi
     return found
 
 
-def _shown(check: Callable[[Machine], Finding], machine: Machine) -> Found:
+def _shown(check: Callable[[PaperMachine], Finding], machine: PaperMachine) -> Found:
     """What a check finds with the shipped choices, definitions and values."""
     if isinstance(check, Varied):
         return check.shown(machine)
@@ -159,8 +161,8 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
         raise InputError(f"figure must be a whole number from {min(FIGURES)} to {max(FIGURES)}, got {figure!r}")
     if figure is not None and figure not in FIGURES:
         raise InputError(f"figure {figure}: must be from {min(FIGURES)} to {max(FIGURES)}")
-    machine, exact, spinning = Machine(), Machine(EXACT), Machine(steering_model="spin")
-    held = Machine(cylinder_bearings=two_6004())
+    machine, exact, spinning = PaperMachine(), PaperMachine(EXACT), PaperMachine(steering_model="spin")
+    held = PaperMachine(cylinder_bearings=two_6004())
     required = [said for said in statements() if figure is None or said.get("figure") == figure]
     claims = []
     for index, said in enumerate(required):

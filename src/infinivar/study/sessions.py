@@ -30,7 +30,7 @@ from infinivar.study.layers import Raw
 from infinivar.units import plain
 
 if TYPE_CHECKING:
-    from infinivar.machines.kind import Machine
+    from infinivar.machines.kind import MovingMachine
     from infinivar.machines.system import Mechanics
 
 _STICK_SPEED = 1e-4
@@ -207,7 +207,7 @@ class SessionTask(Whole):
         return found
 
 
-def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> dict[str, Any]:
+def session_arguments(one: SessionTask, drive: Any, where: str, drive_where: str) -> dict[str, Any]:
     """Arguments of `infinivar.session` for a session of a task with a drive.
 
     Parameters
@@ -222,7 +222,7 @@ def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> dict
         If the drive cannot do the task or lacks a value that motion needs, or what is stated does not fit its handle; the
         message begins with the place.
     """
-    from infinivar.machines.control.tasks import controller_of, curve_of, surface_of
+    from infinivar.machines.control.tasks import controller_of
 
     machine = _machine(one, drive, where, drive_where)
     mechanics = machine.mechanics(_STICK_SPEED)
@@ -262,8 +262,6 @@ def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> dict
         "pose": pose,
         "rates": _rates(one, machine, mechanics, pose, where),
         "output_step": one.output_step,
-        "wall": surface_of(one.task),
-        "path": curve_of(one.task),
     }
     if isinstance(one.user, PushingUser):
         found["user"] = one.user.over_time(grip.axes)
@@ -385,7 +383,7 @@ def check_settings(one: SessionTask, drives: Mapping[str, Any], where: str) -> N
             )
 
 
-def _pose(one: SessionTask, drive: Any, machine: Machine, where: str, drive_where: str) -> list[float] | None:
+def _pose(one: SessionTask, drive: Any, machine: MovingMachine, where: str, drive_where: str) -> list[float] | None:
     known = tuple(drive.coordinates) if hasattr(drive, "coordinates") else AXES[: len(machine.home)]
     for name in one.pose.beyond(known):
         raise ParameterError(f"{where}.pose.{name} does not apply: {drive_where} has {', '.join(known)} only")
@@ -400,7 +398,7 @@ def _pose(one: SessionTask, drive: Any, machine: Machine, where: str, drive_wher
 
 
 def _rates(
-    one: SessionTask, machine: Machine, mechanics: Mechanics, pose: list[float] | None, where: str
+    one: SessionTask, machine: MovingMachine, mechanics: Mechanics, pose: list[float] | None, where: str
 ) -> list[float] | None:
     if not one.twist.stated:
         return None

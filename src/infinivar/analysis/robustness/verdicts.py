@@ -313,7 +313,7 @@ def map_axes(axes: tuple[np.ndarray, np.ndarray]) -> list[np.ndarray]:
     return [np.linspace(axis[0], axis[-1], _MAP_CELLS) for axis in axes]
 
 
-class Judged(NamedTuple):
+class SampleValues(NamedTuple):
     """Values of samples, one row each."""
 
     region: np.ndarray
@@ -334,7 +334,7 @@ def judge(
     duty: Mapping[str, DutyCycle],
     progress: Callable[[float], None] | None = None,
     engine: Engine = "numpy",
-) -> Judged:
+) -> SampleValues:
     """Evaluate samples on a requirement and duty cycles; arguments as for `builds`, with one row of `at` per sample."""
     paths, stages, used = [spread.path for spread in spreads], 3 + len(duty), set()
     worth = len(at) >= WORTH_COMPILING
@@ -360,7 +360,7 @@ def judge(
         task: run(2 + place, functools.partial(outcomes.worked, duty=cycle, travel=travel), width=3)
         for place, (task, cycle) in enumerate(duty.items())
     }
-    return Judged(covered, loss, worked, used)
+    return SampleValues(covered, loss, worked, used)
 
 
 def _covered(drive: AnyDrive, required: Requirement) -> Array:

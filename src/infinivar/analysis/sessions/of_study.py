@@ -9,7 +9,7 @@ from infinivar.analysis.sessions.session import Setup
 from infinivar.analysis.sessions.session_result import Session
 from infinivar.errors import InputError, nearest
 from infinivar.study.check import check_study
-from infinivar.study.sessions import check_settings, prepared
+from infinivar.study.sessions import check_settings, session_arguments
 from infinivar.study.study import Study
 
 
@@ -46,7 +46,7 @@ def study_session(
 def _arguments(study: Study, task: str, drive: str) -> dict[str, Any]:
     """Of `Setup`."""
     one = study.sessions[task]
-    found = prepared(one, study.drives[drive], f"tasks.{task}", f"drives.{drive}")
+    found = session_arguments(one, study.drives[drive], f"tasks.{task}", f"drives.{drive}")
     return {**found, "title": f"{study.titles[drive]}, {one.title}"}
 
 

@@ -20,7 +20,7 @@ from infinivar.machines.control.sampling import Sensing, check_rate
 from infinivar.machines.control.sensing import GuidedController, Sensors
 from infinivar.machines.control.tasks import controller_of, curve_of, surface_of
 from infinivar.machines.hand import Grip, GrippingArm, Hand
-from infinivar.machines.kind import Machine
+from infinivar.machines.kind import MovingMachine
 from infinivar.machines.registry import MACHINES
 from infinivar.machines.system import System
 from infinivar.motion.machine_scenario import History, check_length, over_time
@@ -42,7 +42,7 @@ class Setup:
         If an argument is out of range, or does not fit the machine.
     """
 
-    machine: Machine
+    machine: MovingMachine
     task: Any = None
     controller: Any = None
     user: Any = None
@@ -86,7 +86,7 @@ class Setup:
     def _check(self) -> None:
         """Refuse arguments out of range."""
         machine, duration, output_step, sensing = self.machine, self.duration, self.output_step, self.sensing
-        if not isinstance(machine, Machine):
+        if not isinstance(machine, MovingMachine):
             names = ", ".join(MACHINES)
             raise ParameterError(f"machine must be one of {names}, got {machine!r}")
         check_number("duration", duration, "s", Gt(0))
@@ -201,7 +201,7 @@ class Setup:
 
 
 def session(
-    machine: Machine,
+    machine: MovingMachine,
     task: Any = None,
     controller: Any = None,
     user: Any = None,

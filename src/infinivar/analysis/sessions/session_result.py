@@ -16,7 +16,7 @@ from infinivar.analysis.run_limits import Event
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand
 from infinivar.machines.control.sampling import Sensing
-from infinivar.machines.kind import Machine
+from infinivar.machines.kind import MovingMachine
 from infinivar.units import plain
 
 _ROUNDED = 1e-9
@@ -90,7 +90,7 @@ class Session(Run, Animated, Result):
     outcome : str                Empty, or why the session ended early.
     """
 
-    machine: Machine
+    machine: MovingMachine
     task: Any
     controller: Any
     user: Any

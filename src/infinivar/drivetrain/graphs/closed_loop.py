@@ -46,7 +46,7 @@ _TRUSTED = 0.99
 
 
 @dataclass(frozen=True, slots=True)
-class Machine:
+class ClosedLoop:
     """A graph with its external inputs, initial states and controller."""
 
     graph: BondGraph
@@ -72,7 +72,7 @@ class _Speed:
         return self.path.at(time).acceleration
 
 
-def closed_loop(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> Machine:
+def closed_loop(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> ClosedLoop:
     """A drive set up for a scenario.
 
     Parameters
@@ -141,7 +141,7 @@ def _load_inputs(scenario: Scenario) -> dict[str, float | Input]:
     return {"force": force.magnitude if isinstance(force, ConstantForce) else force or 0.0}
 
 
-def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
+def _cobotic(drive: CoboticDrive, scenario: Scenario) -> ClosedLoop:
     stick_speed = given(scenario.stick_speed, STICK_SPEED)
     turning = drive.gearhead.ratio**2 * _motor_inertia(drive)
     stages.check_gear_jamming(drive.gearhead, turning, drive.cylinder_inertia or 0.0, "cylinder_inertia")
@@ -156,7 +156,7 @@ def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
     path = _path(drive, scenario, held is None and scenario.link == "controlled")
     running = scenario.cylinder == "running" and drive.cylinder_speed != 0.0
     idle = float(_bare(drive).operate(speed=0.0, force=0.0).states["motor_current_A"]) if running else 0.0
-    return Machine(
+    return ClosedLoop(
         graph,
         _load_inputs(scenario),
         _cobotic_start(drive, scenario, path, graph, held, running, idle),
@@ -241,7 +241,7 @@ def _cobotic_controller(
     )
 
 
-def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
+def _conventional(drive: ConventionalDrive, scenario: Scenario) -> ClosedLoop:
     for field, value, usual in (
         ("steering", scenario.steering, "controlled"),
         ("cylinder", scenario.cylinder, "running"),
@@ -259,7 +259,7 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
         stick_speed=stick_speed,
     )
     path = _path(drive, scenario, scenario.link == "controlled")
-    return Machine(
+    return ClosedLoop(
         graph,
         _load_inputs(scenario),
         _conventional_start(drive, scenario, path, graph),

@@ -16,7 +16,7 @@ import numpy as np
 from infinivar.errors import ParameterError
 from infinivar.machines.control.loops import Commands
 from infinivar.machines.hand import Grip
-from infinivar.machines.kind import Machine
+from infinivar.machines.kind import MovingMachine
 from infinivar.machines.system import Mechanics, System
 
 __all__ = ["Commands", "Controller", "Law", "Measured", "Plant", "begun"]
@@ -48,7 +48,7 @@ class Measured:
 class Plant:
     """What a controller may know of its machine before a session."""
 
-    machine: Machine
+    machine: MovingMachine
     system: System
     grip: Grip
     period: float

@@ -11,7 +11,7 @@ from infinivar._core.fields import check, component, quantity
 from infinivar.errors import ParameterError, require
 
 if TYPE_CHECKING:
-    from infinivar.machines.kind import Machine
+    from infinivar.machines.kind import MovingMachine
 
 SLOWEST, FASTEST = 500.0, 10_000.0
 """Sample rates of controllers. [Hz]"""
@@ -62,7 +62,7 @@ class Sensing:
         return 1.0 / self.sample_rate
 
 
-def check_rate(machine: Machine, sensing: Sensing) -> None:
+def check_rate(machine: MovingMachine, sensing: Sensing) -> None:
     """Raise ParameterError unless the servos of a machine have ten samples in a period of their bandwidth."""
     for name in ("steering_bandwidth", "cylinder_bandwidth", "speed_bandwidth"):
         bandwidth = getattr(machine.control, name, None)

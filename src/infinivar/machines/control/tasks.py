@@ -14,7 +14,7 @@ from infinivar.machines.control.impedance import ImpedanceGuide
 from infinivar.machines.control.legs import AdmittanceGuide, HoldGuide
 from infinivar.machines.control.planar import CasterGuide, PathGuide, WallGuide
 from infinivar.machines.control.planar_fixtures import Beside, PlanarFixtureGuide, PlanarHoldGuide
-from infinivar.machines.kind import Machine
+from infinivar.machines.kind import MovingMachine
 from infinivar.motion.virtual.fixtures import OnCurve, OnSurface
 from infinivar.motion.virtual.tasks import (
     TASKS,
@@ -50,7 +50,7 @@ class CoastGuide:
         return law
 
 
-def controller_of(task: HandleTask, machine: Machine) -> Any:
+def controller_of(task: HandleTask, machine: MovingMachine) -> Any:
     """The controller that does a task with a machine, with the settings that the task leaves open at their defaults.
 
     Raises
@@ -60,7 +60,7 @@ def controller_of(task: HandleTask, machine: Machine) -> Any:
     """
     if not isinstance(task, HandleTask):
         raise ParameterError(f"task must be one of {', '.join(kind.__name__ for kind in TASKS.values())}, got {task!r}")
-    found = machine.guide(task) if isinstance(machine, Machine) else None
+    found = machine.guide(task) if isinstance(machine, MovingMachine) else None
     if found is None:
         raise ParameterError(
             f"task {type(task).__name__} has no controller for a {type(machine).__name__}; give one as controller"

@@ -24,7 +24,7 @@ from infinivar.machines import bonds
 from infinivar.machines.bodies import Moved, planar_arm
 from infinivar.machines.course import MachineCourse
 from infinivar.machines.hand import ArmGrip, Grip, without_point
-from infinivar.machines.kind import Machine, motor_of, servo_of
+from infinivar.machines.kind import MovingMachine, motor_of, servo_of
 from infinivar.machines.kinds.linked import Linked, OnCylinder, SeparateMachine, check_leg
 from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load
 from infinivar.machines.links import Carried, moved
@@ -205,7 +205,7 @@ class SerialArmMechanics(Defaults):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SerialArmMachine(Machine):
+class SerialArmMachine(MovingMachine):
     """A planar arm whose joints are coupled by wheels, one between each two; a motor or a user moves it.
 
     Raises

@@ -17,7 +17,7 @@ from infinivar.errors import ParameterError
 from infinivar.machines.control.loops import following_pose, standing
 from infinivar.machines.control.tasks import guide_of_legs, guide_of_motors
 from infinivar.machines.course import MachineCourse
-from infinivar.machines.kind import Machine, MachineDrive, motor_of, servo_of
+from infinivar.machines.kind import MachineDrive, MovingMachine, motor_of, servo_of
 from infinivar.machines.linkage import LeggedMechanics, Load, SeparateMechanics
 from infinivar.machines.links import RIM, Carried, lacking_of_leg, moved, with_legs, with_motors
 from infinivar.machines.machine import TaskPoint, checked, lacking_of_drive
@@ -30,7 +30,7 @@ from infinivar.transmission.configuration import Configuration
 from infinivar.transmission.rolling_contact import RollingContact
 
 
-class OnCylinder(Machine):
+class OnCylinder(MovingMachine):
     """What machines with legs on a common cylinder share; `leg` is one of the legs."""
 
     __slots__ = ()
@@ -91,7 +91,7 @@ class OnCylinder(Machine):
         )
 
 
-class OwnMotors(Machine):
+class OwnMotors(MovingMachine):
     """What machines with a motor for each link share."""
 
     __slots__ = ()

@@ -35,7 +35,7 @@ from infinivar.machines.control.loops import following_path
 from infinivar.machines.control.tasks import guide_of_wheels
 from infinivar.machines.course import CREEPING, MachineCourse
 from infinivar.machines.hand import BodyGrip, Grip
-from infinivar.machines.kind import Machine, MachineDrive, servo_of
+from infinivar.machines.kind import MachineDrive, MovingMachine, servo_of
 from infinivar.machines.machine import TaskPoint, rows, worst
 from infinivar.machines.motors import SteeringServo
 from infinivar.machines.pictures import wheeled
@@ -133,7 +133,7 @@ class PlanarMechanics(Defaults):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PlanarMachine(Machine):
+class PlanarMachine(MovingMachine):
     """A planar cobot with servos on its wheels, moved by a user.
 
     Raises

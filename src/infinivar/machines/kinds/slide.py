@@ -18,7 +18,7 @@ from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.machines.bodies import Moved
 from infinivar.machines.hand import Grip, PointGrip
-from infinivar.machines.kind import Machine
+from infinivar.machines.kind import MovingMachine
 from infinivar.machines.kinds.linked import OnCylinder, OwnMotors, check_leg
 from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load, SeparateMechanics
 from infinivar.machines.motors import LinkMotors
@@ -165,7 +165,7 @@ class GearedSlideMachine(OwnMotors):
         return AXES[: len(self.masses)]
 
 
-def slide_of(drive: Any, masses: Sequence[float]) -> Machine | None:
+def slide_of(drive: Any, masses: Sequence[float]) -> MovingMachine | None:
     """A handle of some masses on axes, each moved by a drive of one axis like this; None if it is of no such kind."""
     if isinstance(drive, CoboticDrive):
         return SlideMachine(leg=drive, masses=masses)

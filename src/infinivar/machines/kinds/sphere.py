@@ -20,7 +20,7 @@ from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.machines import bonds
 from infinivar.machines.course import MachineCourse
-from infinivar.machines.kind import Machine, MachineDrive, motor_of, servo_of
+from infinivar.machines.kind import MachineDrive, MovingMachine, motor_of, servo_of
 from infinivar.machines.machine import TaskPoint, rows
 from infinivar.machines.motors import PowerMotor, SteeringServo
 from infinivar.machines.pictures import rollers
@@ -132,7 +132,7 @@ class SphereMechanics(Defaults):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SphereMachine(Machine):
+class SphereMachine(MovingMachine):
     """A sphere between rollers with a source on shaft 1 and a load or user on shaft 2.
 
     Raises

@@ -15,7 +15,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.steering import SteeringPlant
-from infinivar.paper.claims.claim import Found, Machine, Variant, either_way
+from infinivar.paper.claims.claim import Found, PaperMachine, Variant, either_way
 from infinivar.paper.claims.planes import Cells, Scale, plane_map
 from infinivar.parts.linear import Guideway
 
@@ -63,7 +63,7 @@ class Bench(NamedTuple):
     load_mass: float
 
     @classmethod
-    def of(cls, machine: Machine, name: str = "cobotic") -> Bench:
+    def of(cls, machine: PaperMachine, name: str = "cobotic") -> Bench:
         """The bench with one of the machine's cobotic drives and the Motor 2 drive."""
         return cls(machine.cobotic(name), machine.conventional("motor2-gear4"), machine.power, machine.load_mass)
 
@@ -250,7 +250,7 @@ TRACED = ("steering_inertia", "link_mass", "bell_friction", "drag")
 """Values for which the report states the range over which a verdict stays the same."""
 
 
-def demands(machine: Machine, found: Callable[[Machine], Found], *keys: str) -> Iterator[Variant]:
+def demands(machine: PaperMachine, found: Callable[[PaperMachine], Found], *keys: str) -> Iterator[Variant]:
     """Findings with each value of the requirement varied by `FACTOR`, one at a time: the paper prints none of them."""
     for key in keys or ("force", "speed", "power"):
         yield from either_way(f"required {key}", lambda factor, key=key: found(machine.demanding(key, factor)))

@@ -224,7 +224,7 @@ def statements() -> tuple[dict[str, Any], ...]:
     return tuple(tomllib.loads(text)["claim"])
 
 
-class Machine:
+class PaperMachine:
     """The paper's machine as shipped; quantities that several checks need are computed once."""
 
     set_name = "faulring2006"
@@ -248,7 +248,7 @@ class Machine:
 
     def __eq__(self, other: object) -> bool:
         """True for any two of the same laws: both represent the shipped machine, however much they have computed so far."""
-        return isinstance(other, Machine) and self._laws == other._laws
+        return isinstance(other, PaperMachine) and self._laws == other._laws
 
     def __hash__(self) -> int:
         """Equal for equal machines."""
@@ -258,9 +258,9 @@ class Machine:
     def _laws(self) -> tuple[str, SteeringModel, tuple[str, float] | None, CylinderBearings | None]:
         return self.creep_law, self.steering_model, self.demand, self.cylinder_bearings
 
-    def demanding(self, key: str, factor: float) -> Machine:
+    def demanding(self, key: str, factor: float) -> PaperMachine:
         """The same machine under another requirement: "force", "speed" or "power" multiplied by a factor."""
-        return Machine(self.creep_law, self.steering_model, (key, factor), self.cylinder_bearings)
+        return PaperMachine(self.creep_law, self.steering_model, (key, factor), self.cylinder_bearings)
 
     @functools.cached_property
     def comparison(self) -> Comparison:
@@ -355,7 +355,7 @@ class Machine:
 class Varied(Protocol):
     """A check that can be made without the choices, definitions and values tried besides, which take most of its time."""
 
-    def shown(self, machine: Machine) -> Found:
+    def shown(self, machine: PaperMachine) -> Found:
         """What it finds with the shipped choices, definitions and values alone."""
         ...
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from infinivar.contact import creep
-from infinivar.paper.claims.claim import Finding, Found, Machine, either_way, row, settle, yes
+from infinivar.paper.claims.claim import Finding, Found, PaperMachine, either_way, row, settle, yes
 from infinivar.paper.claims.element import elements, gears, with_bearing, with_geometry, with_oil
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
@@ -20,7 +20,7 @@ _ONE_STAGE = 10.0
 """Largest ratio of a planetary gear of one stage. [-]"""
 
 
-def e12(machine: Machine) -> Finding:
+def e12(machine: PaperMachine) -> Finding:
     """Stiction, friction, compliance and backlash of the element by the paper's own laws."""
     speed = machine.cylinder_speed
 
@@ -77,7 +77,7 @@ def e12(machine: Machine) -> Finding:
     return settle(found(), why, variants)
 
 
-def e13(machine: Machine) -> Finding:
+def e13(machine: PaperMachine) -> Finding:
     """Rise of the axle bearings' friction from no lateral force to the slip limit."""
 
     def rise(element: RotaryLinearIVT, first: float = 0.0) -> float:
@@ -117,7 +117,7 @@ def e13(machine: Machine) -> Finding:
     return settle(found(), why, variants)
 
 
-def e14(machine: Machine) -> Finding:
+def e14(machine: PaperMachine) -> Finding:
     """Planetary gears above 90 % that are neither very strong nor a single pair."""
     own = machine.conventional("motor2-gear4").gearhead
 

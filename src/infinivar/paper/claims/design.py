@@ -13,7 +13,7 @@ from infinivar.analysis.design_trends import Duty, elasticities, with_friction
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import motor_side, needed
 from infinivar.paper.claims.bench import Bench
-from infinivar.paper.claims.claim import Finding, Found, Machine, Variant, row, settle, yes
+from infinivar.paper.claims.claim import Finding, Found, PaperMachine, Variant, row, settle, yes
 from infinivar.paper.claims.element import with_bearing
 from infinivar.paper.claims.planes import PLANES
 from infinivar.parts.bearing import SIZE_POWERS
@@ -68,19 +68,19 @@ class _AtPlace:
     """
 
     found: _Found
-    why: Callable[[Machine], str]
-    variants: Callable[[Machine, _Found], Iterator[Variant]]
+    why: Callable[[PaperMachine], str]
+    variants: Callable[[PaperMachine, _Found], Iterator[Variant]]
 
-    def __call__(self, machine: Machine) -> Finding:
+    def __call__(self, machine: PaperMachine) -> Finding:
         """Return the finding, with every choice, definition and value tried."""
         return settle(self.shown(machine), self.why(machine), self.variants(machine, self.found))
 
-    def shown(self, machine: Machine) -> Found:
+    def shown(self, machine: PaperMachine) -> Found:
         """Return what the check finds at the working point of the paper's element."""
         return self.found(machine.drive, _SHIPPED)
 
 
-def _elsewhere(machine: Machine, found: _Found) -> Iterator[Variant]:
+def _elsewhere(machine: PaperMachine, found: _Found) -> Iterator[Variant]:
     """Findings at other operating points, for the other reconstruction, and with the other bearing model."""
     drive = machine.drive
     for load, ratio in _ELSEWHERE:
@@ -96,7 +96,7 @@ def _by_hysteresis(drive: CoboticDrive, place: _Place) -> Found:
     return Found(slope, "above 0 % of the loss per percent", yes(slope > 0))
 
 
-def _why_hysteresis(machine: Machine) -> str:
+def _why_hysteresis(machine: PaperMachine) -> str:
     groups = machine.element.groups(machine.cylinder_speed)
     bearing = float(groups.bearing_torque / (groups.bearing_torque + groups.rolling_torque))
     slope = _slopes(machine.drive, "hysteresis_factor")["total"]
@@ -122,7 +122,7 @@ def _by_friction(drive: CoboticDrive, place: _Place) -> Found:
     return Found(slopes["total"], "creep above 0 % per percent, all others below", verdict)
 
 
-def _why_friction(machine: Machine) -> str:
+def _why_friction(machine: PaperMachine) -> str:
     slopes, steering = _slopes(machine.drive, "friction"), _turning(machine.drive)
     return (
         f"Raising mu by 1 % changes the loss at 8:1 by {slopes['total']:+.2f} %: hysteresis {slopes['rolling']:+.2f} %, "
@@ -138,7 +138,7 @@ def _by_modulus(drive: CoboticDrive, place: _Place) -> Found:
     return Found(slope, "below 0 % of the creep loss per percent", yes(slope < 0))
 
 
-def _why_modulus(machine: Machine) -> str:
+def _why_modulus(machine: PaperMachine) -> str:
     slopes = _slopes(machine.drive, "youngs_modulus")
     return (
         f"Raising the modulus by 1 % lowers the creep loss by only {-slopes['creep']:.2f} %, because a stiffer contact patch is "
@@ -159,7 +159,7 @@ def _bell_slope(drive: CoboticDrive, model: str) -> float:
     return (after / before - 1.0) / step
 
 
-def s4(machine: Machine) -> Finding:
+def s4(machine: PaperMachine) -> Finding:
     """Effect of the size of the bearings, by both friction models."""
 
     def found(drive: CoboticDrive, place: _Place = _SHIPPED) -> Found:
@@ -217,7 +217,7 @@ def _shaken(bench: Bench, drive: CoboticDrive, cylinder: str) -> tuple[np.ndarra
     return found.power_in, found.works
 
 
-def s5(machine: Machine) -> Finding:
+def s5(machine: PaperMachine) -> Finding:
     """Effect of a 1 % lighter bell, link or cylinder on the power drawn while shaking a mass."""
 
     def mean_change(bench: Bench, drive: CoboticDrive, cylinder: str = "constant") -> float:
@@ -286,21 +286,21 @@ def _ranked(drive: CoboticDrive, place: _Place) -> Found:
     return Found(words, "none: the paper prints no ranking", "undecidable")
 
 
-def _why_ranked(machine: Machine) -> str:
+def _why_ranked(machine: PaperMachine) -> str:
     return (
         "The computed values are changes in percent of the element's loss per percent of the parameter, at half the slip force "
         "and 8:1, with a constant coefficient of friction in the bearings. The paper refers to a ranking but does not print it."
     )
 
 
-def _ranked_otherwise(machine: Machine, found: _Found) -> Iterator[Variant]:
+def _ranked_otherwise(machine: PaperMachine, found: _Found) -> Iterator[Variant]:
     """Rankings at another load, and with the other bearing model."""
     yield row("choice", "at 15 % of the slip force and 8:1", found(machine.drive, (0.15, 8.0)))
     skf = _with_bearings(machine.drive, "skf")
     yield row("definition", "SKF's later friction model of the bearings", found(skf, _SHIPPED))
 
 
-CHECKS: Mapping[str, Callable[[Machine], Finding]] = {
+CHECKS: Mapping[str, Callable[[PaperMachine], Finding]] = {
     "S1": _AtPlace(_by_hysteresis, _why_hysteresis, _elsewhere),
     "S2": _AtPlace(_by_friction, _why_friction, _elsewhere),
     "S3": _AtPlace(_by_modulus, _why_modulus, _elsewhere),

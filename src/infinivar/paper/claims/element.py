@@ -16,7 +16,7 @@ from infinivar.paper.claims.claim import (
     FACTOR,
     Finding,
     Found,
-    Machine,
+    PaperMachine,
     Range,
     at_ratio,
     efficiency_by,
@@ -124,17 +124,17 @@ def with_oil(element: RotaryLinearIVT, factor: float) -> RotaryLinearIVT:
     return with_bearing(element, viscosity=factor * viscosity)
 
 
-def _other(machine: Machine) -> RotaryLinearIVT:
+def _other(machine: PaperMachine) -> RotaryLinearIVT:
     return machine.cobotic("cobotic-b").transmission
 
 
-def elements(machine: Machine) -> Iterator[tuple[str, RotaryLinearIVT]]:
+def elements(machine: PaperMachine) -> Iterator[tuple[str, RotaryLinearIVT]]:
     """Other elements that the paper's statements allow, each with a description."""
     yield "reconstruction B", _other(machine)
     yield from fitted_elements(machine.element).items()
 
 
-def _printed_point(machine: Machine, ratio: float, printed: float) -> Finding:
+def _printed_point(machine: PaperMachine, ratio: float, printed: float) -> Finding:
     """Check E1 or E2, to which H and K were fitted."""
 
     def found(element: RotaryLinearIVT) -> Found:
@@ -156,17 +156,17 @@ def _missed(found: Found, printed: float) -> str:
     return f"{abs(found.computed - printed):.3f}"
 
 
-def e1(machine: Machine) -> Finding:
+def e1(machine: PaperMachine) -> Finding:
     """Efficiency at 100:1 and half load."""
     return _printed_point(machine, 100.0, PRINTED[0])
 
 
-def e2(machine: Machine) -> Finding:
+def e2(machine: PaperMachine) -> Finding:
     """Efficiency at 8:1 and half load."""
     return _printed_point(machine, 8.0, PRINTED[1])
 
 
-def e3(machine: Machine) -> Finding:
+def e3(machine: PaperMachine) -> Finding:
     """Efficiency at 1:1 and half load, with Eqs 16 and 17."""
 
     def found(element: RotaryLinearIVT, law: str = "faulring", ratio: float = 1.0) -> Found:
@@ -198,7 +198,7 @@ def best_point(element: RotaryLinearIVT, load: np.ndarray | None = None) -> tupl
     return float(efficiency[place, column]), float(ratios[column]), float(loads[place])
 
 
-def e4(machine: Machine) -> Finding:
+def e4(machine: PaperMachine) -> Finding:
     """Peak efficiency over load and ratio."""
     value, ratio, load = best_point(machine.element)
     others = {words: best_point(element)[0] for words, element in elements(machine)}
@@ -218,7 +218,7 @@ def e4(machine: Machine) -> Finding:
     return settle(found, why, variants)
 
 
-def e5(machine: Machine) -> Finding:
+def e5(machine: PaperMachine) -> Finding:
     """Deviation of the exact creep curve from a straight line."""
     contact = needed(machine.element.contact, "contact")
     own = contact.axis_ratio, contact.poisson
@@ -267,7 +267,7 @@ def e5(machine: Machine) -> Finding:
     return settle(shipped, why, variants)
 
 
-def e6(machine: Machine) -> Finding:
+def e6(machine: PaperMachine) -> Finding:
     """Bearing loss over hysteresis loss."""
     element, speed = machine.element, machine.cylinder_speed
     factor = needed(element.geometry, "geometry").hysteresis_factor
@@ -299,7 +299,7 @@ def e6(machine: Machine) -> Finding:
     return settle(found(value), why, variants, [reach])
 
 
-def e7(machine: Machine) -> Finding:
+def e7(machine: PaperMachine) -> Finding:
     """Speed dependence of the rolling losses, by SKF's model of the bearings."""
     skf = with_bearing(machine.element, friction_model="skf")
     wide, narrow = (0.1, 0.3, 1.0, 2.0), (0.5, 0.7, 1.0, 1.4, 2.0)
@@ -341,7 +341,7 @@ def gears(worst: str = "low") -> list[dict[str, Any]]:
 
 
 def _against_gears(
-    machine: Machine, load: float, law: str, upto: float, statistic: str, worst: str
+    machine: PaperMachine, load: float, law: str, upto: float, statistic: str, worst: str
 ) -> dict[str, float]:
     """Efficiency of the element minus the efficiency of gears, by ratio band; bands without a gear are left out."""
     element = replace(machine.element, creep_law=law)
@@ -364,7 +364,7 @@ def _rolling_share(element: RotaryLinearIVT, load: float) -> float:
     return 1.0 - float(point.losses["creep"]) / sum(float(loss) for loss in point.losses.values())
 
 
-def e8(machine: Machine) -> Finding:
+def e8(machine: PaperMachine) -> Finding:
     """Element against catalogue gears of the same ratio, by ratio band."""
 
     def found(
@@ -414,7 +414,7 @@ def e8(machine: Machine) -> Finding:
     return settle(found(), why, variants)
 
 
-def e9(machine: Machine) -> Finding:
+def e9(machine: PaperMachine) -> Finding:
     """Drop in efficiency from 8:1 to 100:1, and the share of rolling loss."""
 
     def drop(element: RotaryLinearIVT, load: float) -> tuple[float, float]:
@@ -444,7 +444,7 @@ def e9(machine: Machine) -> Finding:
     return settle(found(), why, variants)
 
 
-def e10(machine: Machine) -> Finding:
+def e10(machine: PaperMachine) -> Finding:
     """Change of the slip angle over three decades of cylinder speed."""
     speeds = np.array([0.1, 1.0, 14.0, 100.0])
 
@@ -464,7 +464,7 @@ def e10(machine: Machine) -> Finding:
     return settle(found(machine.element.creep_law.name), why, variants, by_construction=True)
 
 
-def e11(machine: Machine) -> Finding:
+def e11(machine: PaperMachine) -> Finding:
     """Peaks of the 95 % curve by Eq 16 and by Eq 17."""
     ratio = np.geomspace(1.0, 100.0, 2001)
     peaks = [

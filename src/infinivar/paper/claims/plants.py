@@ -14,7 +14,18 @@ from infinivar.analysis.design_trends import with_friction, with_material
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.graphs.compliances import DAMPING
-from infinivar.paper.claims.claim import FACTOR, Finding, Found, Machine, at_ratio, either_way, near, row, settle, yes
+from infinivar.paper.claims.claim import (
+    FACTOR,
+    Finding,
+    Found,
+    PaperMachine,
+    at_ratio,
+    either_way,
+    near,
+    row,
+    settle,
+    yes,
+)
 from infinivar.paper.claims.planes import PLANES, plane_map
 from infinivar.parts.motor import Motor
 from infinivar.study.catalogue import materials
@@ -61,7 +72,7 @@ def passed_power(element: RotaryLinearIVT, load: float, ratio: float, fastest: f
     return most, abs(float(point.power_out))
 
 
-def g1(machine: Machine) -> Finding:
+def g1(machine: PaperMachine) -> Finding:
     """Power between the steering plant and the transmission, by exact rolling theory with spin."""
 
     def found(
@@ -104,7 +115,7 @@ def g1(machine: Machine) -> Finding:
 
 
 @functools.lru_cache(maxsize=8)
-def _wound(machine: Machine, name: str) -> tuple[np.ndarray, np.ndarray]:
+def _wound(machine: PaperMachine, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Energy put into the gear trains' springs per second and radian of wind-up over the power drawn, where the drive works.
 
     Cylinder and steering are added. Source: Hooke's law, ``T^2/(2 k)`` with ``k`` the continuous torque over the wind-up.
@@ -129,7 +140,7 @@ def _wound(machine: Machine, name: str) -> tuple[np.ndarray, np.ndarray]:
     return share, known.works
 
 
-def g2(machine: Machine) -> Finding:
+def g2(machine: PaperMachine) -> Finding:
     """Energy that elastic gear trains would dissipate over the plane of Fig 17."""
 
     def found(wind_up: float = _WIND_UP, lost: float = _LOST, worst: bool = False, name: str = "cobotic") -> Found:
@@ -176,7 +187,7 @@ def _scanned(motor: Motor) -> float:
     return float(np.max(torque * speed / np.asarray(point.power)))
 
 
-def c8(machine: Machine) -> Finding:
+def c8(machine: PaperMachine) -> Finding:
     """Peak efficiency of both motors at their supply voltage."""
     small, large = (machine.conventional(name).motor for name in ("motor1-gear1", "motor2-gear4"))
 
@@ -211,7 +222,7 @@ def _turning(drive: CoboticDrive) -> float:
     return float(sum(needed(drive.steering, "steering").friction_torques(drive.transmission).values()))
 
 
-def s7(machine: Machine) -> Finding:
+def s7(machine: PaperMachine) -> Finding:
     """Steering torque and creep of steel on steel, over those of other materials at the same slip force."""
     steel = "bearing-steel"
 

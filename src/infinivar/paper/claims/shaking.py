@@ -14,7 +14,18 @@ from infinivar.analysis.cycles.performance import PAPER, Definition
 from infinivar.analysis.cycles.shaking import DynamicMap
 from infinivar.limits import words_of
 from infinivar.paper.claims.bench import MOVES, TRACED, Bench, Pair
-from infinivar.paper.claims.claim import Finding, Found, Kind, Machine, Range, Variant, either_way, row, settle, yes
+from infinivar.paper.claims.claim import (
+    Finding,
+    Found,
+    Kind,
+    PaperMachine,
+    Range,
+    Variant,
+    either_way,
+    row,
+    settle,
+    yes,
+)
 from infinivar.paper.claims.plane_measures import (
     EXCEPTIONS,
     READING,
@@ -111,11 +122,11 @@ class _OnPlane:
     """
 
     check: Check
-    why: Callable[[Machine], str]
+    why: Callable[[PaperMachine], str]
     choices: Mapping[str, Check]
     axes: Mapping[str, Mapping[str, str]]
 
-    def __call__(self, machine: Machine) -> Finding:
+    def __call__(self, machine: PaperMachine) -> Finding:
         """Return the finding for reconstruction A, with every choice, definition and value tried.
 
         Choices are tried for both reconstructions, definitions and values with the shipped choices on a coarser plane.
@@ -131,7 +142,7 @@ class _OnPlane:
         ]
         return settle(self.shown(machine), self.why(machine), variants, ranges(bench, check))
 
-    def shown(self, machine: Machine) -> Found:
+    def shown(self, machine: PaperMachine) -> Found:
         """Return what the check finds on the plane of the figure."""
         return self.check(Bench.of(machine).pair(cells="fine"))
 
@@ -171,7 +182,7 @@ def _listed(pair: Pair, drive: str) -> str:
     return ", ".join(f"{name} {shares[name]:.0%}" for name in largest)
 
 
-def _why_better(machine: Machine) -> str:
+def _why_better(machine: PaperMachine) -> str:
     """Which drive performs better below 10 Hz and above 10 % of the power."""
     bench = Bench.of(machine)
     pair = bench.pair(cells="fine")
@@ -185,7 +196,7 @@ def _why_better(machine: Machine) -> str:
     )
 
 
-def _why_similar(machine: Machine) -> str:
+def _why_similar(machine: PaperMachine) -> str:
     """How similar both drives are from 1 to 10 Hz."""
     pair = Bench.of(machine).pair(cells="fine")
     ours, theirs = pair.cobotic, pair.conventional
@@ -202,7 +213,7 @@ def _why_similar(machine: Machine) -> str:
     )
 
 
-def _why_highest(machine: Machine) -> str:
+def _why_highest(machine: PaperMachine) -> str:
     """The highest performance of the cobotic drive."""
     bench = Bench.of(machine)
     shipped = highest(bench.pair(cells="fine")).computed
@@ -213,7 +224,7 @@ def _why_highest(machine: Machine) -> str:
     )
 
 
-def _why_corners(machine: Machine) -> str:
+def _why_corners(machine: PaperMachine) -> str:
     """Which drive works in the upper corners."""
     ours, theirs = Bench.of(machine).pair(cells="fine")[:2]
     met = [steady.limit_at(*place) for place in ((0, -1), (-1, -1)) for steady in (ours, theirs)]
@@ -226,7 +237,7 @@ def _why_corners(machine: Machine) -> str:
     )
 
 
-def _why_steering(machine: Machine) -> str:
+def _why_steering(machine: PaperMachine) -> str:
     """Where the cobotic drive's power goes."""
     pairs = [Bench.of(machine, name).pair(cells="fine") for name in ("cobotic", "cobotic-b")]
     return (
@@ -247,7 +258,7 @@ def half_from(frequency: Sequence[float] | np.ndarray, shares: Sequence[float]) 
     return start
 
 
-def _why_resistance(machine: Machine) -> str:
+def _why_resistance(machine: PaperMachine) -> str:
     """Where the conventional drive's power goes."""
     pair = Bench.of(machine).pair(cells="fine")
     steady = pair.conventional
@@ -263,7 +274,7 @@ def _why_resistance(machine: Machine) -> str:
     )
 
 
-def _why_trends(machine: Machine) -> str:
+def _why_trends(machine: PaperMachine) -> str:
     """How performance changes over the plane."""
     return (
         "Neighbouring cells are compared. Performance rises with power within limits. It falls with frequency above 10 Hz, "
@@ -280,10 +291,10 @@ class _OnMaps:
     """
 
     check: Callable[..., Found]
-    why: Callable[[Machine], str]
+    why: Callable[[PaperMachine], str]
     choices: Mapping[str, Callable[..., Found]]
 
-    def __call__(self, machine: Machine) -> Finding:
+    def __call__(self, machine: PaperMachine) -> Finding:
         """Return the finding, with every choice, definition and value tried."""
         check, bench, other = self.check, Bench.of(machine), Bench.of(machine, "cobotic-b")
         variants = [
@@ -298,7 +309,7 @@ class _OnMaps:
         ]
         return settle(self.shown(machine), self.why(machine), variants)
 
-    def shown(self, machine: Machine) -> Found:
+    def shown(self, machine: PaperMachine) -> Found:
         """Return what the check finds with the shipped choices."""
         return self.check(Bench.of(machine))
 
@@ -317,7 +328,7 @@ def recovered(bench: Bench, *, definition: Definition = PAPER, efficiency: float
     return raised(bench.pair(definition).cobotic, bench.pair(stored).cobotic)
 
 
-def _why_recovered(machine: Machine) -> str:
+def _why_recovered(machine: PaperMachine) -> str:
     return (
         "The drive draws less power wherever any power comes back. By this definition performance has no upper limit: a "
         "lossless drive would draw nothing."
@@ -344,7 +355,7 @@ def lighter(
     return Found("; ".join(words), f"worse in at most {exceptions:.1%} of the cells", yes(holds))
 
 
-def _why_lighter(machine: Machine) -> str:
+def _why_lighter(machine: PaperMachine) -> str:
     bus = Definition(common_bus=True)
     before, after = (
         one.pair(bus).cobotic for one in (Bench.of(machine), Bench.of(machine).moved("steering_inertia", 0.5))
@@ -359,7 +370,7 @@ def _why_lighter(machine: Machine) -> str:
     )
 
 
-CHECKS: Mapping[str, Callable[[Machine], Finding]] = {
+CHECKS: Mapping[str, Callable[[PaperMachine], Finding]] = {
     "D1": _OnPlane(better, _why_better, _thresholds(better, "exceptions", EXCEPTIONS), axes=AXES),
     "D2": _OnPlane(
         similar,

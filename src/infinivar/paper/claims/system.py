@@ -22,7 +22,7 @@ from infinivar.paper.claims.claim import (
     FACTOR,
     Finding,
     Found,
-    Machine,
+    PaperMachine,
     Range,
     Variant,
     either_way,
@@ -44,18 +44,18 @@ _COBOTIC_VALUES = ("preload", "cylinder_radius", "link_drag")
 """Those of `MOVES` that affect the cobotic drive in steady operation."""
 
 
-def _over_region(machine: Machine, drive: Drive, count: int = 41) -> tuple[DrivePoint, np.ndarray]:
+def _over_region(machine: PaperMachine, drive: Drive, count: int = 41) -> tuple[DrivePoint, np.ndarray]:
     """Operating points of a drive over the required region, and the share of the area that each represents."""
     speed, force, weight = machine.requirement.sample(count)
     return drive.operate(speed=speed, force=force), weight
 
 
-def _spare(machine: Machine, drive: Drive) -> float:
+def _spare(machine: PaperMachine, drive: Drive) -> float:
     """Smallest margin over the required region, less 1. [-]"""
     return float(np.min(_over_region(machine, drive)[0].margin)) - 1.0
 
 
-def _coverage(machine: Machine, drive: Drive) -> float:
+def _coverage(machine: PaperMachine, drive: Drive) -> float:
     """Share of the required region within all limits. [-]"""
     point, weight = _over_region(machine, drive)
     return float(weight[np.asarray(point.limit) == Limit.OK].sum())
@@ -69,7 +69,7 @@ def _with_ratio(drive: ConventionalDrive, ratio: float) -> ConventionalDrive:
     return replace(drive, gearhead=replace(drive.gearhead, ratio=ratio))
 
 
-def smallest_scale(machine: Machine, ratio: float, drag: float | None = None) -> float:
+def smallest_scale(machine: PaperMachine, ratio: float, drag: float | None = None) -> float:
     """Smallest scale of Motor 1 that covers the required region with a fixed ratio; inf if none does. [-]"""
     from scipy.optimize import brentq
 
@@ -82,7 +82,7 @@ def smallest_scale(machine: Machine, ratio: float, drag: float | None = None) ->
     return brentq(spare, 0.5, 50.0, xtol=1e-6) if spare(50.0) > 0 else np.inf  # type: ignore[return-value]
 
 
-def drag_at(machine: Machine, spare: Callable[[ConventionalDrive], float]) -> float:
+def drag_at(machine: PaperMachine, spare: Callable[[ConventionalDrive], float]) -> float:
     """Drag at the load at which `spare` of the Motor 2 drive crosses zero. [N]"""
     from scipy.optimize import brentq
 
@@ -90,12 +90,12 @@ def drag_at(machine: Machine, spare: Callable[[ConventionalDrive], float]) -> fl
     return brentq(lambda drag: spare(_with_drag(large, drag)), 0.0, 20.0, xtol=1e-3)  # type: ignore[return-value]
 
 
-def _region_peak(machine: Machine, drive: ConventionalDrive) -> float:
+def _region_peak(machine: PaperMachine, drive: ConventionalDrive) -> float:
     point, _ = _over_region(machine, drive, 61)
     return float(np.nanmax(power.efficiency(point.power_in, point.power_out)))
 
 
-def _drags(machine: Machine) -> tuple[float, float, float]:
+def _drags(machine: PaperMachine) -> tuple[float, float, float]:
     """Drag at the load of the Motor 2 drive: assumed, smallest at which C6 holds, largest at which C3 holds. [N]"""
     shipped = machine.conventional(_LARGE).guideway.friction
     least = drag_at(machine, lambda drive: 0.65 - _region_peak(machine, drive))
@@ -103,12 +103,12 @@ def _drags(machine: Machine) -> tuple[float, float, float]:
     return shipped, least, most
 
 
-def _drag_range(machine: Machine, low: float | None, high: float | None) -> Range:
+def _drag_range(machine: PaperMachine, low: float | None, high: float | None) -> Range:
     ends = (None if end is None else float(f"{end:.3g}") for end in (low, high))
     return Range(MOVES["drag"].words, "N", machine.conventional(_LARGE).guideway.friction, *ends)
 
 
-def _cobotic_values(machine: Machine, found: Callable[[CoboticDrive], Found]) -> Iterator[Variant]:
+def _cobotic_values(machine: PaperMachine, found: Callable[[CoboticDrive], Found]) -> Iterator[Variant]:
     """Findings with the cobotic drive's values varied by `FACTOR`, one at a time."""
     bench = Bench.of(machine)
     for parameter in _COBOTIC_VALUES:
@@ -116,11 +116,11 @@ def _cobotic_values(machine: Machine, found: Callable[[CoboticDrive], Found]) ->
         yield from either_way(words, lambda factor, one=parameter: found(bench.moved(one, factor).cobotic))
 
 
-def c1(machine: Machine) -> Finding:
+def c1(machine: PaperMachine) -> Finding:
     """Coverage of Motor 1 with three ratios."""
     threshold = "each below 100 %"
 
-    def found(drives: list[ConventionalDrive], requested: Machine = machine) -> Found:
+    def found(drives: list[ConventionalDrive], requested: PaperMachine = machine) -> Found:
         shares = [_coverage(requested, drive) for drive in drives]
         return Found(
             ", ".join(f"{share:.0%}" for share in shares),
@@ -155,7 +155,7 @@ def c1(machine: Machine) -> Finding:
     return settle(found(drives), why, variants)
 
 
-def c2(machine: Machine) -> Finding:
+def c2(machine: PaperMachine) -> Finding:
     """Largest continuous power that Motor 1 delivers to the load."""
     required = machine.power
 
@@ -176,13 +176,13 @@ def c2(machine: Machine) -> Finding:
     return settle(value, why, variants, by_construction=True)
 
 
-def c3(machine: Machine) -> Finding:
+def c3(machine: PaperMachine) -> Finding:
     """Coverage of Motor 2."""
     result = machine.comparison.results[_LARGE]
     drag, _, most = _drags(machine)
     large = machine.conventional(_LARGE)
 
-    def found(drive: ConventionalDrive, requested: Machine = machine) -> Found:
+    def found(drive: ConventionalDrive, requested: PaperMachine = machine) -> Found:
         return Found(f"{_coverage(requested, drive):.1%}", "100 %", yes(_spare(requested, drive) >= 0.0))
 
     variants = [
@@ -201,7 +201,7 @@ def c3(machine: Machine) -> Finding:
     return settle(found(large), why, variants, [_drag_range(machine, None, most)], by_construction=True)
 
 
-def c4(machine: Machine) -> Finding:
+def c4(machine: PaperMachine) -> Finding:
     """Smallest scale of Motor 1, with the shipped ratio and over all ratios."""
     from scipy.optimize import minimize_scalar
 
@@ -229,7 +229,7 @@ def c4(machine: Machine) -> Finding:
     return settle(found(at_shipped)._replace(computed=value), why, variants)
 
 
-def c5(machine: Machine) -> Finding:
+def c5(machine: PaperMachine) -> Finding:
     """Peak efficiency of the Motor 2 drive."""
     result = machine.comparison.results[_LARGE]
     large = machine.conventional(_LARGE)
@@ -259,12 +259,12 @@ def c5(machine: Machine) -> Finding:
     return settle(found(result.peak_efficiency), why, variants)
 
 
-def c6(machine: Machine) -> Finding:
+def c6(machine: PaperMachine) -> Finding:
     """Peak efficiency of the Motor 2 drive in the required region."""
     large = machine.conventional(_LARGE)
     drag, least, most = _drags(machine)
 
-    def found(drive: ConventionalDrive, requested: Machine = machine) -> Found:
+    def found(drive: ConventionalDrive, requested: PaperMachine = machine) -> Found:
         value = _region_peak(requested, drive)
         return Found(value, "at most 0.65", yes(value <= 0.65))
 
@@ -280,22 +280,22 @@ def c6(machine: Machine) -> Finding:
     return settle(found(large), why, variants, [_drag_range(machine, least, None)], by_construction=True)
 
 
-def c7(machine: Machine) -> Finding:
+def c7(machine: PaperMachine) -> Finding:
     """Share of winding loss in the Motor 2 drive over the required region."""
     large = machine.conventional(_LARGE)
     drag, least, most = _drags(machine)
 
     def losses(
-        drive: ConventionalDrive, requested: Machine = machine
+        drive: ConventionalDrive, requested: PaperMachine = machine
     ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
         point, weight = _over_region(requested, drive, 61)
         return {name: np.asarray(loss) for name, loss in point.losses.items()}, np.asarray(point.power_in), weight
 
-    def means(drive: ConventionalDrive, requested: Machine = machine) -> dict[str, float]:
+    def means(drive: ConventionalDrive, requested: PaperMachine = machine) -> dict[str, float]:
         parts, _, weight = losses(drive, requested)
         return {name: float(np.sum(weight * loss)) for name, loss in parts.items()}
 
-    def largest(drive: ConventionalDrive, requested: Machine = machine) -> Found:
+    def largest(drive: ConventionalDrive, requested: PaperMachine = machine) -> Found:
         mean = means(drive, requested)
         other = max((name for name in mean if name != "winding"), key=lambda name: mean[name])
         total = sum(mean.values())
@@ -337,10 +337,10 @@ def c7(machine: Machine) -> Finding:
     return settle(largest(large), why, variants, [_drag_range(machine, None, crossing)])
 
 
-def b1(machine: Machine) -> Finding:
+def b1(machine: PaperMachine) -> Finding:
     """Coverage of the cobotic drive."""
 
-    def found(drive: CoboticDrive, requested: Machine = machine) -> Found:
+    def found(drive: CoboticDrive, requested: PaperMachine = machine) -> Found:
         point, _ = _over_region(requested, drive)
         margin = np.asarray(point.margin)
         worst = int(np.argmin(margin))
@@ -364,7 +364,7 @@ def b1(machine: Machine) -> Finding:
     return settle(found(machine.drive), why, variants, by_construction=True)
 
 
-def _peak(machine: Machine, drive: CoboticDrive) -> float:
+def _peak(machine: PaperMachine, drive: CoboticDrive) -> float:
     """Peak efficiency within limits, inside the required region and far beyond it."""
     requirement = machine.requirement
     reach = np.geomspace(1e-2, PEAK_REACH, 120)
@@ -372,7 +372,7 @@ def _peak(machine: Machine, drive: CoboticDrive) -> float:
     return float(np.nanmax(point.efficiency))
 
 
-def b2(machine: Machine) -> Finding:
+def b2(machine: PaperMachine) -> Finding:
     """Peak efficiency of the cobotic drive."""
 
     def found(value: float) -> Found:
@@ -401,12 +401,12 @@ def b2(machine: Machine) -> Finding:
     return settle(found(a.peak_efficiency), why, variants, by_construction=True)
 
 
-def b3(machine: Machine) -> Finding:
+def b3(machine: PaperMachine) -> Finding:
     """Share of the required region in which the cobotic drive draws less power than the Motor 2 drive."""
     large = machine.conventional(_LARGE)
 
     def found(
-        drive: CoboticDrive, rival: ConventionalDrive = large, least: float = 1.0, requested: Machine = machine
+        drive: CoboticDrive, rival: ConventionalDrive = large, least: float = 1.0, requested: PaperMachine = machine
     ) -> Found:
         speed, force, weight = requested.requirement.sample(121)
         ours, theirs = (other.operate(speed=speed, force=force).power_in for other in (drive, rival))
@@ -434,10 +434,10 @@ def b3(machine: Machine) -> Finding:
     return settle(both["A"]._replace(computed=words), why, variants)
 
 
-def b4(machine: Machine) -> Finding:
+def b4(machine: PaperMachine) -> Finding:
     """Limits that bound the operating range of the cobotic drive."""
 
-    def found(drive: CoboticDrive, farthest: float = PEAK_REACH, requested: Machine = machine) -> Found:
+    def found(drive: CoboticDrive, farthest: float = PEAK_REACH, requested: PaperMachine = machine) -> Found:
         requirement = requested.requirement
         reach = np.geomspace(1e-2, farthest, 150)
         point = drive.operate(speed=(reach * requirement.speed)[:, None], force=(reach * requirement.force)[None, :])
@@ -464,7 +464,7 @@ def b4(machine: Machine) -> Finding:
     return settle(found(drive), why, variants)
 
 
-def b5(machine: Machine) -> Finding:
+def b5(machine: PaperMachine) -> Finding:
     """Cylinder speed at 8040 rpm through 57:1."""
 
     def found(rpm: float, ratio: float) -> Found:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from infinivar.bondgraph.graph import BondGraph
 from infinivar.drivetrain.graphs.plants import plant_graph
 from infinivar.figures import bond_graph, style
-from infinivar.paper.claims.claim import Machine
+from infinivar.paper.claims.claim import PaperMachine
 from infinivar.paper.figures import (
     architectures,
     curves,
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-Numbers = Callable[[Machine], Mapping[str, Any]]
-Drawing = Callable[[Machine], "Figure"]
+Numbers = Callable[[PaperMachine], Mapping[str, Any]]
+Drawing = Callable[[PaperMachine], "Figure"]
 
 
 class PaperFigure(NamedTuple):
@@ -43,7 +43,7 @@ class PaperFigure(NamedTuple):
 def _in_one(data: Numbers, draw: Callable[..., None], width: float = 7.4) -> tuple[Numbers, Drawing]:
     """Data, and what draws them into one pair of axes."""
 
-    def drawn(machine: Machine) -> Figure:
+    def drawn(machine: PaperMachine) -> Figure:
         with style.styled():
             made, ax = style.figure(width, 4.0)
             draw(ax, data(machine))
@@ -55,7 +55,7 @@ def _in_one(data: Numbers, draw: Callable[..., None], width: float = 7.4) -> tup
 def _bond_graph(drive: str, plant: str) -> tuple[Numbers, Drawing]:
     """Data and drawing of the graph of a drive, or of one of its plants; sources stand for the neighbours of a plant."""
 
-    def graph(machine: Machine) -> BondGraph:
+    def graph(machine: PaperMachine) -> BondGraph:
         load_mass = machine.load_mass if plant == "system" else None
         return plant_graph(machine.study.drives[drive], plant, load_mass=load_mass)
 

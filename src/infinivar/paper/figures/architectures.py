@@ -9,7 +9,7 @@ import numpy as np
 
 from infinivar.drivetrain.drive import needed
 from infinivar.figures import style
-from infinivar.paper.claims.claim import Machine
+from infinivar.paper.claims.claim import PaperMachine
 from infinivar.paper.figures.steered_wheel import arrow
 from infinivar.units import plain
 
@@ -48,7 +48,7 @@ _NAMED = 0.005
 """Smallest loss that gets a label. [W]"""
 
 
-def data(machine: Machine) -> dict[str, Any]:
+def data(machine: PaperMachine) -> dict[str, Any]:
     """Power after each part, and the losses in it.
 
     Returns
@@ -242,7 +242,7 @@ def _steering(ax: Axes, link: float) -> None:
     ax.text(wheel + 0.14, 0.5 * (height + _HALF), "angle $\\phi$", fontsize=8, va="center")
 
 
-def draw_all(machine: Machine) -> Figure:
+def draw_all(machine: PaperMachine) -> Figure:
     """Draw the figure."""
     numbers = data(machine)
     with style.styled():

@@ -11,7 +11,7 @@ import numpy as np
 from infinivar.calibration import reduce, virtual_rig
 from infinivar.contact import creep, exact_tables
 from infinivar.figures import gear_points, style
-from infinivar.paper.claims.claim import Machine, at_ratio, efficiency_by
+from infinivar.paper.claims.claim import PaperMachine, at_ratio, efficiency_by
 from infinivar.study.spreads import NORMAL_95
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ PRINTED = ((100.0, 0.50), (8.0, 0.94), (1.0, 0.50))
 _THREE_LOADS = (0.15, 0.5, 0.95)
 
 
-def creep_curves(machine: Machine) -> dict[str, Any]:
+def creep_curves(machine: PaperMachine) -> dict[str, Any]:
     """Scaled creepage ``C u/(mu P |v|)`` and force ratio ``fu/(mu P)`` by the linear law and by exact theory.
 
     Source: faulring2006, Fig 5.
@@ -53,7 +53,7 @@ def draw_creep(ax: Axes, numbers: Mapping[str, Any]) -> None:
     ax.legend(loc="lower right")
 
 
-def efficiency(machine: Machine, count: int = 1201) -> dict[str, Any]:
+def efficiency(machine: PaperMachine, count: int = 1201) -> dict[str, Any]:
     """Curves by Eq 16 and by Eq 17, and simulated measurements.
 
     Returns
@@ -72,7 +72,7 @@ def efficiency(machine: Machine, count: int = 1201) -> dict[str, Any]:
     return {"ratio": ratio, **curves, "measured": measured(machine)}
 
 
-def measured(machine: Machine, seed: int = 0) -> dict[float, dict[str, np.ndarray]]:
+def measured(machine: PaperMachine, seed: int = 0) -> dict[float, dict[str, np.ndarray]]:
     """Simulate the paper's experiment on the virtual rig: lift a mass at fixed steering angles under two loads.
 
     Parameters
@@ -148,7 +148,7 @@ def ratio_axis(ax: Axes) -> None:
     ax.set_ylabel("efficiency [-]")
 
 
-def against_gears(machine: Machine) -> dict[str, Any]:
+def against_gears(machine: PaperMachine) -> dict[str, Any]:
     """Element curves by load, and gears by type as (ratio, efficiency, confidence).
 
     Source: faulring2006, Fig 8.

@@ -12,7 +12,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.figures import operating_map, style
 from infinivar.limits import words_of
-from infinivar.paper.claims.claim import Machine
+from infinivar.paper.claims.claim import PaperMachine
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,7 +35,7 @@ _SHORTEST = 3
 _SHADES = ("#C9CDD3", "#F7E3D7", "#E6EEF6", "#FFFFFF")
 
 
-def conventional(machine: Machine) -> dict[str, Any]:
+def conventional(machine: PaperMachine) -> dict[str, Any]:
     """Map of the drive with the largest motor, and the margins of the others on the same axes.
 
     Source: faulring2006, Fig 15.
@@ -69,7 +69,7 @@ def _draw_conventional(ax: Axes, numbers: Mapping[str, Any]) -> operating_map.Dr
     return filled
 
 
-def draw_conventional(machine: Machine) -> Figure:
+def draw_conventional(machine: PaperMachine) -> Figure:
     """Draw Figure 15."""
     with style.styled():
         made, ax = style.figure(7.2, 4.8)
@@ -78,7 +78,7 @@ def draw_conventional(machine: Machine) -> Figure:
     return made
 
 
-def cobotic(machine: Machine) -> dict[str, Any]:
+def cobotic(machine: PaperMachine) -> dict[str, Any]:
     """Map of each cobotic drive, by title.
 
     Source: faulring2006, Fig 16.
@@ -91,7 +91,7 @@ def cobotic(machine: Machine) -> dict[str, Any]:
     }
 
 
-def draw_cobotic(machine: Machine) -> Figure:
+def draw_cobotic(machine: PaperMachine) -> Figure:
     """Draw Figure 16."""
     numbers = cobotic(machine)
     with style.styled():
@@ -104,7 +104,7 @@ def draw_cobotic(machine: Machine) -> Figure:
     return made
 
 
-def dynamic_maps(machine: Machine) -> dict[str, Any]:
+def dynamic_maps(machine: PaperMachine) -> dict[str, Any]:
     """Dynamic maps of the cobotic and the conventional drive, by reconstruction.
 
     Source: faulring2006, Fig 17.
@@ -252,7 +252,7 @@ def _name_limits(ax: Axes, steady: DynamicMap, colour: str, height: float, width
         )
 
 
-def draw_all_dynamic(machine: Machine) -> Figure:
+def draw_all_dynamic(machine: PaperMachine) -> Figure:
     """Draw the figure."""
     numbers = dynamic_maps(machine)
     with style.styled():

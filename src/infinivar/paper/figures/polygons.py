@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from infinivar.figures import style
-from infinivar.paper.claims.claim import Machine, at_ratio
+from infinivar.paper.claims.claim import PaperMachine, at_ratio
 from infinivar.paper.figures.steered_wheel import arrow, directions
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ _ON_WHEEL = {"link": 1.0, "cylinder": -1.0, "rolling": -1.0, "lateral": -1.0}
 """Signs of the forces on the wheel along the directions of Figure 3."""
 
 
-def _operating_point(machine: Machine) -> OperatingPoint:
+def _operating_point(machine: PaperMachine) -> OperatingPoint:
     """Operating point of Figures 3 and 4: the element drives its link forward."""
     return at_ratio(machine.element, LOAD, RATIO, machine.cylinder_speed)
 
@@ -115,7 +115,7 @@ def _frames(angle: float) -> dict[str, np.ndarray]:
     return {"link": np.array([1.0, 0.0]), "cylinder": np.array([0.0, -1.0]), "lateral": lateral, "rolling": rolling}
 
 
-def velocities(machine: Machine) -> dict[str, Any]:
+def velocities(machine: PaperMachine) -> dict[str, Any]:
     """Velocity vectors; "link" plus "cylinder" equals "rolling" plus "lateral".
 
     Returns
@@ -143,7 +143,7 @@ def velocities(machine: Machine) -> dict[str, Any]:
     }
 
 
-def forces(machine: Machine) -> dict[str, Any]:
+def forces(machine: PaperMachine) -> dict[str, Any]:
     """Force vectors; "link" plus "cylinder" equals "rolling" plus "lateral".
 
     Returns

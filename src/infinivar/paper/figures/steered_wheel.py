@@ -10,7 +10,7 @@ import numpy as np
 
 from infinivar.drivetrain.drive import needed
 from infinivar.figures import style
-from infinivar.paper.claims.claim import Machine
+from infinivar.paper.claims.claim import PaperMachine
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,7 +31,7 @@ _SURFACE_ARROW = 24.0
 """Length of the arrow for the surface speed. [mm]"""
 
 
-def data(machine: Machine) -> dict[str, Any]:
+def data(machine: PaperMachine) -> dict[str, Any]:
     """Radii [m], and for each steering angle the ratio, link speed over surface speed, and contact patch.
 
     Returns
@@ -220,7 +220,7 @@ def draw(axes: Any, numbers: Mapping[str, Any]) -> None:
     key.legend(handles=handles, loc="center")
 
 
-def draw_all(machine: Machine) -> Figure:
+def draw_all(machine: PaperMachine) -> Figure:
     """Draw the figure."""
     numbers = data(machine)
     with style.styled():
