@@ -11,8 +11,7 @@ import typer
 
 from infinivar.analysis.options import MotionOptions
 from infinivar.cli.arguments import Json, Out, with_options
-from infinivar.cli.shared import print_json
-from infinivar.console import say
+from infinivar.cli.shared import end
 from infinivar.errors import InputError, ParameterError, printable
 from infinivar.options import quantity
 
@@ -49,12 +48,7 @@ def motion(
             raise InputError(f"{printable(file)}: {problem}") from problem
         _check_load_mass(load_mass, about_a_joint=found.axis.rotary)
         files = save(found, out)
-    if as_json:
-        print_json({**found.to_dict(), "files": [str(one) for one in files]})
-        return
-    for line in _lines(found):
-        say(line)
-    say(f"Report: {files[0]}")
+    end(found.to_dict, _lines(found), files, as_json=as_json)
 
 
 def _load_mass(text: str | None) -> tuple[float, bool]:

@@ -10,8 +10,8 @@ import typer
 
 from infinivar.calibration.options import CalibrateOptions, RigOptions
 from infinivar.cli.arguments import Json, Out, StudyFile, drives_of_study, named_path, with_options
-from infinivar.cli.shared import chosen_cobotic, naming_place, of_one_axis, print_json
-from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
+from infinivar.cli.shared import chosen_cobotic, end, naming_place, of_one_axis
+from infinivar.console import complain, progress_bar, say
 from infinivar.errors import InputError
 
 DRIVE = "Name of a cobotic drive; defaults to the first."
@@ -89,18 +89,15 @@ def calibrate(
         complain(f"excluded: line {line}: {reason}")
     for one in found.left_out:
         complain(f"excluded: line {one.line}: {one.reason}")
-    if as_json:
-        print_json({**found.to_dict(), "files": [str(file) for file in files]})
-    else:
-        for warning in found.warnings:
-            say(warning)
-        for clause in found.verdict.split("; "):
-            say(clause)
-        for remark in found.remarks[len(found.warnings) :]:
-            say(f"  {remark}")
-        say(f"Report: {files[0]}")
-        say(f"Calibrated study: {files[1]}")
-    raise typer.Exit(0 if found.fit.identifiable == found.fit.names else NOT_FEASIBLE)
+    remarks = (f"  {remark}" for remark in found.remarks[len(found.warnings) :])
+    end(
+        found.to_dict,
+        (*found.warnings, *found.verdict.split("; "), *remarks),
+        files,
+        as_json=as_json,
+        feasible=found.fit.identifiable == found.fit.names,
+        beside=[f"Calibrated study: {files[1]}"],
+    )
 
 
 def _call(*words: object) -> str:

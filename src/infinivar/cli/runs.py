@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -18,13 +18,14 @@ from infinivar.cli.arguments import (
     scenarios_of_study,
     with_options,
 )
-from infinivar.cli.shared import chosen, naming, naming_place, of_one_axis, print_json
+from infinivar.cli.shared import chosen, end, naming, naming_place, of_one_axis, print_json
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
 from infinivar.errors import InputError, printable
 from infinivar.options import quantity
 
 if TYPE_CHECKING:
     from infinivar.analysis.machine_run import MachineRun
+    from infinivar.analysis.robustness.sensitivity import Sensitivity
     from infinivar.analysis.simulate import Simulation
     from infinivar.axis import Axis
     from infinivar.study.study import Study
@@ -141,23 +142,21 @@ def sensitivity(
             found = run(loaded, name, of, speed=pace, force=push, **options.arguments(), progress=progress)
         progress("writing the report", 1.0)
         files = save(found, out)
-    if as_json:
-        print_json({**found.to_dict(), "files": [str(file) for file in files]})
-        raise typer.Exit(NOT_FEASIBLE if found.beyond else 0)
+    end(found.to_dict, _ranked(found), files, as_json=as_json, feasible=not found.beyond)
+
+
+def _ranked(found: Sensitivity) -> Iterator[str]:
+    """Yield the result, its strongest parameters, and the paper's recommendations."""
     from infinivar import units
 
     beyond = ", limit exceeded" if found.beyond else ""
-    say(f"{found.outcome.words}: {units.show(found.value, found.outcome.unit)}{beyond}")
-    for sentence in found.ranking:
-        say(f"  {sentence}")
+    yield f"{found.outcome.words}: {units.show(found.value, found.outcome.unit)}{beyond}"
+    yield from (f"  {sentence}" for sentence in found.ranking)
     if found.conclusions:
-        say("The paper's recommendations, effect per +1 %:")
+        yield "The paper's recommendations, effect per +1 %:"
         for row in found.conclusions:
-            say(f"  {row.words:<48} {units.signed(row.elasticity):>9} %  {row.verdict}")
-    for remark in found.remarks:
-        say(remark)
-    say(f"Report: {files[0]}")
-    raise typer.Exit(NOT_FEASIBLE if found.beyond else 0)
+            yield f"  {row.words:<48} {units.signed(row.elasticity):>9} %  {row.verdict}"
+    yield from found.remarks
 
 
 def _movable(loaded: Study, drive: str | None) -> Mapping[str, Any]:
@@ -203,14 +202,8 @@ def _simulate_machine(
 
 def _end(result: Simulation | MachineRun, title: str, files: list[Path], as_json: bool) -> NoReturn:
     """Print a simulated run, and exit."""
-    if as_json:
-        print_json({**result.to_dict(), "files": [str(file) for file in files]})
-    else:
-        say(f"{title}: {result.verdict}")
-        for line in result.event_lines:
-            say(f"  {line}")
-        say(f"Report: {files[0]}")
-    raise typer.Exit(0 if result.feasible else NOT_FEASIBLE)
+    lines = (f"{title}: {result.verdict}", *(f"  {line}" for line in result.event_lines))
+    end(result.to_dict, lines, files, as_json=as_json, feasible=result.feasible)
 
 
 def _of_one_axis_only(context: typer.Context, *names: str) -> None:

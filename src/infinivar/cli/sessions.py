@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from infinivar.cli.arguments import Json, Out, StudyFile, drives_of_study, named_path, sessions_of_study
-from infinivar.cli.shared import loaded_study, naming, print_json
-from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
+from infinivar.cli.shared import end, loaded_study, naming
+from infinivar.console import complain, progress_bar
 from infinivar.errors import InputError, printable
 
 
@@ -66,6 +67,7 @@ def session(
     from infinivar.analysis.sessions.of_study import checked_session, named_session
     from infinivar.figures.moving_machine import check_frames
     from infinivar.report.output import check_file, check_inputs, claimed
+    from infinivar.report.run import session_to_dict
     from infinivar.report.saving import save
     from infinivar.report.scene.export import check_scene
     from infinivar.report.video import check_video
@@ -103,17 +105,11 @@ def session(
             found.to_mujoco(scene)
         progress("writing the report", 1.0)
         files = [*save(found, out, name=stem, reconstruction=loaded.reconstruction), *beside]
-    if as_json:
-        from infinivar.report.run import session_to_dict
-
-        print_json({**session_to_dict(found), "files": [str(file) for file in files]})
-    else:
-        say(f"{found.title}: {found.verdict}")
-        for measure in measures(found):
-            say(f"  {measure}")
-        for line in found.event_lines:
-            say(f"  {line}")
-        say(f"Report: {files[0]}")
-        for file in beside:
-            say(f"Also written: {file}")
-    raise typer.Exit(0 if found.feasible else NOT_FEASIBLE)
+    end(
+        functools.partial(session_to_dict, found),
+        (f"{found.title}: {found.verdict}", *(f"  {line}" for line in (*measures(found), *found.event_lines))),
+        files,
+        as_json=as_json,
+        feasible=found.feasible,
+        beside=[f"Also written: {file}" for file in beside],
+    )

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+import itertools
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
-from infinivar.console import complain, write
+import typer
+
+from infinivar.console import NOT_FEASIBLE, complain, say, write
 from infinivar.errors import InputError, ParameterError, nearest, printable
 
 if TYPE_CHECKING:
@@ -19,6 +22,24 @@ def print_json(value: Any) -> None:
     from infinivar.report.page import to_json
 
     write(to_json(value))
+
+
+def end(
+    found: Callable[[], Mapping[str, Any]],
+    lines: Iterable[str],
+    files: Sequence[Path] = (),
+    *,
+    as_json: bool,
+    feasible: bool = True,
+    beside: Iterable[str] = (),
+) -> NoReturn:
+    """Print the answer as JSON with the files written, or in lines, the report, and what lies beside it; exit with 0 or 1."""
+    if as_json:
+        print_json({**found(), "files": [str(file) for file in files]})
+    else:
+        for line in itertools.chain(lines, (f"Report: {file}" for file in files[:1]), beside):
+            say(line)
+    raise typer.Exit(0 if feasible else NOT_FEASIBLE)
 
 
 def chosen(study: Path, what: str, name: str | None, known: Mapping[str, Any]) -> str:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
 from infinivar.analysis.options import CompareOptions, StepOptions
 from infinivar.cli.arguments import Json, OptionalOut, Out, StudyFile, drives_of_study, with_options
-from infinivar.cli.shared import loaded_study, naming, of_one_axis, print_json
-from infinivar.console import NOT_FEASIBLE, complain, flush, progress_bar, say
+from infinivar.cli.shared import end, loaded_study, naming, of_one_axis
+from infinivar.console import complain, flush, progress_bar, say
 from infinivar.errors import InputError
 from infinivar.sizing.options import SizeOptions
 
@@ -102,12 +102,8 @@ def compare(
             with progress_bar() as progress:
                 progress("writing the report", 1.0)
                 files = save(comparison, out)
-    if as_json:
-        print_json({**comparison.to_dict(), "files": [str(file) for file in files]})
-    else:
-        of_machines = bool(loaded.tasks or loaded.paths)
-        say(f"Report: {files[0]}" if files else QUICK_MACHINES if of_machines else QUICK)
-    raise typer.Exit(0 if comparison.feasible else NOT_FEASIBLE)
+    left_out = [] if files else [QUICK_MACHINES if loaded.tasks or loaded.paths else QUICK]
+    end(comparison.to_dict, left_out, files, as_json=as_json, feasible=comparison.feasible)
 
 
 def _verdicts(comparison: Comparison | MachineComparison) -> Iterator[str]:
@@ -209,11 +205,7 @@ def size(
         with progress_bar() as progress:
             progress("writing the report", 1.0)
             files = save(found, out)
-    if as_json:
-        print_json({**found.to_dict(), "files": [str(file) for file in files]})
-    else:
-        say(f"Report: {files[0]}")
-    raise typer.Exit(0 if found.feasible else NOT_FEASIBLE)
+    end(found.to_dict, (), files, as_json=as_json, feasible=found.feasible)
 
 
 @with_options
@@ -240,7 +232,6 @@ def contact(
     """
     if transient:
         _transient(study, drive, options, out, as_json)
-        return
     for name, value in options.arguments().items():
         if value is not None:
             raise InputError(f"--{name} is of the step that --transient shows: add --transient")
@@ -253,17 +244,16 @@ def contact(
     with naming(study):
         sheets = contact_sheets(loaded, drive)
     files = save(sheets, out)
-    if as_json:
-        print_json({"sheets": [sheet.to_dict() for sheet in sheets], "files": [str(file) for file in files]})
-    else:
-        for sheet in sheets:
-            for line in report.text(sheet).split("\n"):
-                say(line)
-        say(f"Report: {files[0]}")
-    raise typer.Exit(NOT_FEASIBLE if any(sheet.exceeded for sheet in sheets) else 0)
+    end(
+        lambda: {"sheets": [sheet.to_dict() for sheet in sheets]},
+        (line for sheet in sheets for line in report.text(sheet).split("\n")),
+        files,
+        as_json=as_json,
+        feasible=not any(sheet.exceeded for sheet in sheets),
+    )
 
 
-def _transient(study: Path, drive: str | None, options: StepOptions, out: Path, as_json: bool) -> None:
+def _transient(study: Path, drive: str | None, options: StepOptions, out: Path, as_json: bool) -> NoReturn:
     """Print and write a step of the steering angle of each wheel."""
     from infinivar.analysis.steering_step import steering_steps
     from infinivar.report import contact as report
@@ -274,10 +264,5 @@ def _transient(study: Path, drive: str | None, options: StepOptions, out: Path, 
     with progress_bar() as progress, naming(study):
         steps = steering_steps(loaded, drive, **options.arguments(), progress=progress)
     files = save(steps, out)
-    if as_json:
-        print_json({"steps": [step.to_dict() for step in steps], "files": [str(file) for file in files]})
-        return
-    for step in steps:
-        for line in report.step_text(step).split("\n"):
-            say(line)
-    say(f"Report: {files[0]}")
+    lines = (line for step in steps for line in report.step_text(step).split("\n"))
+    end(lambda: {"steps": [step.to_dict() for step in steps]}, lines, files, as_json=as_json)

@@ -11,7 +11,7 @@ from infinivar._core.text import capitalise
 from infinivar.analysis.options import SensitivityOptions
 from infinivar.calibration.options import RigOptions
 from infinivar.cli.arguments import Json, OptionalOut, StudyFile, drives_of_study, named_path, with_options
-from infinivar.cli.shared import chosen, chosen_cobotic, loaded_study, naming, of_one_axis, print_json
+from infinivar.cli.shared import chosen, chosen_cobotic, end, loaded_study, naming, of_one_axis, print_json
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
 from infinivar.errors import InputError
 from infinivar.sizing.options import GENERATIONS, SizeOptions
@@ -94,14 +94,13 @@ def size(
     found = _run(problem, folder, workers, dask, resume)
     made = problem.result(found)
     files = [] if out is None else save(made, out)
-    if as_json:
-        print_json({**made.to_dict(), "sweep": found.to_dict(0), "files": [str(file) for file in files]})
-    else:
-        say(capitalise(made.verdict))
-        say(found.verdict)
-        for file in files[:1]:
-            say(f"Report: {file}")
-    raise typer.Exit(0 if made.feasible else NOT_FEASIBLE)
+    end(
+        lambda: {**made.to_dict(), "sweep": found.to_dict(0)},
+        (capitalise(made.verdict), found.verdict),
+        files,
+        as_json=as_json,
+        feasible=made.feasible,
+    )
 
 
 @app.command()
@@ -140,15 +139,13 @@ def cobotic(
     found = _run(problem, folder, workers, dask, resume)
     files = [] if out is None else save(problem.sizing(found), out)
     verdict = problem.verdict(found)
-    if as_json:
-        print_json({"verdict": verdict, **found.to_dict(), "files": [str(file) for file in files]})
-    else:
-        say(capitalise(verdict))
-        for line in found.lines():
-            say(line)
-        for file in files[:1]:
-            say(f"Report: {file}")
-    raise typer.Exit(0 if len(found.list(TOP).get(LIST, ())) else NOT_FEASIBLE)
+    end(
+        lambda: {"verdict": verdict, **found.to_dict()},
+        (capitalise(verdict), *found.lines()),
+        files,
+        as_json=as_json,
+        feasible=len(found.list(TOP).get(LIST, ())) > 0,
+    )
 
 
 @app.command()
