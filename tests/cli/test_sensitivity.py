@@ -154,6 +154,11 @@ def test_numbers_alone(infinivar, write):
             ("--of", "energie"),
             "'energie' is not one of efficiency, loss, margin, coverage, energy, temperature (did you mean",
         ),
+        (
+            ("--of", "power"),
+            "--of power is of machines; the study has no tasks or paths: use energy, or loss at a point",
+        ),
+        (("--task", "push"), "--task 'push' is of machines; the study has no tasks or paths"),
         (("--of", "energy", "--duty", "walk"), "unknown duty cycle 'walk'"),
         (("--of", "loss", "--force", "20"), "--force '20' needs a unit"),
         (("--of", "loss", "--speed", "3 N"), "--speed '3 N' has the unit 'N' where m/s is needed"),

@@ -136,6 +136,8 @@ def sensitivity(
         _of_machine(study, loaded, name, of, task, as_json)
     if task is not None:
         raise InputError(f"--task {task!r} is of machines; the study has no tasks or paths")
+    if of == "power":
+        raise InputError("--of power is of machines; the study has no tasks or paths: use energy, or loss at a point")
     push, pace = _operating_point(axis_of(loaded.drives[name]), force, speed, moment, angular_speed)
     with claimed(out), progress_bar() as progress:
         with naming(study):
