@@ -466,7 +466,7 @@ def draw_measurements(app) -> None:
     )
     geared = iv.calibrate(study, "motor1-gear1", points)
     style.write(calibration.draw_geared(geared), folder / "geared_calibration", ("svg",))
-    found = iv.sensitivity(study, "cobotic", "energy", duty="shake")
+    found = iv.sensitivity(study, "cobotic", "energy", duty="shake", samples=128)
     style.write(sensitivity.draw_all(found), folder / "sensitivity", ("svg",))
     style.write(measurements.draw_map(), folder / "motor_map", ("svg",))
     style.write(measurements.draw_gears(), folder / "gear_friction", ("svg",))

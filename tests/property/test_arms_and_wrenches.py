@@ -17,6 +17,7 @@ from infinivar.machines import LeggedDrive
 from infinivar.transmission import Configuration, Legs, PlanarArm, Platform, WrenchSet
 from jacobians import jacobian
 from made import loaded
+from sampled import sampled
 
 LEG = loaded("hand_controller").drives["cobotic"]
 MACHINE = LeggedDrive.of(LEG, 6)
@@ -105,9 +106,8 @@ def test_serial_arm_turns_its_joints_by_the_steering_angles(joints, seed):
     assert motor * point.rates[0] - scale * push @ end == pytest.approx(sum(point.losses.values()), rel=1e-9, abs=1e-12)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("ways", [(1, 1), (-1, 1), (-1, -1), (1, -1)])
-@pytest.mark.parametrize("law", ["linear", "vermeulen-johnson", "polach", "fastsim", "exact"])
+@sampled("law", ["linear", "vermeulen-johnson", "polach", "fastsim", "exact"], slow=4)
 def test_power_closure_of_arms_at_many_points(law, ways):
     """100,000 points per law and quadrant of the first two joint rates: joint to joint, and from one shaft."""
     random, count = np.random.default_rng(8), 100_000

@@ -68,20 +68,13 @@ def check_both_ways(drive, duty):
     return found
 
 
-QUICK = ("series", "one-sided", "crank")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in OUTPUTS])
+@sampled("name", OUTPUTS, slow=3)
 def test_a_geared_drive_takes_the_energy_that_inverse_dynamics_gives(name):
     found = check_both_ways(with_output("motor2-gear4", OUTPUTS[name]), cycle(OUTPUTS[name]))
     assert found.rms_error < 1e-3 * (0.3 if found.rotary else 0.03)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", ["hysteresis", *(pytest.param(n, marks=pytest.mark.slow) for n in OUTPUTS if n != "hysteresis")]
-)
+@sampled("name", OUTPUTS, slow=3)
 def test_a_cobotic_drive_takes_the_energy_that_inverse_dynamics_gives(name):
     check_both_ways(with_output("cobotic", OUTPUTS[name]), cycle(OUTPUTS[name]))
 

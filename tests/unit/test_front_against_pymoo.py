@@ -11,7 +11,7 @@ from internals import size_cobotic, size_geared
 from made import loaded
 from part_tables import part_tables
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.full
 
 KNEE = loaded("knee_walking")
 LOW, HIGH = 0.003, 0.05
@@ -56,7 +56,7 @@ def searched(made, low, high, generations, seed):
     return minimize(Choice(), NSGA2(pop_size=60), ("n_gen", generations), seed=seed).F
 
 
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.full)])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_no_other_search_finds_a_better_geared_drive(seed):
     """NSGA-II over pair and radius: no drive of its front beats ours, which it approaches."""
     template = KNEE.drives["geared"]
@@ -85,7 +85,6 @@ def test_no_other_search_finds_a_better_geared_drive(seed):
     assert theirs[:, 0].min() < 1.2 * front[:, 0].min()
 
 
-@pytest.mark.full
 def test_no_other_search_finds_better_cobotic_drives():
     """NSGA-II over pair, steering motor, ratio, bearing and the five values of the wheel, 1 % apart at most."""
     own = KNEE.drives["cobotic"]

@@ -268,14 +268,14 @@ def test_motion_and_simulation_of_an_identified_joint_agree():
     check_both_ways(*turned("mx64", -1.0))
 
 
-@pytest.mark.parametrize("force", [-15.0, 15.0])
+@sampled("force", [-15.0, 15.0], slow=2)
 @pytest.mark.parametrize("pause", [0.1, 0.6])
 @sampled("seed", range(4), slow=4)
 def test_motion_and_simulation_of_random_gears_agree(seed, pause, force):
     check_both_ways(actuated(random_friction(np.random.default_rng(seed), 0.05)), reaches(force, pause))
 
 
-@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@sampled("sign", [-1.0, 1.0], slow=2)
 @sampled("key", IDENTIFIED, slow=4)
 def test_motion_and_simulation_of_identified_joints_agree(key, sign):
     check_both_ways(*turned(key, sign))

@@ -100,7 +100,7 @@ def steady_along(drive, task, run):
     return float(np.mean(found.power_in))
 
 
-@sampled(("study", "drive", "task"), [*AT_REST, *MOVING], every=3, slow=3)
+@sampled(("study", "drive", "task"), [*AT_REST, *MOVING], every=3, slow=6)
 def test_power_in_a_task_is_that_of_steady_points(study, drive, task):
     # The supply of the power motors, less what is stored in motion; steady points have neither that nor steering. 1 %: 0.1 s are
     # two and a half time constants of the cylinder's loop of 4 Hz, after which (1 + 2.5) exp(-2.5), a quarter, remains of what
@@ -119,7 +119,7 @@ def test_power_in_a_task_is_that_of_steady_points(study, drive, task):
     assert run.closure < 1e-6
 
 
-@sampled(("study", "drive", "path"), ON_PATHS, slow=4)
+@sampled(("study", "drive", "path"), ON_PATHS, slow=8)
 def test_energy_on_a_path_is_that_of_the_comparison_by_paths(study, drive, path):
     # The comparison counts friction in full at any speed; in a run it falls below the stick speed, so that wheels and links that
     # set out or come to rest slowly need less current. The law of that is exact; 1 % is left to servos that lag at reversals.

@@ -204,7 +204,7 @@ def test_a_weaving_cart_spends_the_current_against_friction_of_its_servos():
     assert found.demands[Limit.THERMAL, "steering motor 2"] > 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_sphere_on_a_path_agrees_with_its_simulation():
     drive = replace(iv.load_study("sphere_joint").drives["tetrahedral"], output_inertia=2e-4)
     path = MachinePath(

@@ -97,7 +97,7 @@ def test_a_course_balances_with_what_it_stores():
         assert_allclose(point.power_in - point.power_out - point.loss - stored, 0.0, atol=2e-4 * scale, err_msg=name)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_path_takes_what_a_simulation_draws():
     """Inverse dynamics against simulation with servos: within 2 %, as the pauses settle."""
     study = iv.load_study(STUDY)

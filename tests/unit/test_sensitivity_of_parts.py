@@ -42,7 +42,7 @@ def _check(study, name, kind, method="complex", count=3):
         assert_allclose(row.elasticity, (ends[0] - ends[1]) / (2.0 * step * found.value), rtol=1e-4, atol=1e-6)
 
 
-@sampled(("study", "drive", "kind"), list(_shipped()), every=3)
+@sampled(("study", "drive", "kind"), list(_shipped()), every=3, slow=4)
 def test_every_outcome_of_every_shipped_drive(study, drive, kind):
     loaded = iv.load_study(study)
     if loaded.requirement is None:
@@ -59,7 +59,7 @@ def _own_study(drive):
     )
 
 
-@sampled("kind", ["loss", "coverage", "energy"], every=3)
+@sampled("kind", ["loss", "coverage", "energy"], every=3, slow=2)
 @pytest.mark.parametrize("name", DRIVES)
 def test_every_part_carries_derivatives(name, kind):
     _check(_own_study(DRIVES[name]), "g", kind, count=5)

@@ -97,7 +97,7 @@ def cluster(tmp_path_factory):
         process.stdin.close()
 
 
-@pytest.fixture(params=["processes", "cluster"])
+@pytest.fixture(params=["processes", pytest.param("cluster", marks=pytest.mark.full)])
 def where(request):
     """Options that choose the workers."""
     return {"workers": 2} if request.param == "processes" else {"dask": request.getfixturevalue("cluster")}

@@ -102,6 +102,7 @@ def test_tasks_are_asked_once_for_a_study(page):
     assert sum(url.endswith("/api/tasks") for url in page.requests) == before
 
 
+@pytest.mark.full
 def test_a_file_that_changes_on_disk_is_told_and_read_again(browser, tmp_path):
     file = tmp_path / "mine.toml"
     shutil.copy(study_file(Path("hand_controller")), file)
@@ -125,6 +126,7 @@ def test_a_file_that_changes_on_disk_is_told_and_read_again(browser, tmp_path):
         page.page.locator("#study-title", has_text="Newer").wait_for()  # what is shown stays
 
 
+@pytest.mark.full
 def test_the_page_goes_on_by_itself_when_the_program_is_back(browser, tmp_path):
     port = str(free_port())
     with serving("--port", port, folder=tmp_path) as first, Page(browser, first.address) as page:
@@ -141,6 +143,7 @@ def test_the_page_goes_on_by_itself_when_the_program_is_back(browser, tmp_path):
             assert page.page.locator(".notice").count() == 0  # what the page holds is not offered to it
 
 
+@pytest.mark.full
 def test_the_tour_opens_once_and_speaks_of_what_is_shown(page, browser, server):
     with Page(browser, server.address) as other:
         other.page.locator(".tour:not([hidden])").wait_for()

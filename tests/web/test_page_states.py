@@ -8,6 +8,7 @@ import pytest
 
 from explorer_pages import SIZES, Page
 from internals import shipped_studies, study_file
+from sampled import sampled
 from serving import free_port, serving
 
 pytestmark = pytest.mark.slow
@@ -19,7 +20,7 @@ def page(browser, server):
         yield found.ready()
 
 
-@pytest.mark.parametrize("study", ["six_leg_display", "planar_cart", "sphere_joint", "two_joint_arm"])
+@sampled("study", ["six_leg_display", "planar_cart", "sphere_joint", "two_joint_arm"], slow=3)
 def test_machines_have_tasks_with_powers_and_limits(page, study):
     page.opened(study)
     table = page.page.locator("table.tasks")
@@ -57,7 +58,7 @@ def test_sessions_say_what_to_run_and_run_here(page):
     assert page.problems == []
 
 
-@pytest.mark.parametrize("size", SIZES)
+@sampled("size", sorted(SIZES, reverse=True), slow=3)
 def test_every_shipped_study_fits_every_window(browser, server, size):
     with Page(browser, server.address, size) as page:
         page.ready()
@@ -127,6 +128,7 @@ def test_a_study_that_was_changed_is_a_step_away_when_another_is_opened(page):
     assert page.page.get_by_role("button", name="Back to it").count() == 0
 
 
+@pytest.mark.full
 def test_a_long_computation_ends_with_its_study(page):
     page.page.get_by_role("tab", name="Compare and size").click()
     panel = page.by_id("panel-work")
@@ -219,6 +221,7 @@ def test_files_that_are_no_study_are_refused_in_words(page, tmp_path):
     notice.wait_for(state="detached")
 
 
+@pytest.mark.full
 def test_a_study_is_offered_again_after_a_kill(browser, tmp_path):
     port = str(free_port())
     with serving("--port", port, folder=tmp_path) as first, Page(browser, first.address) as page:
@@ -254,7 +257,7 @@ def test_without_the_program_the_page_says_so_and_goes_on_when_it_is_back(page):
 
 
 @pytest.mark.parametrize("dark", [False, pytest.param(True, marks=pytest.mark.full)])
-@pytest.mark.parametrize("state", ["pinned", "machine", "sessions", "part", "help", "tabs"])
+@sampled("state", ["tabs", "pinned", "machine", "sessions", "part", "help"], slow=3)
 def test_axe_finds_no_fault_in_other_states(browser, server, state, dark):
     axe = pytest.importorskip(
         "axe_playwright_python.sync_playwright", reason="axe-playwright-python is not installed"

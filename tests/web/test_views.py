@@ -11,6 +11,7 @@ from explorer_pages import Page
 from internals import plain_units as plain
 from internals import point_answer as point
 from internals import shipped_studies
+from sampled import sampled
 
 pytestmark = pytest.mark.slow
 
@@ -195,10 +196,7 @@ def test_every_picture_has_a_text_instead(page):
             assert len(words) > 10, name
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "study", sorted(set(shipped_studies()) - {"guided_cart", "one_axis_display", "tool_on_six_legs"})
-)
+@sampled("study", sorted(set(shipped_studies()) - {"guided_cart", "one_axis_display", "tool_on_six_legs"}), slow=3)
 def test_every_view_of_every_shipped_study(page, study):
     page.opened(study)
     for name in ("balance", "contact", "motion", "plane", "machine"):
