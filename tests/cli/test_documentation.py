@@ -60,7 +60,6 @@ DAILY = ("theory", "study-file", "extending", "explorer")
 SLOW = (
     "tutorial",
     "gait-to-motor",
-    "springs",
     "cobotic-or-conventional",
     "contact",
     "machines",
@@ -69,7 +68,16 @@ SLOW = (
     "recordings",
     "errata",
 )
-BEFORE_A_RELEASE = ("cobots", "sessions", "haptic-session", "calibration", "motion-and-control", "figures", "sizing")
+BEFORE_A_RELEASE = (
+    "springs",
+    "cobots",
+    "sessions",
+    "haptic-session",
+    "calibration",
+    "motion-and-control",
+    "figures",
+    "sizing",
+)
 """They take up to a minute and a half each."""
 
 

@@ -94,15 +94,9 @@ def code_of(infinivar, folder, rig_data, seed):
     return done.code
 
 
-@pytest.mark.parametrize(
-    "seeds",
-    [
-        pytest.param(range(2), marks=pytest.mark.slow),
-        pytest.param(range(2000, 2100), marks=pytest.mark.full),
-    ],
-)
+@pytest.mark.full
 @pytest.mark.renders("svg")
-def test_exit_codes_of_faulty_studies(infinivar, tmp_path, rig_data, seeds):
-    codes = [code_of(infinivar, tmp_path / str(seed), rig_data, seed) for seed in seeds]
+def test_exit_codes_of_faulty_studies(infinivar, tmp_path, rig_data):
+    codes = [code_of(infinivar, tmp_path / str(seed), rig_data, seed) for seed in range(2000, 2100)]
     print({code: codes.count(code) for code in DOCUMENTED})
     assert set(codes) >= {0, 2}  # or the faults are of one kind
