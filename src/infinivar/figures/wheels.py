@@ -46,25 +46,18 @@ def data(found: Point) -> dict[str, Any]:
     InputError
         If there are many points, or the losses are undefined, which the message gives the limit for.
     """
-    point = found.legs if isinstance(found, MachinePoint) else found
-    if isinstance(point, MechanismPoint):
-        kind, losses = "wheel", point.wheel_losses
-    elif isinstance(point, LegsPoint):
-        kind, losses = "leg", point.leg_losses
-    else:
-        kind, losses = "roller", point.roller_losses
-    demand, limit = np.asarray(point.slip_demand), np.asarray(found.limit)
+    kind = found.contact
+    losses: Mapping[str, Array] = getattr(found, f"{kind}_losses")
+    demand, limit = np.asarray(found.slip_demand), np.asarray(found.limit)
     if demand.ndim != 1 or limit.ndim:
         raise InputError(f"losses by {kind} are drawn at one point, got points of shape {limit.shape}")
     known = {name: np.broadcast_to(loss, demand.shape) for name, loss in losses.items()}
     if not all(np.all(np.isfinite(loss)) for loss in known.values()):
         raise InputError(f"losses by {kind} are undefined at this point: {Limit(int(limit)).words}")
     names = [str(place + 1) for place in range(len(demand))]
-    if isinstance(point, SphericalPoint):
-        names = [f"{name}\n{of}" for name, of in zip(names, point.kinds, strict=True)]
-    shared = None
-    if isinstance(found, MachinePoint):
-        shared = {name: float(loss) for name, loss in found.losses.items() if name not in known}
+    if isinstance(found, SphericalPoint):
+        names = [f"{name}\n{of}" for name, of in zip(names, found.kinds, strict=True)]
+    shared = {name: float(loss) for name, loss in found.losses.items() if name not in known} or None
     return {
         "wheel": kind,
         "names": names,
@@ -137,14 +130,14 @@ def legs(
     rotation: Array = (0.0, 0.0, 0.0),
 ) -> Figure:
     """Losses by leg, or the machine with its forces if machine, platform and position are given, the rotation as in `at`."""
-    point = found.legs if isinstance(found, MachinePoint) else found
+    point = getattr(found, "legs", found)
     given = {"machine": machine, "platform": platform, "position": position}
     if all(value is None for value in given.values()):
         return draw_all(found)
     for name, value in given.items():
         if value is None:
             raise ParameterError(f"{name} is missing: a machine is drawn from machine, platform and position")
-    own = machine.legs if isinstance(machine, LeggedDrive) else machine
+    own = getattr(machine, "legs", machine)
     check_instance("machine", own, Legs)
     check_instance("platform", platform, Platform)
     return machines.draw_all(platform, own, point, position, rotation)  # type: ignore[arg-type]

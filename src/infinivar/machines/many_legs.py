@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from annotated_types import Gt
@@ -54,6 +54,17 @@ class MachinePoint(PowerPoint, Result):
     utilisation: Mapping[Limit, Array]
     states: Mapping[str, Array]
     legs: LegsPoint
+    contact: ClassVar[str] = LegsPoint.contact
+
+    @property
+    def leg_losses(self) -> Mapping[str, Array]:
+        """By name. (..., n) [W]"""
+        return self.legs.leg_losses
+
+    @property
+    def slip_demand(self) -> Array:
+        """1 is the slip limit. (..., n) [-]"""
+        return self.legs.slip_demand
 
     @property
     def power_out(self) -> Array:

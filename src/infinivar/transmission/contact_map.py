@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 from annotated_types import Gt
 
@@ -29,6 +29,8 @@ class MechanismPoint(PowerPoint, Result):
     slide at prescribed rates have the forces of gross sliding, and the limit is SLIP.
     """
 
+    contact: ClassVar[str] = "wheel"
+    """What touches."""
     coordinates: tuple[str, ...]
     rates: Array
     """qdot. (..., n)"""

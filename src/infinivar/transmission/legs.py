@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -39,6 +40,8 @@ class LegsPoint(PowerPoint, Result):
     Where a wheel would slip, twist, torque and powers are nan and the limit is SLIP.
     """
 
+    contact: ClassVar[str] = "leg"
+    """What touches."""
     cylinder_speed: Array
     """omega. [rad s^-1]"""
     torque: Array

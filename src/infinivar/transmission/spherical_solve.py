@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -54,6 +54,8 @@ class SphericalPoint(PowerPoint, Result):
     Where a roller slips, speeds, forces and losses are nan, and the limit is SLIP.
     """
 
+    contact: ClassVar[str] = "roller"
+    """What touches."""
     kinds: tuple[str, ...]
     """"drive", "steering" or "idler", by roller."""
     steering_angle: Array
