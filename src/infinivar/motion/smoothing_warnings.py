@@ -147,10 +147,9 @@ def _errors(rows: Rows, motion: _Read, noise: float, cutoff: float) -> _Errors:
 
     coarse = is_coarse(time, cutoff)
     order, resampled = (CUBIC, QUINTIC) if coarse else (STRAIGHT, STRAIGHT)
-    series = read(order)
     _, speed, own = motion.derivatives(span, 2)
     # Where noise hides all acceleration, constant speed may be read throughout.
-    largest = float(np.max(np.abs(own)) or np.max(np.abs(series)))
+    largest = float(np.max(np.abs(own)) or np.max(np.abs(read(order))))
     if not (largest and np.any(speed)):
         return _Errors(0.0, 0.0, largest)
     between = 0.0
@@ -167,7 +166,8 @@ def _errors(rows: Rows, motion: _Read, noise: float, cutoff: float) -> _Errors:
         added = noise * random.standard_normal(len(time))
         level = density(time, added, name, resampled, closed=closed).noise
         if level:
-            worst = max(worst, float(np.max(np.abs(read(order, values + added) - series))) * noise / level)
+            # Smoothing is linear: what noise adds to the rows, it adds by itself.
+            worst = max(worst, float(np.max(np.abs(read(order, added)))) * noise / level)
         if worst < _FAR * _OFF * largest:
             break
     return _Errors(between / largest, worst / largest, largest)
