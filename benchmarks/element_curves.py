@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks._measure import Line, in_turn, ratio_line
 from infinivar.contact import creep
-from infinivar.paper.claims.claim import Machine, at_ratio
+from infinivar.paper.claims.claim import PaperMachine, at_ratio
 from infinivar.paper.figures.curves import LOADS
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
@@ -23,7 +23,7 @@ RATIOS = np.geomspace(0.3, 1000.0, 2000)
 
 def run() -> Iterator[Line]:
     """Measure each law but fastsim, whose inverse takes an iteration of its own."""
-    designed = Machine().element
+    designed = PaperMachine().element
     groups = designed.groups(14.0)
     given = replace(
         designed,
