@@ -1,8 +1,11 @@
 """Tables and figures generated from the program when the documentation is built, so that both always agree."""
 
 import dataclasses
+import multiprocessing
+import types
 import typing
 from collections.abc import Mapping
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import infinivar
@@ -472,15 +475,35 @@ def draw_measurements(app) -> None:
     style.write(measurements.draw_gears(), folder / "gear_friction", ("svg",))
 
 
+DRAWINGS = (
+    draw,
+    draw_sphere,
+    draw_shared_motor,
+    draw_displays,
+    draw_legs,
+    draw_planar,
+    draw_machine_run,
+    draw_motion,
+    draw_measurements,
+)
+
+
+def begin(app) -> None:
+    """Draw in a process of its own, while the examples of the gallery run."""
+    pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
+    place = types.SimpleNamespace(srcdir=str(app.srcdir))
+    app.drawings = [pool.submit(one, place) for one in DRAWINGS]
+
+
+def end(app, *_) -> None:
+    """Wait for the drawings, before pages that show them are read."""
+    for one in app.drawings:
+        one.result()
+
+
 def setup(app):
-    app.connect("builder-inited", write)
-    app.connect("builder-inited", draw)
-    app.connect("builder-inited", draw_sphere)
-    app.connect("builder-inited", draw_shared_motor)
-    app.connect("builder-inited", draw_displays)
-    app.connect("builder-inited", draw_legs)
-    app.connect("builder-inited", draw_planar)
-    app.connect("builder-inited", draw_machine_run)
-    app.connect("builder-inited", draw_motion)
-    app.connect("builder-inited", draw_measurements)
+    # Before the gallery, with the default priority of 500.
+    app.connect("builder-inited", write, priority=400)
+    app.connect("builder-inited", begin, priority=400)
+    app.connect("env-before-read-docs", end)
     return {"parallel_read_safe": True}
