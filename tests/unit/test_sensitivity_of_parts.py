@@ -12,19 +12,16 @@ from internals import value_at, varied
 from sampled import sampled
 
 
-def _shipped():
-    """Every drive of every shipped study with every outcome.
+def _shipped(long):
+    """Every drive of every shipped study with every outcome: those that take long or not.
 
-    Those of cobotic drives over a region or cycle take seconds, of the ankle's over its cycle minutes: one in six in CI.
+    Those of cobotic drives over a region or cycle take seconds, of the ankle's over its cycle minutes.
     """
-    number = 0
     for name, study in one_axis_studies():
         for drive, made in study.drives.items():
             for kind in KINDS:
-                long = isinstance(made, iv.CoboticDrive) and kind not in ("efficiency", "loss")
-                number += long
-                marks = [pytest.mark.slow if number % 6 == 5 else pytest.mark.full] if long else []
-                yield pytest.param(name, drive, kind, marks=marks, id=f"{name}-{drive}-{kind}")
+                if long is (isinstance(made, iv.CoboticDrive) and kind not in ("efficiency", "loss")):
+                    yield pytest.param(name, drive, kind, id=f"{name}-{drive}-{kind}")
 
 
 def _check(study, name, kind, method="complex", count=3):
@@ -42,8 +39,17 @@ def _check(study, name, kind, method="complex", count=3):
         assert_allclose(row.elasticity, (ends[0] - ends[1]) / (2.0 * step * found.value), rtol=1e-4, atol=1e-6)
 
 
-@sampled(("study", "drive", "kind"), list(_shipped()), every=3, slow=4)
+@sampled(("study", "drive", "kind"), _shipped(long=False), every=3, slow=4)
 def test_every_outcome_of_every_shipped_drive(study, drive, kind):
+    _check_shipped(study, drive, kind)
+
+
+@sampled(("study", "drive", "kind"), _shipped(long=True), slow=5)
+def test_every_outcome_that_takes_long(study, drive, kind):
+    _check_shipped(study, drive, kind)
+
+
+def _check_shipped(study, drive, kind):
     loaded = iv.load_study(study)
     if loaded.requirement is None:
         loaded = replace(loaded, requirement=REGIONS[loaded.axis.rotary])

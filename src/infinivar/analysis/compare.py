@@ -124,7 +124,11 @@ class Comparison(Result):
 
     def able(self, name: str) -> bool:
         """Whether a drive covers the whole requirement, if one is stated, and every duty cycle is feasible."""
-        return self.results[name].covers and all(found.results[name].feasible for found in self.duty.values())
+        return self.results[name].covers and self._follows(name)
+
+    def _follows(self, name: str) -> bool:
+        """Whether every duty cycle is feasible."""
+        return all(found.results[name].feasible for found in self.duty.values())
 
     @derived()
     def feasible(self) -> bool:
@@ -204,9 +208,7 @@ def verdicts(comparison: Comparison) -> Iterator[str]:
 
 def _in_motion_too(comparison: Comparison) -> str:
     """Which drive is best in all that is required, where one that leads in motion may not cover the requirement; else ""."""
-    moving = [
-        name for name in comparison.results if all(found.results[name].feasible for found in comparison.duty.values())
-    ]
+    moving = [name for name in comparison.results if comparison._follows(name)]
     able = [name for name in moving if comparison.able(name)]
     if able == moving or len(comparison.results) == 1:
         return ""

@@ -67,7 +67,6 @@ def session(
     from infinivar.analysis.sessions.of_study import checked_session, named_session
     from infinivar.figures.moving_machine import check_frames
     from infinivar.report.output import check_file, check_inputs, claimed
-    from infinivar.report.run import session_to_dict
     from infinivar.report.saving import save
     from infinivar.report.scene.export import check_scene
     from infinivar.report.video import check_video
@@ -105,6 +104,8 @@ def session(
             found.to_mujoco(scene)
         progress("writing the report", 1.0)
         files = [*save(found, out, name=stem, reconstruction=loaded.reconstruction), *beside]
+    from infinivar.report.run import session_to_dict  # loaded by now
+
     end(
         functools.partial(session_to_dict, found),
         (f"{found.title}: {found.verdict}", *(f"  {line}" for line in (*measures(found), *found.event_lines))),

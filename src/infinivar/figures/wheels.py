@@ -47,11 +47,10 @@ def data(found: Point) -> dict[str, Any]:
         If there are many points, or the losses are undefined, which the message gives the limit for.
     """
     kind = found.contact
-    losses: Mapping[str, Array] = getattr(found, f"{kind}_losses")
     demand, limit = np.asarray(found.slip_demand), np.asarray(found.limit)
     if demand.ndim != 1 or limit.ndim:
         raise InputError(f"losses by {kind} are drawn at one point, got points of shape {limit.shape}")
-    known = {name: np.broadcast_to(loss, demand.shape) for name, loss in losses.items()}
+    known = {name: np.broadcast_to(loss, demand.shape) for name, loss in found.contact_losses.items()}
     if not all(np.all(np.isfinite(loss)) for loss in known.values()):
         raise InputError(f"losses by {kind} are undefined at this point: {Limit(int(limit)).words}")
     names = [str(place + 1) for place in range(len(demand))]

@@ -57,9 +57,9 @@ class MachinePoint(PowerPoint, Result):
     contact: ClassVar[str] = LegsPoint.contact
 
     @property
-    def leg_losses(self) -> Mapping[str, Array]:
-        """By name. (..., n) [W]"""
-        return self.legs.leg_losses
+    def contact_losses(self) -> Mapping[str, Array]:
+        """By name, of each leg. (..., n) [W]"""
+        return self.legs.contact_losses
 
     @property
     def slip_demand(self) -> Array:

@@ -72,6 +72,11 @@ class MechanismPoint(PowerPoint, Result):
         return self.moment * self.steering_rate
 
     @property
+    def contact_losses(self) -> Mapping[str, Array]:
+        """As `wheel_losses`."""
+        return self.wheel_losses
+
+    @property
     def losses(self) -> Mapping[str, Array]:
         """Losses of all wheels by name. [W]"""
         return {name: namespace(loss).sum(loss, axis=-1) for name, loss in self.wheel_losses.items()}

@@ -66,6 +66,11 @@ class LegsPoint(PowerPoint, Result):
     """Of the worst leg, and of the kinematics. [-]"""
 
     @property
+    def contact_losses(self) -> Mapping[str, Array]:
+        """As `leg_losses`."""
+        return self.leg_losses
+
+    @property
     def losses(self) -> Mapping[str, Array]:
         """Losses of all legs by name. [W]"""
         return {name: over_links(np.add, loss) for name, loss in self.leg_losses.items()}

@@ -86,6 +86,11 @@ class SphericalPoint(PowerPoint, Result):
     """Demand over allowance for the limits that preload alone can exceed, of the worst roller. [-]"""
 
     @property
+    def contact_losses(self) -> Mapping[str, Array]:
+        """As `roller_losses`."""
+        return self.roller_losses
+
+    @property
     def losses(self) -> Mapping[str, Array]:
         """Losses of all rollers by name: creep, spin, rolling, bearing. [W]"""
         return {name: np.sum(loss, axis=-1) for name, loss in self.roller_losses.items()}
