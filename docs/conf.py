@@ -24,6 +24,7 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_gallery.gen_gallery",
     "equation_index",
+    "generated_figures",
     "generated_pages",
     "house_docstrings",
 ]
