@@ -182,27 +182,6 @@ def _repeat(xp: Any, function: Callable[[Any], Any], value: Any, steps: int) -> 
     return value
 
 
-def along_last(
-    xp: Any, step: Callable[[Any, Any], Any], state: tuple[Array, ...], columns: tuple[Array, ...]
-) -> tuple[Array, ...]:
-    """State after steps along the last axis of columns; in JAX as a loop, since unrolled it takes minutes to compile.
-
-    Parameters
-    ----------
-    step                         Maps a state and the columns' values, (..., 1) each, to the next state.
-    state : tuple of (..., 1)    Of the shapes that `step` returns.
-    columns : tuple of (..., n)
-    """
-    if xp.__name__ == "jax.numpy":
-        from jax.lax import scan
-
-        rows = tuple(xp.moveaxis(xp.asarray(column), -1, 0) for column in columns)
-        return scan(lambda held, row: (step(held, tuple(value[..., None] for value in row)), None), state, rows)[0]
-    for place in range(columns[0].shape[-1]):
-        state = step(state, tuple(column[..., place : place + 1] for column in columns))
-    return state
-
-
 def newton(xp: Any, step: Callable[[Array], Array], start: Array, steps: int) -> Array:
     """Repeat `step` until it converges, at most `steps` times.
 

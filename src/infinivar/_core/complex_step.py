@@ -245,9 +245,16 @@ class Namespace:
 
     def concat(self, values: Any, axis: int = 0) -> Any:
         """Join along an axis."""
-        if any(isinstance(value, Stepped) for value in values):
-            return Stepped(np.concatenate([_plain(value) for value in values], axis=axis))
-        return np.concatenate(values, axis=axis)
+        return _together(np.concatenate, values, axis)
+
+    def stack(self, values: Any, axis: int = 0) -> Any:
+        """Join along a new axis."""
+        return _together(np.stack, values, axis)
+
+
+def _together(join: Callable[..., Any], values: Any, axis: int) -> Any:
+    joined = join([_plain(value) for value in values], axis=axis)
+    return Stepped(joined) if any(isinstance(value, Stepped) for value in values) else joined
 
 
 def _real(value: Any) -> Any:

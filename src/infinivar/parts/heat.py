@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from infinivar._core.array_namespace import Array, along_last, namespace
+from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.described import derived, reported
 from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError
@@ -251,23 +251,8 @@ def settled(
     Source: maxon2020; periodic solution of both equations, by the map of the cycle.
     """
     xp = namespace(motor, current, friction_power)
-    maps = _step_maps(xp, motor, current, friction_power, period, ambient)
-    zero = 0.0 * maps[0][..., :1]
-
-    def over_step(state: tuple[Array, ...], along: tuple[Array, ...]) -> tuple[Array, ...]:
-        w_w, w_h, w_c, c_w, c_h, c_c = along
-        # Changes of two unit temperatures and of none: cycles are short, and 1 minus a map would lose digits.
-        found = []
-        for place, one in ((0, (1.0, 0.0)), (2, (0.0, 1.0)), (4, (0.0, 0.0))):
-            winding, housing = state[place] + one[0], state[place + 1] + one[1]
-            lone, two = (0.0, 0.0) if place < 4 else (w_c, c_c)
-            found += [
-                state[place] + (w_w * winding + w_h * housing + lone),
-                state[place + 1] + (c_w * winding + c_h * housing + two),
-            ]
-        return tuple(xp.where(xp.abs(value) < BOUND, value, BOUND) for value in found)
-
-    w_w, c_w, w_h, c_h, w_c, c_c = along_last(xp, over_step, (zero,) * 6, maps)
+    along = _composed(xp, _step_maps(xp, motor, current, friction_power, period, ambient))
+    w_w, w_h, w_c, c_w, c_h, c_c = (change[..., -1:] for change in along)
     determinant = w_w * c_h - w_h * c_w
     # Of a matrix without negative elements, the largest eigenvalue is then below 1.
     settles = (w_w < 0) & (c_h < 0) & (determinant > 0)
@@ -275,7 +260,7 @@ def settled(
     winding = (w_h * c_c - c_h * w_c) / safe
     housing = (c_w * w_c - w_w * c_c) / safe
     begin = tuple(xp.where(settles, value, ambient) for value in (winding, housing))
-    return tuple(xp.where(settles, found, xp.inf) for found in _through(xp, maps, begin))  # type: ignore[return-value]
+    return tuple(xp.where(settles, found, xp.inf) for found in _through(xp, along, begin))  # type: ignore[return-value]
 
 
 def through_run(
@@ -299,31 +284,55 @@ def through_run(
     Source: maxon2020; see the module.
     """
     xp = namespace(motor, current, friction_power)
-    maps = _step_maps(xp, motor, current, friction_power, duration, ambient)
-    begin = start + 0.0 * maps[0][..., :1]
-    highest, mean = _through(xp, maps, (begin, begin))
+    along = _composed(xp, _step_maps(xp, motor, current, friction_power, duration, ambient))
+    begin = start + 0.0 * along[0][..., :1]
+    highest, mean = _through(xp, along, (begin, begin))
     return xp.maximum(highest, begin), mean
 
 
-def _through(xp: Any, maps: tuple[Array, ...], begin: tuple[Array, ...]) -> tuple[Array, Array]:
-    """Highest winding temperature at the ends of steps, and mean by the trapezoidal rule. (..., 1) each"""
+def _through(xp: Any, along: tuple[Array, ...], begin: tuple[Array, ...]) -> tuple[Array, Array]:
+    """Highest winding temperature at the ends of steps, and mean by the trapezoidal rule, by `_composed`. (..., 1) each"""
+    (w_w, w_h, w_c, *_), (winding, housing) = along, begin
+    after = _bounded(xp, winding + (w_w * winding + w_h * housing + w_c))
+    total = xp.sum(after, axis=-1, keepdims=True) + 0.5 * (winding - after[..., -1:])
+    return xp.max(after, axis=-1, keepdims=True), total / after.shape[-1]
 
-    def over_step(state: tuple[Array, ...], along: tuple[Array, ...]) -> tuple[Array, ...]:
-        winding, housing, highest, total = state
-        w_w, w_h, w_c, c_w, c_h, c_c = along
-        # A motor that runs away stops growing, so that no number exceeds all others.
-        after, housing = (
-            xp.where(xp.abs(value) < BOUND, value, BOUND)
-            for value in (
-                winding + (w_w * winding + w_h * housing + w_c),
-                housing + (c_w * winding + c_h * housing + c_c),
-            )
-        )
-        return after, housing, xp.maximum(highest, after), total + 0.5 * (winding + after)
 
-    winding, housing = begin
-    _, _, highest, total = along_last(xp, over_step, (winding, housing, 0.0 * winding, 0.0 * winding), maps)
-    return highest, total / maps[0].shape[-1]
+def _composed(xp: Any, maps: tuple[Array, ...]) -> tuple[Array, ...]:
+    """Exact changes from the start to the end of each step, of the changes over single steps: see `_step_maps`. Six of (..., k)
+
+    Changes of pairs of steps first, then, by themselves, those to the end of each pair: all steps in as many operations as
+    k has binary digits.
+    """
+    count = maps[0].shape[-1]
+    if count == 1:
+        return maps
+    first, second = (tuple(part[..., place : 2 * (count // 2) : 2] for part in maps) for place in (0, 1))
+    to_even = _composed(xp, _after(xp, first, second))
+    to_odd = _after(xp, tuple(part[..., : (count - 1) // 2] for part in to_even), tuple(part[..., 2::2] for part in maps))
+    found = []
+    for start, odd, even in zip(maps, to_odd, to_even, strict=True):
+        odd = xp.concat([start[..., :1], odd], axis=-1)
+        pairs = xp.stack([odd[..., : count // 2], even], axis=-1)
+        whole = xp.reshape(pairs, (*pairs.shape[:-2], 2 * (count // 2)))
+        found.append(xp.concat([whole, odd[..., count // 2 :]], axis=-1))
+    return tuple(found)
+
+
+def _after(xp: Any, first: tuple[Array, ...], second: tuple[Array, ...]) -> tuple[Array, ...]:
+    """Changes over two steps. They are not maps, since cycles are short, and 1 minus a map would lose digits."""
+    found = []
+    for row in (0, 3):
+        warms, cools = second[row], second[row + 1]
+        for column in (0, 1, 2):
+            change = warms * first[column] + cools * first[3 + column]
+            found.append(_bounded(xp, first[row + column] + second[row + column] + change))
+    return tuple(found)
+
+
+def _bounded(xp: Any, value: Array) -> Array:
+    """A motor that runs away stops growing, so that no number exceeds all others."""
+    return xp.where(xp.abs(value) < BOUND, value, BOUND)
 
 
 def _step_maps(
