@@ -13,6 +13,7 @@ import pytest
 
 import infinivar as iv
 import made
+from rendering import rendered
 from sampled import MOST
 from small_catalogue import SHELF
 
@@ -102,6 +103,13 @@ def shelf(tmp_path_factory):
     path = tmp_path_factory.mktemp("sets") / "shelf.toml"
     path.write_text(SHELF, "utf-8")
     return path
+
+
+@pytest.fixture
+def unrendered():
+    """Figures are drawn, but their files are blank: rendering takes most of the time."""
+    with rendered(()):
+        yield
 
 
 @pytest.fixture(scope="session")

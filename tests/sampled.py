@@ -15,13 +15,18 @@ def sampled(names: str | tuple[str, ...], cases: Iterable, *, every: int | None 
     Of the others each `slow`-th, from the first on, is a slow test, which CI runs; the rest runs before a release.
     """
     several = not isinstance(names, str) or "," in names
+    return pytest.mark.parametrize(names, spread(cases, every=every, slow=slow, several=several), **options)
+
+
+def spread(cases: Iterable, *, every: int | None = None, slow: int = 1, several: bool = False) -> list:
+    """The cases of `sampled`, for the parameters of a fixture."""
     given, left = [], 0
     for place, case in enumerate(cases):
         if every is None or place % every:
             case = _marked(case, several, pytest.mark.full if left % slow else pytest.mark.slow)
             left += 1
         given.append(case)
-    return pytest.mark.parametrize(names, given, **options)
+    return given
 
 
 def _marked(case, several: bool, mark):

@@ -111,7 +111,7 @@ def test_results_file_is_strict_json_and_agrees(compared):
     assert all(map(math.isfinite, numbers(stored)))
 
 
-@pytest.mark.parametrize("drive", DRIVES)
+@sampled("drive", DRIVES, every=3)
 def test_map_is_labelled_and_adds_up(compared, drive):
     _, folder, said = compared
     with xarray.open_dataset(folder / f"{drive}.nc") as data:
@@ -226,7 +226,7 @@ def test_coverage_where_the_power_binds_over_most_of_the_force_axis(infinivar, w
     assert drive["peak_efficiency"] is not None
 
 
-@pytest.mark.parametrize("quadrants", [2, 4])
+@sampled("quadrants", [2, 4], every=2)
 def test_more_quadrants_ask_for_more(infinivar, write, quadrants):
     """An amplifier that takes no power back covers only the driving half of the region."""
     text = f"""
@@ -255,6 +255,7 @@ def test_titles_are_only_text(infinivar, write, tmp_path, title):
     assert title in page.text
 
 
+@pytest.mark.slow
 def test_drives_of_one_base_are_told_apart(infinivar, write, tmp_path):
     """Two variants of a shipped drive have its title both: neither may vanish from output, figure or report."""
     text = """
@@ -273,7 +274,7 @@ def test_drives_of_one_base_are_told_apart(infinivar, write, tmp_path):
     assert len(losses.data(comparison, "maximum force")["losses"]) == 2
 
 
-@pytest.mark.parametrize("occupied", ["mine.nc", "report.html", "results.json"])
+@sampled("occupied", ["mine.nc", "report.html", "results.json"], every=3)
 def test_nothing_is_replaced_unless_everything_can_be(infinivar, write, tmp_path, occupied):
     """A folder in the place of one result: the other results of the run before stay whole."""
     names = ("mine.nc", "report.html", "results.json")
@@ -299,6 +300,7 @@ def test_a_folder_that_cannot_be_is_bad_input(infinivar, write, tmp_path, out):
     assert (tmp_path / "taken").read_text("utf-8") == "a file"
 
 
+@pytest.mark.slow
 def test_odd_folder_names(infinivar, write, tmp_path):
     outcome = infinivar(
         "compare", write(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic")), "--out", "a b/ü/x.y"

@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 
 from run_cli import run
+from sampled import sampled
 
 ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```$", re.DOTALL | re.MULTILINE)
@@ -81,13 +82,14 @@ BEFORE_A_RELEASE = (
 """They take up to a minute and a half each."""
 
 
-@pytest.mark.parametrize(
+@sampled(
     "page",
     [
         *(f"{name}.md" for name in DAILY),
         *(pytest.param(f"{name}.md", marks=pytest.mark.slow) for name in SLOW),
         *(pytest.param(f"{name}.md", marks=pytest.mark.full) for name in BEFORE_A_RELEASE),
     ],
+    every=4,
 )
 def test_page(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

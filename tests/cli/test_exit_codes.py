@@ -95,6 +95,7 @@ def test_without_a_home_no_library_speaks(home, tmp_path):
     assert [line for line in found.stderr.splitlines() if not line.startswith("infinivar: ")] == []
 
 
+@pytest.mark.slow
 def test_a_user_whom_the_system_does_not_know_has_no_cache(monkeypatch, infinivar, tmp_path):
     """As in a container that runs under a number of its own."""
     for name in ("HOME", "XDG_CACHE_HOME"):

@@ -233,6 +233,7 @@ def test_a_file_in_place_of_a_folder_is_said_to_be_one(infinivar, write, tmp_pat
     assert refused(infinivar(*command, "--out", out), said)
 
 
+@pytest.mark.slow
 def test_names_of_files_stay_within_their_line(infinivar, write, tmp_path):
     write(study(base="cobotic"))
     done = infinivar("contact", "study.toml", "--out", "a\nb")

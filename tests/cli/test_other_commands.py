@@ -146,6 +146,7 @@ def test_init_writes_a_study_that_compare_takes(infinivar, tmp_path):
     assert (tmp_path / "out" / "report.html").is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("like", [(), ("--like", "knee_walking")], ids=["template", "shipped"])
 def test_init_names_the_schema_that_it_writes(infinivar, schema, tmp_path, like):
     """The first line is the directive of Taplo, relative to the study: editors find the schema, and the study keeps it."""
@@ -277,6 +278,7 @@ def test_runs_as_a_module(tmp_path):
     assert (done.returncode, done.stdout, done.stderr) == (0, f"infinivar {iv.__version__}\n", "")
 
 
+@pytest.mark.slow
 @sampled("command", ["catalogue", "schema", "catalogue --json"], every=3)
 def test_output_may_be_cut_short(tmp_path, command):
     """A reader that goes away, such as head, is no reason for a traceback."""
@@ -322,7 +324,7 @@ def completions(folder, *words):
         (("infinivar", "compare", "handy.toml", "--drive", "cob"), []),
     ],
     ids=lambda words: words[-1] if isinstance(words, tuple) else "",
-    every=6,
+    every=2,
 )
 def test_tab_completes_commands_studies_drives_and_scenarios(tmp_path, words, offered):
     (tmp_path / "handy.toml").touch()

@@ -74,6 +74,7 @@ def test_paths_are_only_paths(path, tmp_path, monkeypatch):
         iv.load_study(path)
 
 
+@pytest.mark.slow
 def test_the_report_on_a_joint_with_a_screw_and_a_spring(infinivar, tmp_path):
     outcome = infinivar("compare", "ankle_walking", "--drive", "geared-series", "--out", tmp_path)
     assert outcome.code == 0

@@ -198,7 +198,7 @@ pulley = {{ radius = "8 mm" }}""",
     refused(outcome, "motor.rotor_inertia is missing: motion needs it", tmp_path)
 
 
-@sampled("plant", ["system", "lossless", "transmission", "steering", "cylinder", "link"], every=3)
+@sampled("plant", ["system", "lossless", "transmission", "steering", "cylinder", "link"], every=2)
 @pytest.mark.renders("svg")
 def test_graph_draws_every_plant(infinivar, write, tmp_path, plant):
     outcome = infinivar("graph", write(STUDY), "cobotic", "--plant", plant, "--out", "fig.svg")

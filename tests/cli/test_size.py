@@ -161,6 +161,7 @@ def test_bad_options_exit_with_2(infinivar, folder, options, message):
     assert not (folder / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_recording_is_named_from_the_new_folder(infinivar, folder):
     rows = "\n".join(f"{0.01 * k},{0.03 * (1 - math.cos(2 * math.pi * k / 100))}" for k in range(100))
     (folder / "made").mkdir()

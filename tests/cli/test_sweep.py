@@ -22,6 +22,7 @@ def sweep(infinivar, study, *options):
 GRID = ("--radius", "8 mm", "16 mm", "--radii", "2", "--pairs", "7")
 
 
+@pytest.mark.slow
 def test_a_search_in_chunks_continues_shows_and_reports(infinivar, folder):
     done = sweep(infinivar, "slide.toml", *GRID, "--objective", "mass")
     assert (done.code, done.err) == (0, "")

@@ -219,6 +219,7 @@ def test_bearings_use_only_the_standard(bearing, seed):
         assert pair.static_safety(*arrays).shape == preload.shape
 
 
+@pytest.mark.slow
 @given(bearings(wet=True), seeds)
 @examples(4)  # each compiles three derivatives
 def test_gradients_agree_with_differences(bearing, seed):
@@ -238,7 +239,7 @@ def test_gradients_agree_with_differences(bearing, seed):
         assert_allclose(derivative, difference, rtol=1e-5, atol=1e-7 * np.max(np.abs(difference)))
 
 
-@sampled("kind", KINDS, ids=lambda kind: "-".join(kind), every=3)
+@sampled("kind", KINDS, ids=lambda kind: "-".join(kind), every=6)
 def test_gradients_stay_finite_at_rest_and_without_load(kind):
     bearing = Bearing(
         type=kind[0], series=kind[1], friction_model=kind[2],
@@ -253,6 +254,7 @@ def test_gradients_stay_finite_at_rest_and_without_load(kind):
         assert all(np.isfinite(part) for part in gradient(*point)), point
 
 
+@pytest.mark.slow
 def test_gradient_by_a_design_parameter():
     """Validation lets traced values through, so bearings can be differentiated by their own figures."""
     bearing = Bearing(series="60", bore=0.008, outside_diameter=0.022, dynamic_rating=3450.0, static_rating=1370.0)

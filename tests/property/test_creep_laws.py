@@ -92,7 +92,7 @@ def test_at_slip_and_beyond(law):
     assert_allclose(found_slip, [slip, -slip, np.nan, np.nan], rtol=1e-14)
 
 
-@sampled("law", BENT, every=2)
+@sampled("law", BENT, every=4)
 def test_gradients(law):
     """jax.grad of creepage and force, at zero too."""
     found = creep.LAWS[law]

@@ -82,6 +82,7 @@ def test_gradients(exponent, poisson):
     assert_allclose(found[:, 1], by_poisson, rtol=1e-6, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_array_libraries():
     ratio, poisson = np.geomspace(0.01, 100, 12).reshape(3, 4), np.array([0.0, 0.1, 0.3, 0.5])
     expected = kalker.coefficients(ratio, poisson)

@@ -4,7 +4,6 @@ import tomllib
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,6 +15,7 @@ from internals import course_through as through
 from internals import power_audit as audit
 from machine_studies import PLANAR, SPHERE
 from made import loaded
+from sampled import sampled
 
 LEGS = loaded("six_leg_display").drives
 ARMS = loaded("two_joint_arm").drives
@@ -63,7 +63,7 @@ def balance(machine, course, where):
     assert np.allclose(np.broadcast_to(point.power_out, known.shape)[known], np.broadcast_to(held, known.shape)[known])
 
 
-@pytest.mark.parametrize("name", MACHINES)
+@sampled("name", MACHINES, every=5)
 @given(data=st.data())
 def test_balance_closes_in_tasks(name, data):
     machine = as_machine(MACHINES[name])
@@ -79,7 +79,7 @@ def test_balance_closes_in_tasks(name, data):
     balance(machine, through(*rows), name)
 
 
-@pytest.mark.parametrize("name", MACHINES)
+@sampled("name", MACHINES, every=5)
 @given(data=st.data(), frequency=st.floats(0.3, 3.0))
 def test_balance_closes_on_paths(name, data, frequency):
     machine = as_machine(MACHINES[name])

@@ -55,6 +55,7 @@ def test_the_change_of_lateral_creep_grows_with_the_square_of_rolling_resistance
     assert np.diff(np.log(shares)) / math.log(2.0) == pytest.approx([2.0, 2.0], abs=0.1)
 
 
+@pytest.mark.slow
 def test_tilting_changes_the_creepage_by_the_aligning_stiffness_over_the_tilting_stiffness():
     """Linear theory against the solver at a tenth of slip, where the patch is nearly linear."""
     wheel = _wheel("hand_controller").transmission

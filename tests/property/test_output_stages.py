@@ -136,7 +136,7 @@ def run_of(random, rotary):
         *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(8, 20)),
         *(pytest.param(seed, marks=pytest.mark.full) for seed in range(20, 150)),
     ],
-    every=2,
+    every=4,
 )
 def test_energy_over_time_closes(seed):
     random = np.random.default_rng(seed)

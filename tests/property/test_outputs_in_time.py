@@ -172,6 +172,7 @@ def runs(draw, output):
     )
 
 
+@pytest.mark.slow
 @given(st.data())
 @examples(3)
 def test_energy_closes_behind_any_output(data):

@@ -107,7 +107,7 @@ def test_power_closure_at_many_points(law):
     _closes(random, count, law)
 
 
-@pytest.mark.parametrize("law", [*LAWS, "with spin"])
+@sampled("law", [*LAWS, "with spin"], every=3)
 def test_power_closure(law):
     _closes(np.random.default_rng(4), 200, law)
 

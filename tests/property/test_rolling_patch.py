@@ -48,6 +48,7 @@ def test_hard_starts():
         assert_allclose(back.forces, -forward.forces, atol=2e-7)
 
 
+@pytest.mark.slow
 def test_too_few_cells():
     """A small spin on a long patch: coarse grids give the moment the wrong sign, and say so; forces are extrapolated or nan."""
     long = iv.contact.RollingPatch(20.0, 0.5)

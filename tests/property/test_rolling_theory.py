@@ -81,6 +81,7 @@ def _errors(ratio):
     return np.array(found) / [table.c11, table.c22, table.c23, table.c23] - 1.0
 
 
+@pytest.mark.slow
 def test_what_inset_and_shift_are_worth(moved):
     """Errors of 20 x 20 cells: 0.6 % with both; 0.8 to 2.2 % without the inset; 3.5 to 6.7 % in C23 without the shift."""
     ratios = (0.2, 1.0, 5.0)

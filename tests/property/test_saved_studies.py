@@ -264,6 +264,7 @@ studies = st.builds(
 )
 
 
+@pytest.mark.slow
 @examples(20)
 @given(study=studies)
 def test_studies_built_in_python_survive(study):

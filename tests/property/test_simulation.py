@@ -95,6 +95,7 @@ def scenarios(draw, cobotic):
     )
 
 
+@pytest.mark.slow
 @given(cobotic_drives(), scenarios(cobotic=True))
 @examples(10)
 def test_energy_of_a_cobotic_drive_closes(drive, scenario):
@@ -221,7 +222,7 @@ def test_both_directions_are_alike(seed):
 
 
 @pytest.mark.parametrize("drive", ["cobotic", "cobotic-b", "motor2-gear4"])
-@sampled("scenario", SHIPPED.scenarios, every=3)
+@sampled("scenario", SHIPPED.scenarios, every=6)
 def test_every_shipped_scenario_closes(drive, scenario):
     expected = SHIPPED.scenarios[scenario]
     wheel = expected.steering != "controlled" or expected.cylinder != "running"

@@ -20,6 +20,7 @@ def _forces(rolling):
     return np.stack([rolling.fx, rolling.fy, rolling.mz], axis=-1)
 
 
+@pytest.mark.slow
 def test_step_from_rest():
     """A circle under a scaled lateral creepage of 1.5: forces that another program computed, to 0.005."""
     rolling = iv.contact.RollingPatch(1.0).transient([0.25, 1.0, 4.0], lateral=1.5 / LINEAR.c22)
@@ -62,6 +63,7 @@ def test_balance(ratio, creepage):
     assert np.all(rolling.energy > 0.0)
 
 
+@pytest.mark.slow
 def test_order():
     """Steps of half the length divide the error by about 4, in the forces and in the balance."""
     creepage = {"lateral": [0.4, -0.3], "spin": [0.0, 0.4]}
@@ -76,7 +78,7 @@ def test_order():
     assert changes[0] > 30.0 * changes[3]
 
 
-@sampled("turned", [0.0, 0.5], every=3)
+@sampled("turned", [0.0, 0.5], every=4)
 @pytest.mark.parametrize("creepage", [(0.2, 0.3, 0.2), (0.0, 0.4, -0.3), (0.3, 0.0, 0.0), (0.0, 0.0, 2.0)])
 def test_steady_limit(creepage, turned):
     """Rolled far enough, from rest or from the opposite state, the patch is in the state that the steady solver finds."""
@@ -140,6 +142,7 @@ def _steered_at_random(patch, steps, longitudinal):
     assert np.max(np.abs(rolling.balance)) < 0.01 * rolling.work[-1]
 
 
+@pytest.mark.slow
 @sampled("ratio", [0.3, 4.0], every=2)
 def test_random_steering(ratio):
     _steered_at_random(iv.contact.RollingPatch(ratio, cells=10), 300 if ratio > 1.0 else 100, False)

@@ -63,6 +63,7 @@ def ellipse(a, b):
     return PointCurve.through(np.stack([a * np.cos(around), b * np.sin(around)], axis=1), closed=True)
 
 
+@pytest.mark.slow
 @given(lengths, lengths, st.floats(0.0, 6.0))
 def test_an_ellipse_of_any_shape(a, b, angle):
     """Closed forms of tangent and curvature; a point near on the normal comes back to its foot."""
@@ -81,6 +82,7 @@ def test_an_ellipse_of_any_shape(a, b, angle):
     assert_allclose(found.curvature, curvature, rtol=1e-3, atol=1e-3 / max(a, b))
 
 
+@pytest.mark.slow
 @given(seeds)
 def test_following_a_motion_finds_what_the_search_finds(seed):
     """A point that moves along beside an ellipse, within its radius of curvature: from one sample to the next, as over all."""

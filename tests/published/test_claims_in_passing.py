@@ -141,6 +141,7 @@ def _plane(material):
     return material.youngs_modulus / (1.0 - material.poisson**2)
 
 
+@pytest.mark.slow
 @pytest.mark.source("kalker1990", "steady rolling")
 def test_a_loaded_patch_drives_the_bell_and_a_fast_one_the_link(element):
     """Fig 10's caption: "no power flows". Tractions of the exact half-space, not the table, at the same creepages.

@@ -27,6 +27,7 @@ def test_against_an_independent_program():
     assert np.sqrt(np.mean(np.square(errors))) < 0.0006
 
 
+@pytest.mark.slow
 def test_the_solver_gives_the_points_of_the_fit():
     """A sample of the fitted points, computed again, lies within the error that the data state."""
     assert exact_law.data()["settings"] == {

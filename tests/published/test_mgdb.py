@@ -63,6 +63,7 @@ def test_a_row_that_is_no_number_is_refused_and_the_others_kept(imported):
     assert allied.incomplete["motors"]["no_load_current"] == len(allied.parts.motors) == 147
 
 
+@pytest.mark.slow
 def test_contradictions(imported):
     found = {maker: iv.check_parts(one.parts) for maker, one in imported.items()}
     speeds = [one for one in found["maxon"].contradictions if one.relation == "no-load speed"]
@@ -81,6 +82,7 @@ def test_contradictions(imported):
     assert len({one.key for one in found["maxon"].contradictions if one.kind == "gearheads"}) == 12
 
 
+@pytest.mark.slow
 def test_values_survive_import_and_storage(imported, tmp_path):
     parts = imported["maxon"].parts
     assert importing.read(importing.write(parts, tmp_path / "maxon.npz")) == parts

@@ -156,6 +156,7 @@ def saved(nut, total, net):
     return (total - nut) / (total - net)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", ["walking, measured", "walking, model"])
 def test_the_spring_saves_as_much_of_the_avoidable_work_as_in_a_prosthesis(row, of_least_work):
     """Of the work beyond the net work, our spring of least work saves 0.71 in walking, grimmer2016 0.60 (measured) and 0.70.

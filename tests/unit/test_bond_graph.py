@@ -456,6 +456,7 @@ def test_sums_over_nodes_close_a_smooth_motion(monkeypatch):
     assert run.closure < 1e-7
 
 
+@pytest.mark.slow
 def test_fastsim_has_a_value_in_slip(study):
     """Generated code took its arcsine past 1: a solver's trial steps get there when a soft wheel is steered in a step."""
     drive = study.drives["cobotic"]

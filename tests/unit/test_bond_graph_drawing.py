@@ -11,6 +11,7 @@ from infinivar.bondgraph import BondGraph, assign
 from internals import bond_graph_elements as bg
 from internals import bond_graph_figure as bond_graph
 from internals import style
+from sampled import spread
 
 HALF_HEIGHT = 0.09
 
@@ -30,7 +31,7 @@ CASES = [
 BEARINGS = iv.parts.CylinderBearings(friction_coefficient=0.0015, bore=0.02, span=0.2)
 
 
-@pytest.fixture(params=CASES, ids="-".join)
+@pytest.fixture(params=spread(CASES, every=6), ids="-".join)
 def graph(request, study):
     name, plant, electrical = request.param
     drives = {**study.drives, "with bearings": replace(study.drives["cobotic"], cylinder_bearings=BEARINGS)}
@@ -133,6 +134,7 @@ def test_any_graph_can_be_drawn(tmp_path):
     assert len(set(places)) == len(places) == 9
 
 
+@pytest.mark.slow
 def test_one_graph_gives_one_picture(study, tmp_path):
     graph = plant_graph(study.drives["cobotic"], "transmission")
     first, second = (

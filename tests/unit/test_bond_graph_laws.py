@@ -262,6 +262,7 @@ def inverted(force, steps):
     return x
 
 
+@pytest.mark.slow
 @sampled("where", ["resistance", "modulus"], every=2)
 def test_repeated_steps_of_a_law_do_not_multiply_its_equations(where):
     """Written out, twelve steps would have 3^12 terms."""

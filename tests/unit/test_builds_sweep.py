@@ -73,6 +73,7 @@ def test_samples_and_results_are_those_of_compare(slide, swept):
     assert np.ptp(mine.duty["shake"].energy) > 0.0
 
 
+@pytest.mark.slow
 def test_what_is_kept_can_be_read_without_the_study(slide, swept):
     _, found = swept
     rows = iv.load_sweep(found.folder).rows

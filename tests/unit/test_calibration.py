@@ -292,6 +292,7 @@ def test_protocols_that_mean_nothing(drive, wish, said):
         virtual_rig.protocol(drive, RIG, **wish)
 
 
+@pytest.mark.slow
 def test_the_calibrated_drive_is_the_study_with_what_was_fitted(drive, study):
     found = calibrate(study, "cobotic", session(drive, 4))
     made = found.calibrated

@@ -456,6 +456,7 @@ def test_laws_are_held_against_the_data_only_where_the_creep_stiffness_is_fitted
     assert [one.law for one in choice.candidates] == ["linear"]
 
 
+@pytest.mark.slow
 def test_the_laws_to_consider_can_be_chosen(drive, study):
     data = session(under(drive, "polach"), 0)
     found = calibrate(study, "cobotic", data, creep_laws=("vermeulen-johnson", "polach"))
@@ -479,6 +480,7 @@ def test_errors_of_a_session_stay_where_the_model_has_a_meaning(drive):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("unrendered")
 def test_the_calibrated_study_states_the_law_that_was_fitted(drive, study, tmp_path):
     found = calibrate(study, "cobotic", session(under(drive, "polach"), 4, loads=(0.2, 0.5, 0.65)))
     assert found.fit.law == "polach"

@@ -195,6 +195,7 @@ def test_d2_by_hand_on_both_axes_of_power(machine, claims, name, prefix, linear,
     assert computed(claims["D2"], f"{prefix}logarithmic axis of power, from 1 %") == f"ratio {logarithmic:.2f} (median)"
 
 
+@pytest.mark.slow
 def test_cells_count_by_area(machine):
     """On a linear axis of frequency the weights give what equal steps of frequency give."""
     bench = Bench.of(machine, "cobotic-b")

@@ -81,6 +81,7 @@ def test_designs_are_the_best_of_each_start(problem, swept, alone):
     assert swept.counts["wheels"] == sum(start.wheels for start in alone)
 
 
+@pytest.mark.slow
 def test_designs_are_made_from_what_the_chunks_keep(problem, swept, monkeypatch):
     """No start runs again, and each design is the drive that was judged: its power is that of `duty_cycle`."""
 

@@ -160,6 +160,8 @@ def test_what_the_form_does_not_give_is_refused(stated):
         job_options(SizeOptions, {"options": stated})
 
 
+@pytest.mark.slow
+@pytest.mark.usefixtures("unrendered")
 def test_results_keep_their_options_and_reports_state_them(tmp_path):
     tables = {"requirement": {"base": "faulring2006"}, "drives": {"mine": {"base": "faulring2006.motor1-gear1"}}}
     study = iv.Study.from_dict(tables, name="mine")

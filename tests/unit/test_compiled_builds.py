@@ -93,7 +93,7 @@ def test_cycles_of_shipped_drives(name, drive):
     assert_same_in_cycle(made, duty)
 
 
-@pytest.mark.parametrize("name", ["geared", "cobotic"])
+@sampled("name", ["geared", "cobotic"], every=2)
 def test_limits_are_those_of_duty_cycle(name):
     """Demands of one design by the public function, of a sample by its own."""
     study = iv.load_study("reach_and_hold")
@@ -179,6 +179,7 @@ def test_derivatives_leave_settings_alone():
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("unrendered")
 def test_the_engine_is_said_where_results_are_shown(load, tmp_path):
     pytest.importorskip("jax")
     study = load(STUDY)

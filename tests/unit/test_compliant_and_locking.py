@@ -155,6 +155,7 @@ def test_a_table_of_equal_lever_arms_is_a_lever_with_a_screw(gear, rows):
     assert spent[0] == pytest.approx(spent[1], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_drive_that_cannot_be_simulated_does_not_stop_the_comparison(monkeypatch):
     refused = dataclasses.replace(elastic(), gearhead=iv.parts.Gearhead(ratio=12, efficiency=0.85))
     original = iv.simulate

@@ -208,6 +208,7 @@ def test_pushing_against_a_wall_in_time():
         assert 0.05 < run.supplied["steering supply"][-1] / moves.steering < 0.2
 
 
+@pytest.mark.slow
 def test_energies_by_part(found):
     assert found.parts == (*PARTS, "run-up")
     assert found.energy.shape == (4, 4, 4, 6)
@@ -289,6 +290,7 @@ def test_verdicts(found):
     assert light.cheaper(RESTING) == ("conventional alone",)
 
 
+@pytest.mark.slow
 def test_where_each_side_wins():
     """Holding a large force with many axes against small forces, few axes and long idling."""
     hold = iv.displays.compare_displays(PAIR, replace(SESSION, **ONLY_HOLDING, hold_force=50.0), axes=(1, 6))
@@ -416,6 +418,7 @@ def chosen():
     return iv.displays.compare_displays(PAIR, SESSION, axes=(1, 6), variants=CHOICES)
 
 
+@pytest.mark.slow
 def test_what_the_verdict_hangs_on(chosen):
     turning, stopped = chosen.hangs_on(TURNING, 6), chosen.hangs_on(STOPPED, 6)
     assert {row.choice for row in turning.flips} == {"gear friction", "cylinder speed"}
@@ -431,6 +434,7 @@ def test_what_the_verdict_hangs_on(chosen):
     assert row.figures["cobotic"] < row.figures["conventional"] < stopped.used.figures["cobotic"]
 
 
+@pytest.mark.slow
 def test_standby_adds_a_watt_for_each_amplifier(chosen):
     place = chosen.assuming.index("standby per amplifier: 1 W each")
     more = chosen.total[place] - chosen.total[0]

@@ -77,6 +77,7 @@ def tasks_for(study, drive):
     return tasks_of(drive, study.duty, study.requirement, travel=study.travel, samples=None)
 
 
+@pytest.mark.slow
 def test_the_nominal_build_has_the_numbers_of_the_design(sizing):
     shares = {"shake": 0.5, "slow": 0.5}
     for design in (*sizing.designs, *sizing.front):
@@ -279,6 +280,7 @@ def test_share_of_slipping_wheels_is_that_of_the_friction_coefficient():
     assert not any((one & beyond).any() for key, one in found.exceeded.items() if key[1] is iv.Limit.THERMAL)
 
 
+@pytest.mark.slow
 def test_the_region_is_decided_by_few_points(sizing):
     knee = replace(KNEE, duty={})
     cases = [
@@ -298,6 +300,7 @@ def test_the_region_is_decided_by_few_points(sizing):
                 np.testing.assert_allclose(some[key], demand, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_designs_with_one_part_share_its_samples(sizing):
     draws = draw(sizing.designs, sizing.study.uncertainty, 64)
     owners = {owner for owner, _ in draws.varied}

@@ -135,6 +135,7 @@ def test_unknown_engine(study):
         iv.steady_map(study.drives["cobotic"], [0.1], [1.0], engine="cuda")
 
 
+@pytest.mark.slow
 def test_nothing_is_imported_for_small_maps():
     code = (
         "import sys, infinivar as iv; drive = iv.load_study('hand_controller').drives['cobotic']; "
@@ -143,6 +144,7 @@ def test_nothing_is_imported_for_small_maps():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+@pytest.mark.slow
 def test_settings_of_the_user_stay(study, monkeypatch):
     jax = pytest.importorskip("jax")
     names = (
@@ -248,6 +250,7 @@ def no_threads(self):
     raise RuntimeError("can't start new thread")
 
 
+@pytest.mark.slow
 def test_without_threads_all_is_done_in_turn(study, monkeypatch):
     drive = study.drives["cobotic"]
     axes = np.linspace(-1, 2, 60), np.linspace(-100, 100, 70)

@@ -29,6 +29,7 @@ def checked():
     return index.checks()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", index.EQUATIONS)
 def test_every_equation_has_a_function_and_a_test(implemented, checked, number):
     place = f"Eq {number}"
@@ -36,6 +37,7 @@ def test_every_equation_has_a_function_and_a_test(implemented, checked, number):
     assert [entry.name for entry in checked if entry.place == place]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", index.FIGURES)
 def test_every_figure_has_a_source_and_a_test(implemented, checked, number):
     place = f"Fig {number}"
@@ -48,6 +50,7 @@ def test_the_paper_has_18_equations_and_17_figures():
     assert (list(index.EQUATIONS), list(index.FIGURES)) == (list(range(1, 19)), list(range(1, 18)))
 
 
+@pytest.mark.slow
 def test_nothing_else_is_cited_or_marked(implemented, checked):
     known = {*(f"Eq {number}" for number in index.EQUATIONS), *(f"Fig {number}" for number in index.FIGURES)}
     assert {entry.place for entry in (*implemented, *checked)} <= known

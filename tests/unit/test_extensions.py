@@ -27,7 +27,6 @@ from internals import (
     extended_schema,
     json_schema,
     plugins,
-    style,
     words_of,
 )
 from internals import labelled_arrays as labelled_map
@@ -107,17 +106,7 @@ def test_a_study_asks_for_what_a_package_registers(installed, load, tmp_path):
     assert again == study
 
 
-@pytest.fixture
-def unrendered(monkeypatch):
-    """Figures are drawn, but their files hold nothing: rendering takes most of the time."""
-
-    def blank(made, path, kind):
-        path.write_bytes(b'<svg xmlns="http://www.w3.org/2000/svg"/>')
-        return path
-
-    monkeypatch.setattr(style, "_write_one", blank)
-
-
+@pytest.mark.slow
 @pytest.mark.usefixtures("unrendered")
 def test_the_whole_way_through_a_comparison_and_its_report(installed, load, tmp_path):
     comparison = iv.compare(load(MINE), quick=True)

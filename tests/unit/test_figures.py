@@ -83,7 +83,7 @@ def test_efficiency_is_shown_where_power_comes_back(name):
     assert not np.isfinite(shown["loss"][back]).any()
 
 
-@pytest.mark.parametrize("quadrants", [1, 2, 4])
+@sampled("quadrants", [4, 1, 2], every=3)
 @pytest.mark.parametrize("name", ["cobotic", "motor2-gear4"])
 def test_maps_have_a_scale_for_each_colour(name, quadrants):
     _, shown = numbers(name, quadrants)
@@ -110,6 +110,7 @@ def overlapping(boxes):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.source("faulring2006", "Fig 17")
 def test_names_of_limits_stand_clear_in_figure_17():
     """Names, the bars under them, titles and the plots themselves: none of their boxes overlap, none leaves the page."""
@@ -381,7 +382,7 @@ def test_architectures_balance_power(machine):
     assert at_ratio(machine.element, 50.65 / 78.0, 2.0).power_out > 0
 
 
-@pytest.mark.parametrize("number", [2, 6, 10, 11, 12, 13, 14])
+@sampled("number", [2, 6, 10, 11, 12, 13, 14], every=4)
 def test_bond_graphs_of_the_paper_are_those_that_are_simulated(machine, number):
     pytest.importorskip("igraph")
     drawn = FIGURES[number]
@@ -402,6 +403,7 @@ def texts_of(made):
     ]
 
 
+@pytest.mark.slow
 @sampled("number", [1, 3, 4, 9], every=2)
 def test_words_of_drawn_figures_do_not_collide(machine, number):
     """Texts neither overlap one another nor leave the page."""

@@ -281,7 +281,7 @@ def test_motion_and_simulation_of_identified_joints_agree(key, sign):
     check_both_ways(*turned(key, sign))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@sampled("seed", range(4), every=4)
 def test_both_ways_close_on_random_gears(seed):
     """The audit of inverse dynamics and of a simulation, driven, back-driven and at rest."""
     random = np.random.default_rng(seed)

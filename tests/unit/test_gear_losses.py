@@ -20,7 +20,7 @@ STUDY = parameter_study("faulring2006")
 COBOTIC, GEARED = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
 
 
-@pytest.mark.parametrize("drive", [COBOTIC, GEARED], ids=["cobotic", "geared"])
+@sampled("drive", [COBOTIC, GEARED], ids=["cobotic", "geared"], every=2)
 def test_a_better_cooled_motor_does_not_rub_more(drive):
     """The gear's friction is stated at the motor's continuous torque; a build with another one has the same gear."""
     assert drive.gearhead.rated_torque is None

@@ -11,6 +11,7 @@ from internals import calibration_plan as plan
 from internals import geared_model as model
 from internals import save_calibration_data as save_data
 from measured import motor_map
+from sampled import sampled
 
 NAME = "motor1-gear1"
 TRUE = {"resistance": 2.4, "torque_constant": 0.027, "friction": 0.015, "viscous": 1e-4, "load_share": 0.03}
@@ -135,6 +136,7 @@ def test_advised_data_identify_what_they_promise(study):
     assert advised == {said: one for said, one in left.items() if one == least}
 
 
+@pytest.mark.slow
 def test_current_alone_tells_torque_constant_from_load_share_only_if_the_load_drives(study):
     one_way = iv.calibrate(study, NAME, measured(study, noise={"current": 0.005}, points=driving()))
     assert {"torque_constant", "load_share"}.isdisjoint(one_way.fit.identifiable)
@@ -201,8 +203,10 @@ def test_the_map_of_a_real_motor_gives_the_fit_of_the_docs(study):
     assert 0.98 < wider < 1.05  # Student's distribution
 
 
-@pytest.mark.parametrize(
-    ("place", "factor", "signal"), [(0, 1.5, "current"), (0, 0.9, "current"), (1, 1.5, "voltage"), (1, 0.9, "voltage")]
+@sampled(
+    ("place", "factor", "signal"),
+    [(0, 1.5, "current"), (0, 0.9, "current"), (1, 1.5, "voltage"), (1, 0.9, "voltage")],
+    every=4,
 )
 def test_an_outlier_is_named_and_left_out(study, place, factor, signal):
     data = measured(study)
@@ -300,6 +304,7 @@ def test_the_weak_form_needs_no_derivative_of_the_angle(study):
     assert -slope @ np.sin(turn * time) == pytest.approx(weight @ (turn * np.cos(turn * time)), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_pendulum_without_voltage_gives_the_torque_constant_but_no_resistance(study):
     own = hanging(study)
     data = windows(own, swung(own, noise={"angle": 1e-4, "current": 0.01}))
@@ -310,6 +315,7 @@ def test_a_pendulum_without_voltage_gives_the_torque_constant_but_no_resistance(
         iv.calibration.calibrate_geared(own, NAME, data, parameters=["resistance"])
 
 
+@pytest.mark.slow
 def test_rest_of_a_pendulum_is_left_out(study):
     own = hanging(study)
     columns = swung(own, noise={"angle": 1e-5, "current": 0.01})

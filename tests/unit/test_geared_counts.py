@@ -68,7 +68,7 @@ CASES = {
 
 
 @sampled("name", CASES, every=3)
-@pytest.mark.parametrize("prune", [True, False])
+@sampled("prune", [True, False], every=2)
 def test_counts_add_up_over_radii(name, prune):
     """Pairs not judged, first excluded by each limit, and feasible designs are all pairs."""
     template, duty, region, loss_model = CASES[name]

@@ -207,7 +207,7 @@ def test_screws_behind_linkages_and_springs(name):
                 np.testing.assert_allclose(values[~heated], sampled[~heated], rtol=1e-9, err_msg=str(limit))
 
 
-@pytest.mark.parametrize("loss_model", ["coulomb", "proportional"])
+@sampled("loss_model", ["coulomb", "proportional"], every=2)
 def test_pruning_changes_nothing_at_given_stages(loss_model):
     """The same feasible set, energy of each and winners; counts that add up."""
     stages = [Pulley(radius=radius, friction_torque=0.005) for radius in (0.006, 0.009, 0.014)]
@@ -312,7 +312,7 @@ def test_brute_force_over_radii_finds_nothing_better(name):
             assert 1.0 / one.margin <= worst[place].min() * (1.0 + 1e-6)
 
 
-@pytest.mark.parametrize("loss_model", ["coulomb", "proportional"])
+@sampled("loss_model", ["coulomb", "proportional"], every=2)
 def test_radii_by_closed_forms_are_those_of_a_dense_grid(loss_model):
     """Limit by limit: exact without thermal data, for constant gear friction or a pulley without friction and inertia."""
     tables = part_tables(13, motors=6, gearheads=5, thermal=0.0, gaps=0.0)
@@ -407,7 +407,7 @@ def test_a_narrow_range_of_cool_radii_is_found():
             assert best.best.power <= done.power["reach"].min() * (1.0 + 1e-7)
 
 
-@pytest.mark.parametrize("amplifier", ["burn", "store"])
+@sampled("amplifier", ["burn", "store"], every=2)
 @pytest.mark.parametrize("loss_model", ["coulomb", "proportional"])
 def test_the_bound_of_the_power_is_below_it_at_every_radius(loss_model, amplifier):
     kept = {"regeneration": "store", "storage_efficiency": 0.7} if amplifier == "store" else {}

@@ -137,6 +137,7 @@ def test_the_nearest_miss_of_least_mass_states_its_mass(tmp_path):
         assert found.nearest.parts["motor"].key == named
 
 
+@pytest.mark.slow
 def test_a_sweep_that_is_not_finished_has_no_result(problem, swept, tmp_path):
     with pytest.raises(iv.InputError, match="the sweep is not finished: 1 of 2 chunks are done"):
         problem.result(replace(swept, done=1))

@@ -116,6 +116,7 @@ def test_every_row_of_a_duty_cycle_is_the_energy_of_the_changed_drive(shipped, f
             )
 
 
+@pytest.mark.slow
 def test_the_least_loss_of_a_cylinder_is_that_of_its_policies(shipped):
     study = shipped["knee_walking"]
     drive, duty = study.drives["cobotic"], study.duty["walking"]

@@ -12,6 +12,7 @@ from infinivar import motors
 from infinivar.parts import heat
 from internals import heat_over as over
 from internals import heat_windings as windings
+from sampled import sampled
 
 MOTOR = motors()["dc-max-26-s-24v"]
 AMBIENT = 298.15
@@ -160,7 +161,7 @@ def bursts(motor, currents, times, friction, start=None):
     return along(begin)[:, 0].max()
 
 
-@pytest.mark.parametrize(
+@sampled(
     ("key", "period", "share", "count"),
     [
         ("dc-max-26-s-24v", 0.05, 0.0933, 2000),
@@ -171,6 +172,7 @@ def bursts(motor, currents, times, friction, start=None):
         ("ec-max-30-24v", 1481.0, 0.01, 100),
         ("ec-90-flat-24v", 3.31, 0.0905, 2000),
     ],
+    every=4,
 )
 def test_bursts_of_three_times_the_continuous_current(key, period, share, count):
     """At 3.2 times of it, and a tenth otherwise: settled cycles and runs from ambient, on every way to the temperature.
@@ -199,7 +201,7 @@ def test_bursts_of_three_times_the_continuous_current(key, period, share, count)
         assert not again.within_limit
 
 
-@pytest.mark.parametrize("period", [0.1, 5.0, 300.0, 3e4])
+@sampled("period", [0.1, 5.0, 300.0, 3e4], every=4)
 def test_settled_cycles_of_any_length(period):
     """Of many of the winding's time constants, too, where exponentials overflowed; and motors that never settle."""
     current = np.where(np.arange(2000) < 700, 0.9, 0.2)

@@ -5,6 +5,8 @@ import functools
 from pathlib import Path
 from types import ModuleType
 
+import pytest
+
 import infinivar
 import internals
 from public_names import public_names
@@ -32,6 +34,7 @@ def _imports():
                 yield from ((path, each.name, "") for each in node.names)
 
 
+@pytest.mark.slow
 def test_what_is_listed_exists_and_is_used():
     used = {name for _, module, name in imports() if module == "internals" and name}
     assert used == set(internals.places())
@@ -39,6 +42,7 @@ def test_what_is_listed_exists_and_is_used():
         assert getattr(internals, name) is not None
 
 
+@pytest.mark.slow
 def test_nothing_else_of_the_inside_is_imported():
     inside = [(path.name, module) for path, module, _ in imports() if module.startswith("infinivar.")]
     assert [one for one in inside if one[1] not in PUBLIC] == []

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from infinivar.motion import Recording
+from sampled import sampled
 
 
 def written(path, time, place, force=None, heading="Pos (mm)"):
@@ -41,7 +42,7 @@ def test_a_step_of_a_recorded_speed_is_told(tmp_path):
     assert any("speed jumps by 1 m/s, 100 % of its range" in one for one in said)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@sampled("seed", range(8), every=6)
 @pytest.mark.parametrize("noise", [0.0, 0.02, 0.2])
 @pytest.mark.parametrize("rows", [41, 101, 1001])
 def test_closed_cycles_are_not_warned_of(tmp_path, seed, noise, rows):

@@ -107,7 +107,7 @@ def test_a_law_with_a_flow_loss_has_no_force_in_motion(drive):
         locked(bent, -10.0)
 
 
-@pytest.mark.parametrize("law", ["vermeulen-johnson", "polach", "fastsim"])
+@sampled("law", ["vermeulen-johnson", "polach", "fastsim"], every=3)
 def test_other_creep_laws_hold_and_slip_alike(drive, law):
     """The locked wheel drifts as the law says at the force, and the steady element agrees."""
     bent = replace(drive, transmission=replace(drive.transmission, creep_law=law))

@@ -220,6 +220,7 @@ def test_points_plot_themselves():
         slips.plot()
 
 
+@pytest.mark.slow
 def test_drawn_arm():
     """Members end at the pose; the joints hold the wrench; forces of ideal legs at rest are their parallelogram."""
     study = iv.load_study("two_joint_arm")

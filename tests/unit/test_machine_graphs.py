@@ -109,7 +109,7 @@ def graph_at(machine, name, state, angles, current, push):
         ),
         ("sphere", {"gearhead": replace(LEG.gearhead, rated_torque=None, **PROPORTIONAL)}),
     ],
-    every=3,
+    every=8,
 )
 def test_graph_and_functions_have_the_same_accelerations_and_losses(name, changed):
     machine = replace(MACHINES[name][0], **changed)
@@ -189,8 +189,8 @@ def test_whole_motions_are_those_of_the_graph(name):
     assert known.closure < 1e-6
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in ("platform", "arm"))) for name in MACHINES]
+@sampled(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in ("platform", "arm"))) for name in MACHINES], every=4
 )
 def test_graphs_with_servos_have_a_causality_and_a_drawing(name):
     machine = MACHINES[name][0]

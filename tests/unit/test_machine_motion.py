@@ -232,7 +232,7 @@ def test_platform_follows_a_motion():
     assert run.lost["bearing"][-1] / 0.15 == pytest.approx(still.losses["bearing"], rel=0.1)
 
 
-@sampled("name", MACHINES, every=2)
+@sampled("name", MACHINES, every=3)
 def test_balance_of_energies_closes(name):
     machine, given = MACHINES[name]
     run = simulate_machine(machine, MachineScenario(**given))

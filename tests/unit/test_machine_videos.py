@@ -18,6 +18,7 @@ from internals import TrackGuideShape as Track
 from internals import guides_of, moving_machine, parts_of, video
 from machine_runs import SHOWN, planar, platform, run, slide
 from machines import HEXAPOD, MACHINES
+from sampled import sampled
 
 
 def test_a_cart_is_drawn_where_it_is():
@@ -74,7 +75,7 @@ def test_instants_are_in_real_time_and_end_with_the_session():
     assert len(moving_machine.instants(found, speed=100.0)) == 2
 
 
-@pytest.mark.parametrize("name", SHOWN)
+@sampled("name", SHOWN, every=5)
 def test_every_machine_is_drawn(name):
     found = SHOWN[name]()
     film = moving_machine.film(found, speed=10.0)

@@ -41,6 +41,7 @@ def test_it_is_made_once_for_the_same_arguments(place):
     assert CALLS == [3, 4, 3]
 
 
+@pytest.mark.slow
 def test_a_change_of_what_it_depends_on_makes_it_anew(place, monkeypatch, tmp_path):
     CALLS.clear()
     source = tmp_path / "source.py"

@@ -29,6 +29,7 @@ def mixed():
     return iv.compare(MIXED, quick=True)
 
 
+@pytest.mark.slow
 def test_a_study_without_a_requirement_is_compared_on_its_motions():
     found = iv.compare(MOVING, quick=True)
     assert found.feasible
@@ -156,6 +157,7 @@ def test_mixed_use_comes_first_and_decides(mixed):
         assert drive["tightest"]["margin"] == min(margins)
 
 
+@pytest.mark.slow
 def test_without_shares_the_best_must_lead_in_every_cycle():
     duty = {name: replace(cycle, time_share=None) for name, cycle in MIXED.duty.items()}
     found = iv.compare(replace(MIXED, duty=duty), quick=True)

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from internals import moving_machine
+from sampled import sampled
 
 STUDY = "omniwheel_platform"
 
@@ -130,7 +131,7 @@ def test_faults_name_the_field(change, said):
         dataclasses.replace(drives()["three-motors"], **change)
 
 
-@pytest.mark.parametrize("name", ["three-motors", "one-motor"])
+@sampled("name", ["three-motors", "one-motor"], every=2)
 def test_a_platform_moves_and_is_drawn(name, tmp_path):
     """A short motion: the balance closes, frames have each wheel along its rolling direction, the scene is written."""
     drive = drives()[name]

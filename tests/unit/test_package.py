@@ -28,6 +28,7 @@ def test_import_loads_nothing_heavy():
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 
+@pytest.mark.slow
 def test_loading_a_study_loads_no_library_but_numpy():
     """The unit registry, the schema and the solvers would each take longer than the study itself, and so would machines."""
     heavy = ("pint", "pydantic", "scipy", "sympy", "xarray", "pandas", "matplotlib", "infinivar.machines.system")

@@ -85,7 +85,7 @@ MAKE = {
     "dynamic map": lambda d, s: _dynamic(d),
     "trend": lambda d, s: sweep(d.transmission, "preload", [600.0, 700.0], [DUTY])[0],
     "sheet": lambda d, s: iv.contact_sheets(s)[0],
-    "steering step": lambda d, s: iv.analysis.steering_steps(s)[0],
+    "steering step": lambda d, s: iv.analysis.steering_steps(s, "cobotic")[0],
     "sensitivity": lambda d, s: iv.sensitivity(s, "cobotic", "efficiency", samples=16),
     "calibration": _calibrated,
     "geared calibration": _calibrated_gear,
@@ -238,7 +238,7 @@ def test_repr_is_a_few_lines(results, name):
     assert text.count("\n") < 10
 
 
-@sampled("name", NAMES, every=3, slow=3)
+@sampled("name", NAMES, every=6, slow=3)
 def test_a_notebook_shows_a_table_and_a_figure(results, name):
     page = results[name]._repr_html_()
     assert "<table>" in page

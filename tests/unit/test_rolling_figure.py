@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from internals import rolling_patch_figure as rolling_patch
+from sampled import spread
 
 CASES = {
     "lateral": (iv.contact.RollingPatch(1.0, cells=12), (0.0, 0.3, 0.0)),
@@ -19,7 +20,7 @@ CASES = {
 }
 
 
-@pytest.fixture(scope="module", params=list(CASES))
+@pytest.fixture(scope="module", params=spread(CASES, every=3))
 def state(request):
     patch, creepages = CASES[request.param]
     return patch.steady(*creepages)

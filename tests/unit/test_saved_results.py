@@ -174,6 +174,7 @@ def test_a_result_without_a_report_is_saved_and_loaded(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("unrendered")
 def test_a_report_comes_with_the_result_and_what_it_was_computed_from(tmp_path):
     """The study comes back whole: the loaded comparison computes what the saved one does."""
     study = iv.Study.from_dict(SMALL, name="small")

@@ -350,6 +350,7 @@ class TestSensitivity:
         with pytest.raises(iv.InputError, match=f"duty applies to energy and temperature; {kind} is no result"):
             iv.sensitivity(study, "cobotic", kind, duty="shake")
 
+    @pytest.mark.slow
     def test_what_nothing_changes_is_said(self, study, tmp_path):
         small = replace(study.requirement, force=5.0, speed=0.1, power=0.4)
         found = sensitivity(replace(study, requirement=small), "cobotic", "coverage", samples=64)

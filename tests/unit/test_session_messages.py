@@ -23,6 +23,8 @@ def guided():
     return iv.session(CART, iv.motion.Caster(), duration=0.02)
 
 
+@pytest.mark.slow
+@pytest.mark.usefixtures("unrendered")
 def test_a_session_in_which_nothing_happens_is_all_zero(tmp_path):
     run = guided()
     assert run.joules["from user"] == 0.0

@@ -79,6 +79,7 @@ def test_wrong_questions_are_refused_before_anything_runs():
         iv.sweeps.sessions_sweep(STUDY, "motor1-gear1")
 
 
+@pytest.mark.slow
 def test_the_result_is_plain_numbers(done):
     problem, swept = done
     said = problem.result(swept).to_dict()

@@ -220,6 +220,7 @@ def test_constraint_does_not_leak_through_the_ideal_six_legs():
     assert moved > 0.05
 
 
+@pytest.mark.slow
 def test_fixture_leaks_little_with_servos_and_creep():
     home = HEXAPOD.home[:3]
     run = session(
@@ -400,7 +401,7 @@ def _random_session(seed):
     )
 
 
-@sampled("seed", range(6), every=2)
+@sampled("seed", range(6), every=3)
 def test_balance_closes_in_random_sessions(seed):
     run = _random_session(seed)
     assert run.complete, run.outcome

@@ -47,7 +47,8 @@ def slip(study):
 @pytest.fixture(scope="module")
 def saved(step, tmp_path_factory):
     folder = tmp_path_factory.mktemp("saved")
-    files = iv.save(step, folder, name="run", reconstruction=("Everything is assumed.",))
+    with rendered(()):
+        files = iv.save(step, folder, name="run", reconstruction=("Everything is assumed.",))
     return {file.name: file for file in files}
 
 
@@ -148,6 +149,7 @@ def test_the_page_speaks_of_a_cylinder_only_where_there_is_one(study, saved, tmp
     assert "cylinder" not in page.read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_power_of_the_supply_is_the_rate_of_its_energy(study):
     """Amplifier losses and standby included, the supply's power adds up to the energy that the audit counts."""
     drive = replace(study.drives["cobotic"], amplifier=iv.parts.Amplifier(efficiency=0.9, standby_power=0.5))
@@ -300,6 +302,7 @@ def test_netcdf_holds_the_labelled_data(saved, step):
         xarray.testing.assert_identical(written.load(), step.to_xarray())
 
 
+@pytest.mark.slow
 def test_limits_between_outputs_count(study):
     """A reach too fast for the motor, between two outputs half a second apart, is judged as with outputs every 2 ms."""
     times = np.linspace(0.0, 2.0, 2001)

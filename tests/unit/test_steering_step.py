@@ -29,6 +29,7 @@ def step(coarse):
     return steering_steps(STUDY, "cobotic")[0]
 
 
+@pytest.mark.slow
 def test_default_is_half_of_the_slip_limit(step):
     """The steady force is half of mu P, at the creepage that the shipped machine needs by exact theory."""
     assert_allclose(step.steady_force, 0.5 * step.slip_force, rtol=1e-6)

@@ -252,6 +252,7 @@ ratcheting_torque = "30 N m"
 """
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_study_states_it(tmp_path):
     """Over a base with an efficiency, which does not apply; saved and read again; in a report."""
     (tmp_path / "s.toml").write_text(STUDY, "utf-8")

@@ -9,6 +9,7 @@ import pytest
 import infinivar as iv
 from internals import candidates, closed_forms, shipped_study, size_geared, tasks_of
 from part_tables import part_tables
+from sampled import sampled
 
 TEMPLATE = shipped_study("faulring2006").drives["motor2-gear4"]
 REACH = iv.DutyCycle(motion=iv.motion.Reaches(distance=0.2, time=0.6, pause=1.5), load_mass=0.8, force=-25.0)
@@ -58,7 +59,7 @@ def test_closed_forms_are_what_single_drives_do():
     assert seen > 500
 
 
-@pytest.mark.parametrize("over", ["stages", "radius"])
+@sampled("over", ["stages", "radius"], every=2)
 def test_pruning_changes_nothing(over):
     """The same winners, whose energy and feasibility are those of the drive alone."""
     options = {"duty": {"reach": REACH}, "loss_model": "strain wave", "samples": 100}

@@ -81,6 +81,7 @@ def test_what_changes_nothing_is_not_said():
     assert "at rest" not in said
 
 
+@pytest.mark.slow
 def test_slow_ends_of_a_smooth_reach_by_hand():
     """A reach of 5 mm in 0.8 s with v = 630 d/T (s (1 - s))^4 stays below 0.1 mm/s for T s_1 at each of four ends in a cycle.
 

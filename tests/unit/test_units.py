@@ -110,6 +110,7 @@ EXPRESSIONS = st.lists(
 ).map(lambda words: "".join(gap + name + power for gap, name, power in words).lstrip(" /*·."))
 
 
+@pytest.mark.slow
 @given(EXPRESSIONS, st.sampled_from([*(unit for unit in units.EXAMPLES if unit != "1"), "J"]))
 @examples(400)
 def test_expressions_mean_what_they_mean_to_pint(unit, si_unit):

@@ -82,6 +82,7 @@ def test_at_the_value_found_the_loser_draws_what_the_winner_does():
             assert math.isnan(change.best) or winner.power < change.best <= loser.power * (1.0 + 1e-9)
 
 
+@pytest.mark.slow
 def test_a_factor_from_the_parts_of_the_energy():
     """Power that is returned comes from the supply no more: the share follows from what the brake resistor burns."""
     loser = sized("geared")
@@ -298,6 +299,7 @@ def test_a_drive_that_returns_power_has_no_margin():
     assert lost.results[-1].endswith(": out of reach)")
 
 
+@pytest.mark.slow
 def test_a_search_among_drives_that_all_return_power_says_what_would_do(shelf):
     drive = _accepting_none(KNEE.drives["geared"])
     study = replace(WALKING, drives={"geared": drive})

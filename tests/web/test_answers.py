@@ -15,6 +15,7 @@ from internals import answered_request as answered
 from internals import document_answer as document
 from internals import plain_answer as plain
 from internals import unpack_answer as unpack
+from sampled import sampled
 from serving import unpacked
 
 
@@ -169,7 +170,7 @@ def test_a_tag_does_not_depend_on_what_was_computed(opened_study):
     assert [one["tag"] for one in first.values()] == [one["tag"] for one in second.values()]
 
 
-@pytest.mark.parametrize("which", list(shipped_studies()))
+@sampled("which", list(shipped_studies()), every=6)
 def test_fields_are_the_values_of_the_study(which):
     shipped = answered("shipped", {"which": which}).header
     found = answered("study", shipped).header
@@ -216,7 +217,7 @@ def put(tables, field, stated):
     tables[field["at"][-1]] = stated
 
 
-@pytest.mark.parametrize("which", list(shipped_studies()))
+@sampled("which", list(shipped_studies()), every=6)
 def test_every_field_can_be_set_to_its_own_value(which):
     """Setting the key of a field to what it says, through `at`, is accepted and keeps the value."""
     shipped = answered("shipped", {"which": which}).header
@@ -408,6 +409,7 @@ SMALL = {
 }
 
 
+@pytest.mark.slow
 def test_figures():
     figure = answered("export", {**SMALL, "what": "figure", "format": "svg"})
     assert figure.arrays["content"].tobytes().startswith(b"<?xml")
@@ -423,6 +425,7 @@ def test_reports():
     assert iv.Study.from_dict(again, name="small").drives == iv.Study.from_dict(SMALL["tables"], name="small").drives
 
 
+@pytest.mark.slow
 def test_long_computations():
     from internals import worked_job as worked
 

@@ -22,6 +22,7 @@ from internals import places_answer as places
 from internals import plain_answer as plain
 from internals import point_answer as point
 from internals import shapes_answer as shapes
+from sampled import sampled
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +46,7 @@ def places_of(study):
                 yield {"drive": name, "speed": speed, "force": force}
 
 
+@pytest.mark.slow
 def test_every_view_answers_at_every_drive_and_machine(studies):
     for study in studies.values():
         for request in places_of(study):
@@ -328,7 +330,7 @@ class TestDrawing:
         assert "does not reach" in found["reason"]
 
 
-@pytest.mark.parametrize("name", sorted(shipped_studies()))
+@sampled("name", sorted(shipped_studies()), every=4)
 def test_every_stroke_of_a_drawing_has_a_look_on_the_page_and_in_figures(name):
     """A page without a rule for a look would paint it as any other line; a figure would fail."""
     page = Path(iv.__file__).parent / "web" / "page"
@@ -344,6 +346,7 @@ def test_every_stroke_of_a_drawing_has_a_look_on_the_page_and_in_figures(name):
             assert len(pictures.draw_all(picture).axes) == 1
 
 
+@pytest.mark.slow
 def test_a_sphere_between_rollers_rolls_without_slip():
     study = iv.load_study(shipped_studies()["sphere_joint"])
     request = {"drive": "tetrahedral", "task": "fast"}

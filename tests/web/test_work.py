@@ -141,6 +141,7 @@ def test_waiting_requests_and_kinds_are_bounded(monkeypatch):
     run(scene())
 
 
+@pytest.mark.slow
 def test_many_clients_are_forgotten():
     async def scene():
         lane = lane_of(2, [])

@@ -295,20 +295,22 @@ class _Repeated:
 
     def at(self, time: float) -> MotionState:
         """Value and its first two derivatives at a time [s]."""
-        since = time % self.period
-        place = min(int(since / self.step), len(self.pieces) - 1)
-        s = since - place * self.step
-        cubic, square, linear, constant = self.pieces[place]
+        s, (cubic, square, linear, _) = self._piece(time)
         return MotionState(
-            constant + s * (linear + s * (square + s * cubic)),
-            linear + s * (2.0 * square + 3.0 * s * cubic),
-            2.0 * square + 6.0 * s * cubic,
+            self.value(time), linear + s * (2.0 * square + 3.0 * s * cubic), 2.0 * square + 6.0 * s * cubic
         )
 
     def value(self, time: float) -> float:
         """Force at a time. [N]"""
-        return self.at(time)[0]
+        s, (cubic, square, linear, constant) = self._piece(time)
+        return constant + s * (linear + s * (square + s * cubic))
 
     def rate(self, time: float) -> float:
         """Slope of the force over time. [N s^-1]"""
         return self.at(time)[1]
+
+    def _piece(self, time: float) -> tuple[float, list[float]]:
+        """Time since the last node [s], and the polynomial from there on."""
+        since = time % self.period
+        place = min(int(since / self.step), len(self.pieces) - 1)
+        return since - place * self.step, self.pieces[place]

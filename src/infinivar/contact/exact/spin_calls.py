@@ -50,11 +50,11 @@ def _of_floats(x: float, y: float, a_over_b: float, poisson: float) -> tuple[flo
     first, by_size = _nearest(SIZES * (1.0 - rest), SIZES)
     start, by_angle = _nearest(ANGLES * angle, ANGLES)
     force = moment = 0.0
+    a, b, c, d = by_angle
     for weight, row in zip(by_size, table[first : first + 4], strict=True):
-        for other, (one, two) in zip(by_angle, row[start : start + 4], strict=True):
-            share = weight * other
-            force += share * one
-            moment += share * two
+        (force_a, moment_a), (force_b, moment_b), (force_c, moment_c), (force_d, moment_d) = row[start : start + 4]
+        force += weight * (a * force_a + b * force_b + c * force_c + d * force_d)
+        moment += weight * (a * moment_a + b * moment_b + c * moment_c + d * moment_d)
     straight, turning = linear_part(scale, x, y)
     grown, linear = sign * (1.0 - rest), rest * rest
     return straight * linear + grown * force, turning * linear + grown * moment
