@@ -311,6 +311,7 @@ def completions(folder, *words):
     return done.stdout.split()
 
 
+@pytest.mark.slow
 @sampled(
     ("words", "offered"),
     [

@@ -38,7 +38,7 @@ def off_balance(point):
     return np.abs(point.power.sum(axis=-1) + sum(point.losses.values())) / scale
 
 
-@pytest.mark.parametrize("law", LAWS)
+@sampled("law", LAWS, every=8)
 @pytest.mark.parametrize("way", [1.0, -1.0])
 @pytest.mark.parametrize("share", [-0.6, -0.1, 0.1, 0.8])
 def test_longitudinal_creep_of_a_driven_cart(law, way, share):

@@ -84,7 +84,7 @@ def _slanting(curve):
     return 3.0 * k * np.cos(angle) / linear.c11, 3.0 * k * np.sin(angle) / linear.c22, 0.0 * k
 
 
-@sampled("curve", exact_tables.spin_creep(), ids=lambda c: f"a/b={c['a_over_b']},psi={c['spin']}", every=3)
+@sampled("curve", exact_tables.spin_creep(), ids=lambda c: f"a/b={c['a_over_b']},psi={c['spin']}", every=6)
 def test_lateral_creep_with_spin(curve):
     """Force and moment within 0.005 of curves that are good to 0.002."""
     found = rolling_forces(curve["a_over_b"], *_spinning(curve))

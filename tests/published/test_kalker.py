@@ -74,7 +74,7 @@ def test_another_program(a_over_b, expected):
         assert value == pytest.approx(other, rel=tolerance)
 
 
-@sampled("a_over_b", [0.1, 0.3, 1.0, 3.0], every=3)
+@sampled("a_over_b", [0.1, 0.3, 1.0, 3.0], every=4)
 @sampled("poisson", [0.1, 0.25], every=2)
 def test_elements(a_over_b, poisson):
     """First principles: half-spaces that stick in the whole ellipse, on three grids, extrapolated.

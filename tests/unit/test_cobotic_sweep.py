@@ -11,6 +11,8 @@ from internals import CoboticRequest, size_cobotic
 from made import loaded
 from part_tables import part_tables
 
+pytestmark = pytest.mark.slow
+
 KNEE = loaded("knee_walking")
 DRIVE = KNEE.drives["cobotic"]
 AXLE = DRIVE.transmission.geometry.axle_bearing
@@ -62,7 +64,6 @@ def parts_of(one):
     return one.pair, one.bearing, one.steering, one.ratio
 
 
-@pytest.mark.slow
 def test_designs_are_the_best_of_each_start(problem, swept, alone):
     found = problem.result(swept)
     expected = {}
@@ -81,7 +82,6 @@ def test_designs_are_the_best_of_each_start(problem, swept, alone):
     assert swept.counts["wheels"] == sum(start.wheels for start in alone)
 
 
-@pytest.mark.slow
 def test_designs_are_made_from_what_the_chunks_keep(problem, swept, monkeypatch):
     """No start runs again, and each design is the drive that was judged: its power is that of `duty_cycle`."""
 
@@ -104,7 +104,6 @@ def test_designs_are_made_from_what_the_chunks_keep(problem, swept, monkeypatch)
     assert max(file.stat().st_size for file in files) < 30_000
 
 
-@pytest.mark.slow
 def test_no_design_of_the_front_is_beaten_by_any_start(problem, swept, alone):
     found = problem.result(swept)
     known = np.array([(one.mass, one.power) for start in alone for one in start.front])

@@ -106,6 +106,7 @@ def test_patch_that_turns_on_the_spot(drive):
     assert plant.friction_torques(measured)["patch"] == pytest.approx(0.5 * 0.15 * 650.0 * 0.5e-3, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_groups_are_asked_for_by_several_threads(element):
     """What is remembered for one speed may be dropped for another at any time."""
     wheel = replace(element)

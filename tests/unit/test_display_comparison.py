@@ -455,6 +455,7 @@ def test_a_cylinder_at_its_least_loss_in_each_part(chosen):
     assert chosen.total[place, 0, 0] < 0.3 * chosen.total[0, 0, 0]
 
 
+@pytest.mark.slow
 def test_damping_of_the_walls(chosen):
     stiff = {name: chosen.stiffness[place] for place, name in enumerate(chosen.assuming)}
     shown, damped = stiff["as shown"], stiff["damping of the walls: 400 N s/m"]

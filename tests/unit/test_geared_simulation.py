@@ -65,7 +65,7 @@ def test_inverse_dynamics_and_simulation_agree(name):
     assert iv.duty_cycle(machine, duty).closure < 1e-9
 
 
-@pytest.mark.parametrize(("share", "moves"), [(0.9, True), (1.02, False), (2.0, False)])
+@sampled(("share", "moves"), [(0.9, True), (1.02, False), (2.0, False)], every=3)
 def test_a_screw_holds_its_load_without_current_beyond_its_lead_angle(share, moves):
     """Motor without current and without friction of its own: 200 N drive the screw back only below rho = lambda."""
     part = iv.parts.Screw(lead=2e-3, diameter=9e-3, friction_angle=share * float(LOCKING.lead_angle))

@@ -12,6 +12,8 @@ from made import loaded
 from sampled import sampled
 from small_catalogue import SHELF
 
+pytestmark = pytest.mark.slow
+
 KNEE = loaded("knee_walking")
 WALKING = replace(KNEE, requirement=None)
 RADII = (0.003, 0.05)
@@ -34,7 +36,6 @@ def swept(problem, tmp_path_factory):
     return iv.sweep(problem, tmp_path_factory.mktemp("swept") / "s")
 
 
-@pytest.mark.slow
 def test_over_the_radius_designs_front_and_counts_are_those_of_size(problem, swept, shelf):
     found, whole = problem.result(swept), iv.size(WALKING, sets=shelf, radius=RADII, drive="geared")
     assert swept.chunks == problem.chunks == 2
@@ -91,7 +92,6 @@ def test_candidates_left_are_those_evaluated_where_stages_are_given(tmp_path):
         assert feasible < record.left == record.evaluated < record.candidates
 
 
-@pytest.mark.slow
 def test_where_nothing_is_feasible_the_nearest_miss_is_that_of_size(shelf, tmp_path):
     shake = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-900.0)
     study = replace(WALKING, duty={"shake": shake})
@@ -106,7 +106,6 @@ def test_where_nothing_is_feasible_the_nearest_miss_is_that_of_size(shelf, tmp_p
     assert found.searches["geared"].nearest == whole.searches["geared"].nearest
 
 
-@pytest.mark.slow
 @sampled("objective", ["mass", "energy"], every=2)
 def test_of_equal_misses_a_sweep_finds_the_one_that_size_does(shelf, tmp_path, objective):
     """All exceed what the screw permits; what else they exceed decides, and for the least mass whether they state one."""
@@ -123,7 +122,6 @@ def test_of_equal_misses_a_sweep_finds_the_one_that_size_does(shelf, tmp_path, o
     assert found.counts == whole.counts
 
 
-@pytest.mark.slow
 def test_the_nearest_miss_of_least_mass_states_its_mass(tmp_path):
     """The heaviest pair would be nearest, but nothing says what it weighs."""
     (tmp_path / "set.toml").write_text(SHELF.replace('mass = "310 g"\n', ""), "utf-8")
@@ -137,7 +135,6 @@ def test_the_nearest_miss_of_least_mass_states_its_mass(tmp_path):
         assert found.nearest.parts["motor"].key == named
 
 
-@pytest.mark.slow
 def test_a_sweep_that_is_not_finished_has_no_result(problem, swept, tmp_path):
     with pytest.raises(iv.InputError, match="the sweep is not finished: 1 of 2 chunks are done"):
         problem.result(replace(swept, done=1))

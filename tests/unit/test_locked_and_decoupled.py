@@ -62,6 +62,7 @@ def test_above_slip_it_says_slip(drive, cylinder):
     assert result.trajectory.lost["slip"][-1] > 0.0
 
 
+@pytest.mark.slow
 def test_a_decoupled_wheel_carries_no_torque(drive):
     """At a right angle the link feels rolling resistance and its guideway only; nothing reaches the cylinder."""
     scenario = Scenario(

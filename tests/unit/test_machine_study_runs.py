@@ -100,6 +100,7 @@ def steady_along(drive, task, run):
     return float(np.mean(found.power_in))
 
 
+@pytest.mark.slow
 @sampled(("study", "drive", "task"), [*AT_REST, *MOVING], every=2, slow=6)
 def test_power_in_a_task_is_that_of_steady_points(study, drive, task):
     # The supply of the power motors, less what is stored in motion; steady points have neither that nor steering. 1 %: 0.1 s are

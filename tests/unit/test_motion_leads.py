@@ -124,6 +124,7 @@ def test_the_verdict_names_the_best_drive_that_does_all():
     assert "1 of 2 drives covers the requirement; none of these is feasible in motion" in neither.verdict
 
 
+@pytest.mark.slow
 def test_shares_weigh_like_an_hour_of_mixed_use(mixed):
     """Three ways: the weighted mean, energies of whole cycles over an hour, and a concatenated timeline."""
     for name in DRIVES:

@@ -20,6 +20,7 @@ from internals import recorded_scene as recorded  # noqa: E402
 from internals import scene_in_space as in_space  # noqa: E402
 from machine_runs import SHOWN, planar, platform, slide  # noqa: E402
 from machines import HEXAPOD  # noqa: E402
+from sampled import sampled  # noqa: E402
 
 
 def loaded(found):
@@ -46,7 +47,7 @@ def inertia(model, data):
     return full, {model.joint(place).name: model.jnt_dofadr[place] for place in range(model.njnt)}
 
 
-@pytest.mark.parametrize("name", [name for name in SHOWN if name != "four axes"])
+@sampled("name", [name for name in SHOWN if name != "four axes"], every=4)
 def test_the_handle_is_where_the_session_has_it(name):
     found = SHOWN[name]()
     model, data, scene = loaded(found)

@@ -197,7 +197,7 @@ def test_no_dictionary_of_a_result_can_be_changed(results, name):
                 mapping["new"] = 1
 
 
-@pytest.mark.parametrize("name", NAMES)
+@sampled("name", NAMES, every=3)
 def test_copies_and_pickles_are_equal_and_locked(results, name):
     value = results[name]
     for other in (copy.copy(value), copy.deepcopy(value), pickle.loads(pickle.dumps(value))):
@@ -206,7 +206,7 @@ def test_copies_and_pickles_are_equal_and_locked(results, name):
         assert_locked(other)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@sampled("name", NAMES, every=3)
 def test_loaded_results_are_equal_and_locked(results, name):
     value = results[name]
     loaded = stored.from_arrays(stored.to_arrays(value, name))
@@ -247,7 +247,7 @@ def test_a_notebook_shows_a_table_and_a_figure(results, name):
         assert "verdict" in page
 
 
-@pytest.mark.parametrize("name", DRAWN)
+@sampled("name", DRAWN, every=3)
 def test_plot_gives_a_figure_with_labelled_axes(results, name):
     made = results[name].plot()
     assert isinstance(made, matplotlib.figure.Figure)

@@ -16,6 +16,7 @@ from internals import stored_values as stored
 from locks import SAVED, assert_locked
 from made import parameter_study
 from public_names import public_names
+from sampled import sampled
 from small_catalogue import SLIDE, slides
 
 WHEEL = iv.transmission.RollingContact(
@@ -140,7 +141,7 @@ def test_every_public_result_is_among_those_saved():
 MARKS = {"DisplayClaims": pytest.mark.full, "Doubt": pytest.mark.slow, "Sizing": pytest.mark.slow}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=MARKS.get(name, [])) for name in MAKE])
+@sampled("name", [pytest.param(name, marks=MARKS.get(name, [])) for name in MAKE], every=3)
 def test_a_loaded_result_equals_the_saved_one(name, tmp_path):
     found = MAKE[name](tmp_path)
     assert type(found).__name__ == name

@@ -40,6 +40,7 @@ def fetched(served, path="/api/start", method="POST", body=b"{}", **headers):
         connection.close()
 
 
+@pytest.mark.slow
 @sampled("name", ["127.0.0.1", "localhost", "[::1]", "LOCALHOST"], every=4)
 def test_own_names_are_answered(served, name):
     assert fetched(served, Host=f"{name}:{served.port}")[0] == 200
