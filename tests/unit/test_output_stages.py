@@ -11,7 +11,7 @@ import infinivar as iv
 from infinivar import Limit
 from infinivar.motion import Course
 from infinivar.parts import belt, screw
-from internals import performance, quantities_of, with_values
+from internals import beams, performance, quantities_of, with_values
 
 DRIVE = iv.ConventionalDrive(
     motor=iv.parts.Motor(
@@ -130,7 +130,7 @@ def test_short_columns_follow_johnson():
     )
 
 
-@pytest.mark.parametrize("ends", screw.BENDING)
+@pytest.mark.parametrize("ends", beams.BENDING)
 def test_critical_speed_against_finite_differences(ends):
     """Eigenvalues of a uniform beam by Hermite finite elements: an independent way to the same speed."""
     from scipy.linalg import eigh

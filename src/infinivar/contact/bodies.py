@@ -23,6 +23,7 @@ class Material:
     name: str = component("Name for reports", default="material")
     youngs_modulus: float = quantity("Pa", Gt(0), "Young's modulus E")
     poisson: float = quantity("1", Interval(ge=0, le=0.5), "Poisson's ratio nu")
+    density: float | None = quantity("kg/m^3", Gt(0), "Density, which masses need", default=None)
     yield_strength: float | None = quantity("Pa", Gt(0), "Yield strength in tension", default=None)
     hardness: float | None = quantity(
         "Pa", Gt(0), "Indentation hardness as a pressure (HV times 9.807 MPa)", default=None

@@ -12,6 +12,7 @@ from .shaft_bearings import CylinderBearings, PulleyBearings
 from .spring import Spring, TorsionSpring
 from .stage import Shaft
 from .strain_wave import StrainWave
+from .structure.tube import Tube
 from .tables.consistency import CatalogueCheck
 from .tables.importing import PartImport
 from .tables.search import PartSearch
@@ -40,6 +41,7 @@ __all__ = [
     "Spring",
     "StrainWave",
     "TorsionSpring",
+    "Tube",
     "amplifier",
     "bearing",
     "belt",

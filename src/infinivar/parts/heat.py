@@ -309,7 +309,9 @@ def _composed(xp: Any, maps: tuple[Array, ...]) -> tuple[Array, ...]:
         return maps
     first, second = (tuple(part[..., place : 2 * (count // 2) : 2] for part in maps) for place in (0, 1))
     to_even = _composed(xp, _after(xp, first, second))
-    to_odd = _after(xp, tuple(part[..., : (count - 1) // 2] for part in to_even), tuple(part[..., 2::2] for part in maps))
+    to_odd = _after(
+        xp, tuple(part[..., : (count - 1) // 2] for part in to_even), tuple(part[..., 2::2] for part in maps)
+    )
     found = []
     for start, odd, even in zip(maps, to_odd, to_even, strict=True):
         odd = xp.concat([start[..., :1], odd], axis=-1)

@@ -18,6 +18,7 @@ from infinivar._core.fields import check, check_choice, component, given, quanti
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.stage import OutputStage, force_limit
+from infinivar.parts.structure import beams
 
 ScrewKind = Literal["lead", "ball"]
 Ends = Literal["fixed-free", "supported-supported", "fixed-supported", "fixed-fixed"]
@@ -32,14 +33,6 @@ FIXITY: dict[str, float] = {
     "fixed-fixed": 4.0,
 }
 """Euler load over that of a column with both ends supported. Source: young2002, Table 15.1."""
-
-BENDING: dict[str, float] = {
-    "fixed-free": 1.87510407,
-    "supported-supported": math.pi,
-    "fixed-supported": 3.92660231,
-    "fixed-fixed": 4.73004074,
-}
-"""First root of the frequency equation of a uniform beam. Source: blevins1979, Table 8-1."""
 
 DEFAULT_ENDS: Ends = "fixed-supported"
 
@@ -136,24 +129,22 @@ def buckling_load(
 def critical_speed(
     diameter: Array, length: Array, ends: str, modulus: Array = STEEL_MODULUS, density: Array = STEEL_DENSITY
 ) -> Array:
-    r"""First critical speed of a round shaft in bending, :math:`(\beta/L)^2 (d/4)\sqrt{E/\varrho}`.
+    """First critical speed of a round shaft in bending.
 
     Parameters
     ----------
     diameter : (...,) float   Root diameter of the thread. [m]
     length : (...,) float     Largest length between supports. [m]
-    ends : str                A key of `BENDING`, which gives beta.
+    ends : str                A key of `beams.BENDING`.
     modulus, density          Of the shaft. [Pa], [kg m^-3]
 
     Returns
     -------
     (...,) float   [rad s^-1]
 
-    Source: blevins1979, Table 8-1.
+    Source: blevins1979, Table 8-1, by `beams.critical_speed`.
     """
-    xp = namespace(diameter, length, modulus, density)
-    diameter, length, modulus, density = as_floats(xp, diameter, length, modulus, density)
-    return (BENDING[ends] / length) ** 2 * diameter / 4.0 * xp.sqrt(modulus / density)
+    return beams.critical_speed(beams.Section(0.5 * diameter), length, ends, modulus, density)
 
 
 def life_demand(force: Array, speed: Array, dynamic_load: Array, life: Array) -> Array:
