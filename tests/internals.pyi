@@ -6,7 +6,7 @@ from infinivar._core import collocation, complex_step, engine, extras, plugins, 
 from infinivar._core import files as core_files
 from infinivar._core import stored as stored_values
 from infinivar._core import toml as toml_tables
-from infinivar._core.array_namespace import rising_root
+from infinivar._core.array_namespace import accumulated, rising_root
 from infinivar._core.bounds import FINITE, QUARTER_TURN, NonZero
 from infinivar._core.bounds import fits as fits_bounds
 from infinivar._core.bounds import permitted as permitted_bounds

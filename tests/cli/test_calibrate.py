@@ -209,6 +209,7 @@ def test_data_that_no_rig_can_give(infinivar, measured, tmp_path, change, said):
         (scaled("motor_current", 1.1, slice(8, 9)), [9], "standard deviations off"),
     ],
     every=5,
+    slow=3,
 )
 def test_single_readings_that_no_rig_can_give_are_left_out(infinivar, measured, tmp_path, change, lines, said):
     """The same faults in all runs, or in most of a kind, are refused: see above."""

@@ -7,6 +7,7 @@ import pytest
 import infinivar as iv
 from cobotic_study import GOOD
 from infinivar import contact_sheets
+from sampled import sampled
 
 
 def put(old, new):
@@ -53,8 +54,7 @@ def test_parts_of_a_base_can_be_changed(write, tmp_path, table):
     assert all(math.isfinite(line.value) for line in sheet.lines)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("preload", ["1e-9 N", "1e6 N"])
+@sampled("preload", ["1e6 N", "1e-9 N"], slow=2)
 @pytest.mark.renders("svg")
 def test_the_absurd_has_a_sheet_too(infinivar, write, preload):
     """No nan, no traceback: where nothing moves the sheet has a dash and says why."""

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import array_api_strict as strict
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from designs import amplifiers, elements, gearheads, laws, motors, seeds, states
@@ -12,7 +13,7 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar.analysis import shaking
-from internals import shipped_study
+from internals import accumulated, shipped_study
 from sampled import examples
 
 jax.config.update("jax_enable_x64", True)
@@ -155,3 +156,21 @@ def test_energy_of_a_cycle_has_a_gradient():
             power(*(value + (sign * step if k == index else 0.0) for k, value in enumerate(at)), np) for sign in (-1, 1)
         ]
         assert slope == pytest.approx((ends[1] - ends[0]) / (2 * step), rel=1e-5)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 7, 8, 33])
+def test_accumulated_is_one_after_the_other(count):
+    """Affine maps, whose order matters, in pairs, as a loop in JAX, and one by one."""
+    random = np.random.default_rng(count)
+    slope, offset = random.normal(size=(2, 3, count))
+
+    def after(xp, first, second):
+        return second[0] * first[0], second[0] * first[1] + second[1]
+
+    expected = [(slope[:, 0], offset[:, 0])]
+    for place in range(1, count):
+        expected.append(after(np, expected[-1], (slope[:, place], offset[:, place])))
+    for xp in (np, jnp, strict):
+        found = accumulated(xp, after, (xp.asarray(slope), xp.asarray(offset)))
+        for part, ways in zip(found, zip(*expected, strict=True), strict=True):
+            assert_allclose(np.asarray(part), np.stack(ways, axis=-1), rtol=1e-12)

@@ -74,14 +74,14 @@ def test_a_geared_drive_takes_the_energy_that_inverse_dynamics_gives(name):
     assert found.rms_error < 1e-3 * (0.3 if found.rotary else 0.03)
 
 
-@sampled("name", OUTPUTS, slow=3)
+@sampled("name", OUTPUTS, slow=5)
 def test_a_cobotic_drive_takes_the_energy_that_inverse_dynamics_gives(name):
     check_both_ways(with_output("cobotic", OUTPUTS[name]), cycle(OUTPUTS[name]))
 
 
 @pytest.mark.slow
 @sampled("drive", ["motor2-gear4", pytest.param("cobotic", marks=pytest.mark.slow)], every=2)
-@pytest.mark.parametrize("hysteresis", [None, 2.0])
+@sampled("hysteresis", [2.0, None], slow=2)
 def test_a_joint_without_inertia_behind_a_spring(drive, hysteresis):
     """The moment alone determines the deflection: a compliance without a state of its own."""
     output = Output(linkage=Linkage(arm=0.06), series_spring=Spring(stiffness=3e4, hysteresis=hysteresis))

@@ -100,7 +100,7 @@ def test_free_wheels_are_nearly_those_without_an_axle(law):
     assert off_balance(free) < 1e-9
 
 
-@sampled("law", ["with spin", *LAWS], slow=3)
+@sampled("law", ["with spin", *LAWS], slow=6)
 def test_power_closure_at_many_points(law):
     """100,000 points of driving and braking wheels in all directions, 20,000 with spin; losses are never negative."""
     random, count = np.random.default_rng(3), 20_000 if law == "with spin" else 100_000

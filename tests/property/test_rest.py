@@ -106,7 +106,7 @@ def test_a_motion_takes_the_same_by_shape_recorded_and_simulated(tmp_path, seed)
     assert max(as_turning) < 0.02
 
 
-@pytest.mark.parametrize("count", [pytest.param(4, marks=pytest.mark.slow), pytest.param(200, marks=pytest.mark.full)])
+@pytest.mark.parametrize("count", [pytest.param(2, marks=pytest.mark.slow), pytest.param(200, marks=pytest.mark.full)])
 def test_many_motions_take_the_same_three_ways(tmp_path, count):
     found = [agree(np.random.default_rng(1000 + seed), tmp_path, ("cobotic", "geared")) for seed in range(count)]
     by_file, simulated, as_turning = ([one for three in found for one in three[which]] for which in range(3))

@@ -231,7 +231,7 @@ def test_power_closure_at_many_points(layout, law):
 
 
 @sampled("law", ["exact with spin", *LAWS], slow=3)
-@pytest.mark.parametrize("layout", LAYOUTS)
+@sampled("layout", LAYOUTS, slow=2)
 def test_power_closure_of_steady_operation_at_many_points(layout, law):
     """50,000 points a layout of all quadrants, nearly up to slip, with the friction of all rollers."""
     random = np.random.default_rng(5)

@@ -12,6 +12,7 @@ import infinivar as iv
 import tabulate_spin as tabulate
 from infinivar.contact import kalker, spin
 from internals import spin_maps as spin_map
+from sampled import sampled
 
 RNG_SEED = 31
 
@@ -53,9 +54,10 @@ def test_against_the_solver():
 @pytest.mark.parametrize(
     "share", [pytest.param(0.1, marks=pytest.mark.slow), pytest.param(1.0, marks=pytest.mark.full)]
 )
-@pytest.mark.parametrize(
+@sampled(
     ("low", "high", "force", "moment"),
     [(0.05, 0.2, 0.006, 0.008), (0.2, 1.0, 0.008, 0.004), (1.0, 5.0, 0.008, 0.005), (5.0, 20.0, 0.008, 0.010)],
+    slow=2,
 )
 def test_errors_of_the_documentation(low, high, force, moment, share):
     """The table of the contact page, by the ratio of the semi-axes, and the first of its points."""

@@ -28,6 +28,7 @@ def _solved(ratio, poisson, turn):
         (6.0, 0.013),
     ],
     every=2,
+    slow=3,
 )
 def test_against_the_solver(largest, error):
     """Relative to the aligned patch of the solver, so that the errors of Kalker's table, 0.3 %, stay out."""

@@ -237,7 +237,7 @@ def test_the_drives_of_the_study_close_their_energy_balance(name):
     assert found.feasible is (name != "geared")
 
 
-@sampled("name", sorted(STUDY.drives, key=lambda name: name != "geared-series"), slow=2)
+@sampled("name", sorted(STUDY.drives, key=lambda name: name != "geared-series"), slow=3)
 def test_prescribed_and_simulated_energies_agree(name):
     both = iv.analysis.two_ways(STUDY.drives[name], WALKING)
     assert both.followed == pytest.approx(both.prescribed, rel=0.02)

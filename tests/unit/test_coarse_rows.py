@@ -111,7 +111,7 @@ def noisy(seed, *, shares, count, closed=True, gap=False, column="position"):
 
 
 @sampled("count", [20, 200], slow=2)
-@pytest.mark.parametrize(("column", "closed"), [("speed", True), ("position", True), ("position", False)])
+@sampled(("column", "closed"), [("speed", True), ("position", True), ("position", False)], every=2)
 def test_noise_that_spoils_the_acceleration_is_named(column, closed, count):
     """Noise of 0.03 to 1 % of the range: at most 1 in 20 that are wrong goes unnamed, as the estimate promises."""
     _, off, said = noisy(1, shares=[3e-4, 1e-3, 3e-3, 1e-2], count=count, closed=closed, column=column)
@@ -221,7 +221,7 @@ def test_a_coarse_cycle_does_not_kink_at_its_join():
             assert not any("jumps" in one for one in read(period, rows, motion).warnings)
 
 
-@sampled("rows", [19, 10, 12, 20, 30, 50], slow=4)
+@sampled("rows", [19, 10, 12, 20, 30, 50], slow=6)
 def test_the_sized_motor_does_not_change_with_the_rows(rows):
     """60 kg moved by a cosine: of the shipped parts the lightest pair, by its shape and from 10 to 50 rows a cycle."""
     knee = iv.load_study("knee_walking")

@@ -107,8 +107,7 @@ def test_limits_are_those_of_duty_cycle(name):
     assert float(found.energy) == pytest.approx(single.energy, rel=1e-4)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", DRIVES)
+@sampled("name", DRIVES, slow=4)
 def test_cycles_of_drives_with_every_part(name):
     pytest.importorskip("jax")
     assert_same_in_cycle(DRIVES[name], JOINT if DRIVES[name].axis.rotary else LINE)

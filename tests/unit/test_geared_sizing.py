@@ -271,7 +271,7 @@ SEARCHES = {
 }
 
 
-@sampled("name", SEARCHES, slow=4)
+@sampled("name", SEARCHES, slow=8)
 def test_brute_force_over_radii_finds_nothing_better(name):
     """A dense grid of radii for every pair of a small catalogue, against the search with and without pruning."""
     objective, template, loss_model = SEARCHES[name]

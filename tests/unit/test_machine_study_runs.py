@@ -100,8 +100,7 @@ def steady_along(drive, task, run):
     return float(np.mean(found.power_in))
 
 
-@pytest.mark.slow
-@sampled(("study", "drive", "task"), [*AT_REST, *MOVING], every=2, slow=6)
+@sampled(("study", "drive", "task"), [*AT_REST, *MOVING], slow=6)
 def test_power_in_a_task_is_that_of_steady_points(study, drive, task):
     # The supply of the power motors, less what is stored in motion; steady points have neither that nor steering. 1 %: 0.1 s are
     # two and a half time constants of the cylinder's loop of 4 Hz, after which (1 + 2.5) exp(-2.5), a quarter, remains of what

@@ -14,6 +14,7 @@ from internals import CREEP_LAWS as LAWS
 from internals import run_up_energy
 from internals import workspaces as workspace
 from made import loaded
+from sampled import sampled
 
 STUDY = loaded("hand_controller")
 LEG, OTHER, SEPARATE = (STUDY.drives[name] for name in ("cobotic", "cobotic-b", "motor2-gear4"))
@@ -69,9 +70,8 @@ def test_supply_and_user_and_losses_balance(law):
     assert np.any(locked.power_out < 0)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("speed", [14.0, -14.0])
-@pytest.mark.parametrize("law", sorted(set(LAWS) - {"faulring"}))
+@sampled("law", sorted(set(LAWS) - {"faulring"}), slow=3)
 def test_power_closure_of_the_platform_at_many_points(law, speed):
     """100,000 poses per law and way of the cylinder, from the supply to the user, with all losses."""
     drive = replace(LEG, transmission=replace(LEG.transmission, creep_law=LAWS[law]))

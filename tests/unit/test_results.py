@@ -238,7 +238,7 @@ def test_repr_is_a_few_lines(results, name):
     assert text.count("\n") < 10
 
 
-@sampled("name", NAMES, every=6, slow=3)
+@sampled("name", NAMES, every=6, slow=6)
 def test_a_notebook_shows_a_table_and_a_figure(results, name):
     page = results[name]._repr_html_()
     assert "<table>" in page

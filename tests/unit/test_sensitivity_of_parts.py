@@ -39,12 +39,12 @@ def _check(study, name, kind, method="complex", count=3):
         assert_allclose(row.elasticity, (ends[0] - ends[1]) / (2.0 * step * found.value), rtol=1e-4, atol=1e-6)
 
 
-@sampled(("study", "drive", "kind"), _shipped(long=False), every=12, slow=4)
+@sampled(("study", "drive", "kind"), _shipped(long=False), every=12, slow=8)
 def test_every_outcome_of_every_shipped_drive(study, drive, kind):
     _check_shipped(study, drive, kind)
 
 
-@sampled(("study", "drive", "kind"), _shipped(long=True), slow=5)
+@sampled(("study", "drive", "kind"), _shipped(long=True), slow=9)
 def test_every_outcome_that_takes_long(study, drive, kind):
     _check_shipped(study, drive, kind)
 

@@ -408,8 +408,7 @@ def test_balance_closes_in_random_sessions(seed):
     assert run.closure < 1e-6
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(100, 130))
+@sampled("seed", range(100, 130), slow=5)
 def test_balance_closes_in_many_random_sessions(seed):
     run = _random_session(seed)
     assert run.complete, run.outcome

@@ -188,6 +188,45 @@ def _repeat(xp: Any, function: Callable[[Any], Any], value: Any, steps: int) -> 
     return value
 
 
+def accumulated(
+    xp: Any, combine: Callable[[Any, tuple[Array, ...], tuple[Array, ...]], tuple[Array, ...]], parts: tuple[Array, ...]
+) -> tuple[Array, ...]:
+    """What the first places along the last axis, up to each, combine to.
+
+    Pairs of places first, then, by themselves, those up to the end of each pair: in as many operations as the axis has binary
+    digits. In JAX one place after the other, since unrolled they take minutes to compile.
+
+    Parameters
+    ----------
+    combine : callable            Of the namespace, parts before and parts after; associative.
+    parts : tuple of (..., n)
+    """
+    if xp.__name__ == "jax.numpy":
+        from jax.lax import scan
+
+        def step(held: Any, row: Any) -> Any:
+            return (found := combine(xp, held, row)), found
+
+        rows = tuple(xp.moveaxis(xp.asarray(part), -1, 0) for part in parts)
+        first = tuple(row[0] for row in rows)
+        later = scan(step, first, tuple(row[1:] for row in rows))[1]
+        joined = (xp.concat([one[None], rest]) for one, rest in zip(first, later, strict=True))
+        return tuple(xp.moveaxis(one, 0, -1) for one in joined)
+    count = parts[0].shape[-1]
+    if count == 1:
+        return parts
+    before, after = (tuple(part[..., place : 2 * (count // 2) : 2] for part in parts) for place in (0, 1))
+    even = accumulated(xp, combine, combine(xp, before, after))
+    odd = combine(xp, tuple(part[..., : (count - 1) // 2] for part in even), tuple(part[..., 2::2] for part in parts))
+    found = []
+    for part, to_odd, to_even in zip(parts, odd, even, strict=True):
+        to_odd = xp.concat([part[..., :1], to_odd], axis=-1)
+        pairs = xp.stack([to_odd[..., : count // 2], to_even], axis=-1)
+        whole = xp.reshape(pairs, (*pairs.shape[:-2], 2 * (count // 2)))
+        found.append(xp.concat([whole, to_odd[..., count // 2 :]], axis=-1))
+    return tuple(found)
+
+
 def newton(xp: Any, step: Callable[[Array], Array], start: Array, steps: int) -> Array:
     """Repeat `step` until it converges, at most `steps` times.
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.array_namespace import Array, accumulated, namespace
 from infinivar._core.described import derived, reported
 from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError
@@ -251,7 +251,7 @@ def settled(
     Source: maxon2020; periodic solution of both equations, by the map of the cycle.
     """
     xp = namespace(motor, current, friction_power)
-    along = _composed(xp, _step_maps(xp, motor, current, friction_power, period, ambient))
+    along = accumulated(xp, _after, _step_maps(xp, motor, current, friction_power, period, ambient))
     w_w, w_h, w_c, c_w, c_h, c_c = (change[..., -1:] for change in along)
     determinant = w_w * c_h - w_h * c_w
     # Of a matrix without negative elements, the largest eigenvalue is then below 1.
@@ -284,41 +284,21 @@ def through_run(
     Source: maxon2020; see the module.
     """
     xp = namespace(motor, current, friction_power)
-    along = _composed(xp, _step_maps(xp, motor, current, friction_power, duration, ambient))
+    along = accumulated(xp, _after, _step_maps(xp, motor, current, friction_power, duration, ambient))
     begin = start + 0.0 * along[0][..., :1]
     highest, mean = _through(xp, along, (begin, begin))
     return xp.maximum(highest, begin), mean
 
 
 def _through(xp: Any, along: tuple[Array, ...], begin: tuple[Array, ...]) -> tuple[Array, Array]:
-    """Highest winding temperature at the ends of steps, and mean by the trapezoidal rule, by `_composed`. (..., 1) each"""
+    """Highest winding temperature at the ends of steps, and mean by the trapezoidal rule. (..., 1) each
+
+    `along` are the changes from the start to each end.
+    """
     (w_w, w_h, w_c, *_), (winding, housing) = along, begin
     after = _bounded(xp, winding + (w_w * winding + w_h * housing + w_c))
     total = xp.sum(after, axis=-1, keepdims=True) + 0.5 * (winding - after[..., -1:])
     return xp.max(after, axis=-1, keepdims=True), total / after.shape[-1]
-
-
-def _composed(xp: Any, maps: tuple[Array, ...]) -> tuple[Array, ...]:
-    """Exact changes from the start to the end of each step, of the changes over single steps: see `_step_maps`. Six of (..., k)
-
-    Changes of pairs of steps first, then, by themselves, those to the end of each pair: all steps in as many operations as
-    k has binary digits.
-    """
-    count = maps[0].shape[-1]
-    if count == 1:
-        return maps
-    first, second = (tuple(part[..., place : 2 * (count // 2) : 2] for part in maps) for place in (0, 1))
-    to_even = _composed(xp, _after(xp, first, second))
-    to_odd = _after(
-        xp, tuple(part[..., : (count - 1) // 2] for part in to_even), tuple(part[..., 2::2] for part in maps)
-    )
-    found = []
-    for start, odd, even in zip(maps, to_odd, to_even, strict=True):
-        odd = xp.concat([start[..., :1], odd], axis=-1)
-        pairs = xp.stack([odd[..., : count // 2], even], axis=-1)
-        whole = xp.reshape(pairs, (*pairs.shape[:-2], 2 * (count // 2)))
-        found.append(xp.concat([whole, odd[..., count // 2 :]], axis=-1))
-    return tuple(found)
 
 
 def _after(xp: Any, first: tuple[Array, ...], second: tuple[Array, ...]) -> tuple[Array, ...]:
