@@ -21,7 +21,9 @@ Source: morley1959.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
 
 from infinivar._core.array_namespace import Array, as_floats, namespace
 
@@ -120,7 +122,7 @@ def _waves(wall: Wall, place: Array) -> tuple[Any, Array, Array, Wall, Array]:
     xp = namespace(*wall, place)
     *values, place = (value[..., None] for value in xp.broadcast_arrays(*as_floats(xp, *wall, place)))
     wall = Wall(*values)
-    wave = xp.arange(1, _TERMS + 1, dtype=xp.float64) * math.pi / wall.length
+    wave = xp.asarray(np.arange(1, _TERMS + 1) * math.pi) / wall.length
     return xp, wave, xp.sin(wave * place) ** 2, wall, place
 
 
@@ -128,12 +130,55 @@ def _over_all(xp: Any, wall: Wall, wave: Array, count: int, power: int) -> Array
     """Sum of ``s^power/k`` over all multiples of `count`, times it. (..., m)"""
     curved = 1.0 / wall.radius**2
     coupled = xp.sqrt(wall.youngs_modulus * wall.thickness / wall.stiffness) / wall.radius * wave**2
-    spread = xp.sqrt(curved**2 + 4j * coupled)
+    spread = _root(xp, (curved**2 + 0.0 * coupled, 4.0 * coupled))
     found = 0.0
-    for root, sign in ((0.5 * (curved + spread), 1.0), (0.5 * (curved - spread), -1.0)):
-        z = wall.radius * xp.sqrt(wave**2 - root)
-        found = found + sign * root ** (2 + power) / spread / (z * xp.tanh(math.pi * z / count))
-    return math.pi * wall.radius**2 * xp.imag(found) / (wall.stiffness * coupled)
+    for sign in (1.0, -1.0):
+        root = 0.5 * (curved + sign * spread[0]), 0.5 * sign * spread[1]
+        z = _root(xp, (wave**2 - root[0], -root[1]))
+        below = _times(
+            spread, _times(z, _tanh(xp, math.pi * wall.radius * z[0] / count, math.pi * wall.radius * z[1] / count))
+        )
+        found = found + sign * _over(_power(root, 2 + power), below)[1]
+    return math.pi * wall.radius * found / (wall.stiffness * coupled)
+
+
+_Complex: TypeAlias = tuple[Array, Array]
+"""Real and imaginary part: array libraries that carry derivatives have no complex numbers."""
+
+
+def _times(one: _Complex, other: _Complex) -> _Complex:
+    return one[0] * other[0] - one[1] * other[1], one[0] * other[1] + one[1] * other[0]
+
+
+def _over(one: _Complex, other: _Complex) -> _Complex:
+    square = other[0] ** 2 + other[1] ** 2
+    real, imaginary = _times(one, (other[0], -other[1]))
+    return real / square, imaginary / square
+
+
+def _power(one: _Complex, exponent: int) -> _Complex:
+    """For exponents from 0 to 3."""
+    found: _Complex = (1.0, 0.0)
+    for _ in range(exponent):
+        found = _times(found, one)
+    return found
+
+
+def _root(xp: Any, one: _Complex) -> _Complex:
+    """Square root with a positive real part, of numbers that are not real."""
+    size = xp.sqrt(one[0] ** 2 + one[1] ** 2)
+    # The larger of both parts has no cancellation, and their product is known.
+    large = xp.sqrt(0.5 * (size + xp.abs(one[0])))
+    small = 0.5 * xp.abs(one[1]) / large
+    real, imaginary = xp.where(one[0] > 0, large, small), xp.where(one[0] > 0, small, large)
+    return real, xp.where(one[1] > 0, imaginary, -imaginary)
+
+
+def _tanh(xp: Any, real: Array, imaginary: Array) -> _Complex:
+    """For a positive real part."""
+    faded = xp.exp(-2.0 * real)
+    below = 1.0 + 2.0 * faded * xp.cos(2.0 * imaginary) + faded * faded
+    return (1.0 - faded * faded) / below, 2.0 * faded * xp.sin(2.0 * imaginary) / below
 
 
 def _around_once(wall: Wall, wave: Array) -> Array:
