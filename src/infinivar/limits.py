@@ -70,6 +70,8 @@ class Limit(IntEnum):
     """The teeth of a strain-wave gear skip under its output torque."""
     DEMAGNETISATION = 26
     """The motor current would demagnetise the magnets for good."""
+    WALL = 27
+    """The wall of the cylinder yields under the wheel."""
 
     @property
     def words(self) -> str:
@@ -146,6 +148,7 @@ _WORDS = {
     Limit.GEAR_MOMENTARY: "gearhead momentary torque",
     Limit.RATCHETING: "gearhead ratcheting torque",
     Limit.DEMAGNETISATION: "motor demagnetisation current",
+    Limit.WALL: "cylinder wall",
 }
 
 

@@ -17,6 +17,8 @@ from infinivar.drivetrain.drive import is_machine, refuse_machine
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import InputError
 from infinivar.limits import Limit
+from infinivar.parts.structure import beams
+from infinivar.parts.structure.tube import Tube
 from infinivar.study.check import check_study
 from infinivar.study.provenance import Provenance
 from infinivar.study.study import Study
@@ -168,6 +170,8 @@ def contact_sheet(study: Study, name: str) -> ContactSheet:
         _patch(lines, element, geometry, contact)
         _strength(lines, element, geometry, contact)
         utilisation = element.utilisation
+        if element.tube is not None:
+            _tube(lines, element, element.tube, contact)
     _creep(lines, drive, groups)
     _rolling(lines, drive, groups)
     if drive.steering is not None:
@@ -266,6 +270,29 @@ def _strength(lines: list[Line], element: RotaryLinearIVT, geometry: ContactGeom
         how = f"repeated rolling stays elastic below it (johnson1985); p0 is {plain(patch.peak_pressure / allowed, 2)} of it"
         how += "; with the friction limit at rest" if _falls(geometry) else ""
         add(f"shakedown pressure, {body}", "", allowed, "Pa", "GPa", how)
+
+
+def _tube(lines: list[Line], element: RotaryLinearIVT, tube: Tube, contact: PressedContact) -> None:
+    add = _writer(lines, "Cylinder as a tube, wheel half way between its end plates")
+    middle, preload = 0.5 * tube.length, element.preload
+    add("mass", "m", _known(tube.mass), "kg", "kg", "tube and end plates; needs the density of the material")
+    add("inertia", "J", _known(tube.inertia), "kg m^2", "g m^2", "about its axis")
+    add("ovalisation", "", preload * tube.ovalisation(middle), "m", "um", "what the wall gives way (morley1959)")
+    add("bending", "", preload * tube.bending(middle), "m", "um", "P L^3/(48 E I): as a beam on its end plates")
+    tension = preload * tube.tension(middle, math.sqrt(contact.patch.a * contact.patch.b))
+    strength, allowed = tube.material.yield_strength, "yield strength unknown"
+    if strength is not None:
+        allowed = f"{plain(100.0 * tension / strength, 3)} % of the yield strength; fatigue is not judged"
+    add("tension in the wall", "", tension, "Pa", "MPa", f"at its inside, once a turn: {allowed}")
+    beam = preload * beams.stress(tube.section, tube.length, middle)
+    add("bending stress", "", beam, "Pa", "MPa", "as a beam; part of the tension along the axis")
+    first = _known(tube.first_mode) / (2.0 * math.pi)
+    add("first bending mode", "", first, "1/s", "Hz", "on its end plates, without motor and wheel")
+
+
+def _known(value: Any) -> float:
+    """A value, or nan if it is None, which a sheet shows as a dash."""
+    return math.nan if value is None else float(value)
 
 
 def _falls(geometry: ContactGeometry) -> bool:

@@ -199,8 +199,8 @@ def share_motor(
         shared_mass=_mass(leg.motor) + counts * (0.0 if leg.steering is None else _mass(leg.steering.motor)),
         separate_mass=counts * _mass(getattr(separate, "motor", None)),
         cylinder_mass=np.nan
-        if leg.cylinder_inertia is None
-        else float(leg.cylinder_inertia / leg.transmission.cylinder_radius**2),
+        if leg.inertia_of_cylinder is None
+        else float(leg.inertia_of_cylinder / leg.transmission.cylinder_radius**2),
     )
 
 
@@ -212,7 +212,7 @@ def run_up_energy(drive: LeggedDrive, time: float) -> float:
     drive : LeggedDrive   nan if an inertia is unknown.
     time : float          Of the run-up, > 0. [s]
     """
-    if drive.cylinder_inertia is None or drive.motor.rotor_inertia is None:
+    if drive.inertia_of_cylinder is None or drive.motor.rotor_inertia is None:
         return float("nan")
     share = (np.arange(_RUN_UP_STEPS) + 0.5) / _RUN_UP_STEPS
     still = np.zeros(drive.legs.count)

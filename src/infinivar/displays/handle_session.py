@@ -306,7 +306,7 @@ def check_displays(cobotic: object, geared: object) -> None:
             raise ParameterError(f"{name} must move the handle along a line, without springs or a linkage")
     try:
         cobotic.check_motion()
-        needed(cobotic.cylinder_inertia, "cylinder_inertia")
+        needed(cobotic.inertia_of_cylinder, "cylinder_inertia")
     except ParameterError as problem:
         raise ParameterError(f"cobotic.{problem}") from None
     try:

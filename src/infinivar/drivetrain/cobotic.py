@@ -74,7 +74,12 @@ class TurnedCylinder:
             If an inertia that motion requires is missing.
         """
         of_motor = self.gearhead.ratio**2 * shaft_inertia(self.motor, self.gearhead)
-        return needed(self.cylinder_inertia, "cylinder_inertia") + of_motor
+        return needed(self.inertia_of_cylinder, "cylinder_inertia") + of_motor
+
+    @property
+    def inertia_of_cylinder(self: Any) -> float | None:
+        """Inertia of the cylinder alone about its axis, if it is known. [kg m^2]"""
+        return self.cylinder_inertia
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,7 +100,10 @@ class CoboticDrive(TurnedCylinder):
         default=None,
     )
     cylinder_inertia: float | None = quantity(
-        "kg m^2", Gt(0), "Inertia of the cylinder about its axis; required if its speed varies", default=None
+        "kg m^2",
+        Gt(0),
+        "Inertia of the cylinder about its axis; by default that of its tube. Required if its speed varies",
+        default=None,
     )
     link_mass: float | None = quantity("kg", Gt(0), "Mass of the moving link without load", default=None)
     output: Output = component("Springs and linkage between the link and its load", default_factory=Output)
@@ -135,6 +143,13 @@ class CoboticDrive(TurnedCylinder):
     def own_axis(self) -> Axis:
         """Whether the drive's own output, behind springs and linkage, moves along a line or about a shaft."""
         return LINEAR
+
+    @property
+    def inertia_of_cylinder(self) -> float | None:
+        """Inertia of the cylinder about its axis: as stated, else that of its tube; None if neither is known. [kg m^2]"""
+        if self.cylinder_inertia is not None or self.transmission.tube is None:
+            return self.cylinder_inertia
+        return self.transmission.tube.inertia
 
     @property
     def orders(self) -> int:
@@ -426,7 +441,7 @@ class CoboticDrive(TurnedCylinder):
         load, turning = rolled.load, rolled.cylinder_speed
         course = load.course
         steered, lost = self.steered(rolled)
-        inertia = 0.0 if cylinder_speed is None else needed(self.cylinder_inertia, "cylinder_inertia")
+        inertia = 0.0 if cylinder_speed is None else needed(self.inertia_of_cylinder, "cylinder_inertia")
         torque = rolled.torque + inertia * turning.rate
         side = motor_side(
             self.motor,

@@ -131,7 +131,7 @@ class LeggedDrive(TurnedCylinder):
             legs=Legs(transmission=leg.transmission, count=count, guideway=leg.guideway),
             cylinder_speed=leg.cylinder_speed,
             amplifier=leg.amplifier,
-            cylinder_inertia=leg.cylinder_inertia,
+            cylinder_inertia=leg.inertia_of_cylinder,
             cylinder_bearings=leg.cylinder_bearings,
         )
 

@@ -17,6 +17,8 @@ from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR, SizedDrive
 
 LEAST, MOST = 0.1, 10.0
 """Factors on values that cannot be 0, and on allowances. [-]"""
+_SOLID = 0.9
+"""Thickest wall of a tube, as a share of its radius."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,6 +61,7 @@ def allowances(design: SizedDrive, limit: Limit, part: str) -> list[Lever]:
         Limit.BEARING: ("static rating of the axle bearings", (f"{AXLE_BEARING}.static_rating",)),
         Limit.YIELD: ("yield strength of wheel and cylinder", _of_materials("yield_strength")),
         Limit.HARDNESS: ("hardness of wheel and cylinder", _of_materials("hardness")),
+        Limit.WALL: ("wall of the cylinder", ("transmission.cylinder_wall",)),
         Limit.TEMPERATURE: (
             "thermal conductances of the motor",
             (f"{motor}.winding_to_housing", f"{motor}.housing_to_ambient"),
@@ -81,7 +84,9 @@ def allowances(design: SizedDrive, limit: Limit, part: str) -> list[Lever]:
         return with_values(with_rated_gear(drive), {path: one * factor for path, one in values.items()})
 
     unit = "W/K" if inverse else quantities_of(drive)[next(iter(values))].metadata["unit"]
-    return [Lever(words=words, unit=unit, start=start, end=start * MOST, made=made)]
+    radius = _known(drive, "transmission.cylinder_radius")
+    end = _SOLID * radius if limit == Limit.WALL and radius is not None else start * MOST
+    return [Lever(words=words, unit=unit, start=start, end=end, made=made)]
 
 
 def _of_materials(name: str) -> tuple[str, ...]:

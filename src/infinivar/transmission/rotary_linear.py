@@ -33,7 +33,8 @@ from infinivar.contact import creep
 from infinivar.contact.creep import CreepLaw
 from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Limit
-from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact
+from infinivar.parts.structure.tube import Tube
+from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact, plain
 from infinivar.transmission.inverse import steering_tangent
 from infinivar.transmission.kinematics import RIGHT_ANGLE, Steering, contact_balance, driven, relative_velocities
 from infinivar.transmission.operating_point import OperatingPoint
@@ -45,6 +46,7 @@ from infinivar.transmission.rolling_contact import (
     scaled_by_preload,
     sliding_ratio,
 )
+from infinivar.units import show_in
 
 if TYPE_CHECKING:
     from infinivar.transmission.mechanism import Mechanism
@@ -88,9 +90,19 @@ class RotaryLinearIVT:
     steering_range: float = quantity(
         "rad", Interval(gt=0, le=QUARTER_TURN), "Largest steering angle in either direction", default=math.pi / 2
     )
+    cylinder_wall: float | None = quantity(
+        "m",
+        Gt(0),
+        "Wall of the cylinder, a tube; without it neither its strength nor its inertia is known",
+        default=None,
+    )
+    cylinder_length: float | None = quantity("m", Gt(0), "Length of the tube between its end plates", default=None)
+    cylinder_end_plate: float = quantity("m", Ge(0), "Thickness of each end plate of the tube", default=0.0)
     creep_law: CreepLaw = component(CREEP_LAW, default=None)
     steering_model: SteeringModel | None = component(STEERING_MODEL, default=None)
+    tube: Tube | None = field(init=False, repr=False, compare=False, default=None)
     wheel: RollingContact = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
+    _of_wall: Mapping[Limit, Array] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         """Validate the fields and compute the static contact."""
@@ -99,6 +111,45 @@ class RotaryLinearIVT:
         wheel = RollingContact(surface="cylinder", surface_radius=self.cylinder_radius, **shared)
         object.__setattr__(self, "wheel", wheel)
         object.__setattr__(self, "creep_law", wheel.creep_law)
+        object.__setattr__(self, "tube", self._tube())
+        object.__setattr__(self, "_of_wall", {} if self.tube is None else self._wall_demand(self.tube))
+
+    def _tube(self) -> Tube | None:
+        """The cylinder as a tube, if its wall is stated."""
+        stated = {"cylinder_length": self.cylinder_length, "cylinder_end_plate": self.cylinder_end_plate or None}
+        if self.cylinder_wall is None:
+            for name, value in stated.items():
+                if value is not None:
+                    raise ParameterError(f"cylinder_wall is missing: {name} is of a tube")
+            return None
+        if self.cylinder_length is None:
+            raise ParameterError("cylinder_length is missing: cylinder_wall needs it")
+        wall, radius = self.cylinder_wall, self.cylinder_radius
+        if isinstance(wall, (int, float)) and isinstance(radius, (int, float)) and wall >= radius:
+            shown = [show_in(value, "m", "mm") for value in (radius, wall)]
+            raise ParameterError(f"cylinder_wall must be less than cylinder_radius, {shown[0]}, got {shown[1]}")
+        if self.geometry is None:
+            raise ParameterError(
+                "geometry is missing: it states the material of the cylinder, which cylinder_wall needs"
+            )
+        return Tube(
+            radius=self.cylinder_radius,
+            wall=self.cylinder_wall,
+            length=self.cylinder_length,
+            end_plate=self.cylinder_end_plate,
+            material=self.geometry.cylinder_material,
+        )
+
+    def _wall_demand(self, tube: Tube) -> Mapping[Limit, Array]:
+        """Tension in the wall under the wheel, half way between the end plates, over the yield strength, if that is stated."""
+        strength, contact = tube.material.yield_strength, self.contact
+        if strength is None or contact is None:
+            return {}
+        area = (contact.patch.a * contact.patch.b) ** 0.5
+        demand = self.preload * tube.tension(0.5 * tube.length, area) / strength
+        xp = namespace(demand, tube.radius, tube.wall)
+        # Of many designs some may have no room for their wall.
+        return {Limit.WALL: plain(xp.where(xp.asarray(tube.wall < tube.radius), demand, xp.inf))}
 
     @property
     def contact(self) -> PressedContact | None:
@@ -122,7 +173,7 @@ class RotaryLinearIVT:
     @property
     def utilisation(self) -> Mapping[Limit, Array]:
         """Demand over allowance for the limits that the preload alone can exceed; empty for measured values. [-]"""
-        return self.wheel.utilisation
+        return {**self.wheel.utilisation, **self._of_wall}
 
     def pressed(self, preload: Array) -> RotaryLinearIVT:
         """The same wheel under another preload [N]; measured values scale by `PRELOAD_POWERS`."""

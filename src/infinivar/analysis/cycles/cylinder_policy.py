@@ -115,7 +115,7 @@ def policies(drive: CoboticDrive, duty: DutyCycle) -> tuple[Policy, ...]:
     own = _evaluated("as given", drive, duty, fine, None)
     speed = best_speed(drive, duty)
     chosen = _evaluated("chosen for the cycle", replace(drive, cylinder_speed=speed), duty, fine, None)
-    if drive.cylinder_inertia is None or not duty.closed:
+    if drive.inertia_of_cylinder is None or not duty.closed:
         return own, chosen
     scheduled = _evaluated("scheduled in time", drive, duty, fine, best_schedule(drive, duty, start=speed)(fine.time))
     coasting = drive.coast(fine.course, period=np.asarray(duty.period), load_mass=duty.moved_mass)

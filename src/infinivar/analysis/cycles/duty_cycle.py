@@ -223,7 +223,7 @@ def holding(drive: Drive, force: float, *, position: float = 0.0) -> Holding:
     parked = run_up = None
     if isinstance(drive, CoboticDrive):
         parked = drive.amplifier.standby_power
-        if drive.cylinder_inertia is not None:
+        if drive.inertia_of_cylinder is not None:
             run_up = 0.5 * drive.turning_inertia * drive.cylinder_speed**2
     return Holding(
         force=force,

@@ -144,7 +144,7 @@ def _load_inputs(scenario: Scenario) -> dict[str, float | Input]:
 def _cobotic(drive: CoboticDrive, scenario: Scenario) -> ClosedLoop:
     stick_speed = given(scenario.stick_speed, STICK_SPEED)
     turning = drive.gearhead.ratio**2 * _motor_inertia(drive)
-    stages.check_gear_jamming(drive.gearhead, turning, drive.cylinder_inertia or 0.0, "cylinder_inertia")
+    stages.check_gear_jamming(drive.gearhead, turning, drive.inertia_of_cylinder or 0.0, "cylinder_inertia")
     graph = plants.cobotic_graph(
         drive,
         load_mass=scenario.moved_mass or None,
@@ -216,7 +216,7 @@ def _cobotic_controller(
         sample_time=1.0 / settings.sample_rate,
         cylinder=speed_loop(
             settings.cylinder_bandwidth,
-            (drive.cylinder_inertia or 0.0) + gear**2 * _motor_inertia(drive),
+            (drive.inertia_of_cylinder or 0.0) + gear**2 * _motor_inertia(drive),
             gear * motor.torque_constant,
             largest_current(settings.current_limit, motor),
         ),

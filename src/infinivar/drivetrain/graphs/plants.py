@@ -184,7 +184,7 @@ def cylinder_plant(
 
     Source: faulring2006, Fig 12.
     """
-    inertia = needed(drive.cylinder_inertia, "cylinder_inertia")
+    inertia = needed(drive.inertia_of_cylinder, "cylinder_inertia")
     stick = Parameter(
         r"\varepsilon_{m,c}", stick_speed / drive.transmission.cylinder_radius * drive.gearhead.ratio, "rad/s"
     )

@@ -83,7 +83,7 @@ class OnCylinder(MovingMachine):
             load=load,
             count=count,
             link_mass=needed(leg.link_mass, "leg.link_mass"),
-            cylinder_inertia=needed(leg.cylinder_inertia, "leg.cylinder_inertia"),
+            cylinder_inertia=needed(leg.inertia_of_cylinder, "leg.cylinder_inertia"),
             guideway_friction=float(leg.guideway.friction_force(leg.transmission.preload)),
             set_speed=leg.cylinder_speed,
             stick_speed=stick_speed,

@@ -231,8 +231,9 @@ def static_demands(drive: CoboticDrive, count: int | None = None) -> dict[TaskDe
 
 def named_static(demands: Mapping[Limit, Array], count: int) -> dict[TaskDemand, np.ndarray]:
     """Demands of the preload alone by limit as demands of a task, one of each design. (k,)"""
+    parts = {Limit.BEARING: AXLE, Limit.WALL: "cylinder"}
     return {
-        (CONTACT, limit, AXLE if limit == Limit.BEARING else "wheel"): np.broadcast_to(np.ravel(demand), (count,))
+        (CONTACT, limit, parts.get(limit, "wheel")): np.broadcast_to(np.ravel(demand), (count,))
         for limit, demand in demands.items()
     }
 
