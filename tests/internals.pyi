@@ -266,6 +266,7 @@ from infinivar.parts.heat_steps import windings as heat_windings
 from infinivar.parts.shaft_bearings import WheelLoad
 from infinivar.parts.strain_wave import strain_wave_friction
 from infinivar.parts.structure import beams, shells
+from infinivar.parts.structure.tube import Tube as CylinderTube
 from infinivar.parts.tables import importing, stores
 from infinivar.parts.tables.columns import number_columns, text_columns
 from infinivar.parts.tables.consistency import RELATIONS, contradictions_of

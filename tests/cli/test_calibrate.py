@@ -69,7 +69,7 @@ def test_from_the_rig_to_a_calibrated_study(infinivar, tmp_path):
     assert iv.load_study(STUDY).drives.keys() == study.drives.keys()
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_calibrated_study_is_calibrated_again(infinivar, tmp_path):
     infinivar("rig", STUDY, "--drive", "cobotic", "--ratios", "8", "--loads", "0.2,0.5", "--out", "rig.csv")
     infinivar("calibrate", "rig.csv", *DRIVE, "--out", "out")

@@ -61,7 +61,6 @@ DAILY = ("theory", "study-file", "extending", "explorer")
 SLOW = (
     "tutorial",
     "gait-to-motor",
-    "cobotic-or-conventional",
     "contact",
     "machines",
     "displays",
@@ -70,6 +69,7 @@ SLOW = (
     "errata",
 )
 BEFORE_A_RELEASE = (
+    "cobotic-or-conventional",
     "springs",
     "cobots",
     "sessions",

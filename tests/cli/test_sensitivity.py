@@ -43,7 +43,7 @@ def test_a_ranking_in_words_figures_and_numbers(infinivar, write, tmp_path):
         assert (tmp_path / "out" / f"sensitivity-loss.{kind}").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_what_is_ranked_by_default(infinivar, write):
     """The energy of a duty cycle, else the margin of a requirement."""
     assert infinivar("sensitivity", write(STUDY), "--out", "out").out.startswith("energy per cycle of ")

@@ -224,7 +224,7 @@ def test_arrays_of_shapes():
     assert_allclose(np.array(together).T, np.array(alone), atol=1e-13)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_jax():
     """Values, gradient and the derivative of the inverse, for shapes that are traced as well; nan out of range."""
     jax = pytest.importorskip("jax")

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.special import j1
 
 import infinivar as iv
-from internals import beams, shells
+from internals import CylinderTube, beams, shells
 from sampled import examples, sampled
 
 STEEL = iv.contact.Material(youngs_modulus=206e9, poisson=0.3, density=7850.0)
@@ -90,7 +90,7 @@ def test_all_is_positive_and_monotone(radius, share, slender, place):
     length = slender * radius
 
     def tube(wall):
-        return iv.parts.Tube(radius=radius, wall=wall, length=length, material=STEEL)
+        return CylinderTube(radius=radius, wall=wall, length=length, material=STEEL)
 
     thin, thick = tube(share * radius), tube(1.2 * share * radius)
     at = place * length

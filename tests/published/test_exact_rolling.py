@@ -113,7 +113,7 @@ def test_self_convergence():
             assert np.max(change + twenty.error) < 0.006
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_order_of_convergence():
     """The error of the lateral force against 48 x 48 cells falls with an order above 1.2 from 8 to 24 cells."""
     linear = kalker.coefficients(1.0, 0.3)

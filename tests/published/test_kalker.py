@@ -89,7 +89,7 @@ def test_elements(a_over_b, poisson):
     assert found.c33 == pytest.approx(c33, rel=0.003)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_elements_along_the_rolling_direction():
     """The end of the table where it is worst: elements give 1.2 % more C22, and finer grids still move C33 by 1 %."""
     c11, c22, c23, _, c33 = linear_coefficients(10.0, 0.5, (16, 6))

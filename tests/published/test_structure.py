@@ -6,7 +6,7 @@ import pytest
 
 import infinivar as iv
 from infinivar import units
-from internals import beams, catalogue, shells
+from internals import CylinderTube, beams, catalogue, shells
 
 
 @pytest.mark.source("lindberg1969")
@@ -49,8 +49,8 @@ def test_beam_between_two_supports():
 def test_tube_of_steel():
     """A tube of 50 mm radius, 5 mm wall and 100 mm length: 1.17 kg, 2.65 g m^2; end plates of 5 mm: 0.62 kg, by hand."""
     steel = iv.contact.Material(youngs_modulus=206e9, poisson=0.3, density=7850.0)
-    tube = iv.parts.Tube(radius=0.05, wall=0.005, length=0.1, material=steel)
-    closed = iv.parts.Tube(radius=0.05, wall=0.005, length=0.1, end_plate=0.005, material=steel)
+    tube = CylinderTube(radius=0.05, wall=0.005, length=0.1, material=steel)
+    closed = CylinderTube(radius=0.05, wall=0.005, length=0.1, end_plate=0.005, material=steel)
     assert tube.mass == pytest.approx(7850.0 * math.pi * (0.05**2 - 0.045**2) * 0.1)
     assert (tube.mass, 1e3 * tube.inertia) == (pytest.approx(1.17, abs=0.005), pytest.approx(2.65, abs=0.005))
     assert closed.mass - tube.mass == pytest.approx(0.617, abs=0.001)

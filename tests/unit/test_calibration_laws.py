@@ -162,7 +162,7 @@ def test_a_new_law_is_a_candidate_by_itself(drive, monkeypatch):
 LOW, HIGH = (0.15, 0.5), (0.2, 0.5, 0.8)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("a_over_b", "loads", "sessions"),
     [
@@ -309,7 +309,7 @@ def test_sessions_of_an_exact_wheel(drive, study, sessions):
     assert abs(np.mean(bias)) < (0.002 if sessions == 200 else 0.01)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("law", "sessions"),
     [

@@ -485,7 +485,7 @@ def test_jax_gives_the_same_numbers():
     assert np.sum(one.value < NOT_FEASIBLE) > 5
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_lightest_design_and_margins_wanted():
     """The least mass is no larger than that of the least energy; wanted margins are kept."""
     lightest = small_search(objective="mass", generations=12)

@@ -30,7 +30,7 @@ def changed(data, name, rows, change):
 @pytest.mark.parametrize(
     ("readings", "sessions", "low", "high"),
     [
-        pytest.param(tuple(READINGS), 6, 0.6, 1.0, marks=pytest.mark.slow),
+        pytest.param(tuple(READINGS), 6, 0.6, 1.0, marks=pytest.mark.full),
         pytest.param(("motor_current",), 400, 0.93, 0.97, marks=pytest.mark.full),
         pytest.param(tuple(READINGS), 400, 0.93, 0.97, marks=pytest.mark.full),
     ],

@@ -86,7 +86,7 @@ class Thing:
 
 
 class TestDerivatives:
-    @sampled("name", ["efficiency", "loss", "temperature"], slow=3)  # JAX compiles for some seconds
+    @sampled("name", ["loss", "efficiency", "temperature"], slow=3)  # JAX compiles for some seconds
     def test_three_ways_agree_at_a_thousand_designs(self, drive, thousand, name):
         """Complex step and JAX are exact to rounding; differences with a step of 2e-3, thrice extrapolated, to 1e-8."""
         function = {

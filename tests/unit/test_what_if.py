@@ -94,7 +94,7 @@ def test_a_factor_from_the_parts_of_the_energy():
     assert math.isnan(change.factor)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_changes_of_a_cobotic_drive():
     loser, winner = sized("cobotic"), replace(sized("geared"), power=0.93 * sized("cobotic").power)
     (one,) = what_if(WALKING, "energy", {"cobotic": loser, "geared": winner}, {}, 1.0).values()

@@ -257,7 +257,7 @@ def test_without_the_program_the_page_says_so_and_goes_on_when_it_is_back(page):
 
 
 @pytest.mark.parametrize("dark", [False, pytest.param(True, marks=pytest.mark.full)])
-@sampled("state", ["tabs", "pinned", "machine", "sessions", "part", "help"], slow=3)
+@sampled("state", ["tabs", "pinned", "machine", "sessions", "part", "help"], slow=6)
 def test_axe_finds_no_fault_in_other_states(browser, server, state, dark):
     axe = pytest.importorskip(
         "axe_playwright_python.sync_playwright", reason="axe-playwright-python is not installed"

@@ -275,7 +275,8 @@ def _strength(lines: list[Line], element: RotaryLinearIVT, geometry: ContactGeom
 def _tube(lines: list[Line], element: RotaryLinearIVT, tube: Tube, contact: PressedContact) -> None:
     add = _writer(lines, "Cylinder as a tube, wheel half way between its end plates")
     middle, preload = 0.5 * tube.length, element.preload
-    add("mass", "m", _known(tube.mass), "kg", "kg", "tube and end plates; needs the density of the material")
+    unknown = "; the density of the material is not stated" if tube.mass is None else ""
+    add("mass", "m", _known(tube.mass), "kg", "kg", f"tube and end plates{unknown}")
     add("inertia", "J", _known(tube.inertia), "kg m^2", "g m^2", "about its axis")
     add("ovalisation", "", preload * tube.ovalisation(middle), "m", "um", "what the wall gives way (morley1959)")
     add("bending", "", preload * tube.bending(middle), "m", "um", "P L^3/(48 E I): as a beam on its end plates")

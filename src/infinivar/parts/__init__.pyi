@@ -12,7 +12,6 @@ from .shaft_bearings import CylinderBearings, PulleyBearings
 from .spring import Spring, TorsionSpring
 from .stage import Shaft
 from .strain_wave import StrainWave
-from .structure.tube import Tube
 from .tables.consistency import CatalogueCheck
 from .tables.importing import PartImport
 from .tables.search import PartSearch
@@ -41,7 +40,6 @@ __all__ = [
     "Spring",
     "StrainWave",
     "TorsionSpring",
-    "Tube",
     "amplifier",
     "bearing",
     "belt",
