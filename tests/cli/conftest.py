@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from internals import style
-from made import made_run
+from made import made, made_run
 from rendering import rendered
 from run_cli import run
 
@@ -47,8 +47,10 @@ def compared():
 
 @pytest.fixture(scope="session")
 def reproduced():
-    """One `infinivar reproduce` of everything: outcome, folder, and the printed JSON."""
-    outcome, folder = made_run("reproduce", "--json")
+    """One `infinivar reproduce` of everything, of the claims as they are kept: outcome, folder, and the printed JSON."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("infinivar.paper.reproduce.reproduce", lambda *_, **__: made("reproduce"))
+        outcome, folder = made_run("reproduce", "--json")
     return outcome, folder, json.loads(outcome.out)
 
 

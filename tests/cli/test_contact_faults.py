@@ -15,7 +15,7 @@ def put(old, new):
     return GOOD.replace(old, new)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_drive_of_its_own(infinivar, write):
     """From the sheet to a comparison."""
     done = infinivar("contact", write(GOOD), "--out", "result")

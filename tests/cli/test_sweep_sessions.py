@@ -7,7 +7,7 @@ import pytest
 OPTIONS = ("--ratios", "20,4", "--loads", "0.2,0.5", "--sessions", "3", "--size", "2")
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_sessions_are_told_by_parameter(infinivar, tmp_path):
     folder = tmp_path / "sweep"
     said = infinivar("sweep", "sessions", "hand_controller", "--folder", folder, *OPTIONS)

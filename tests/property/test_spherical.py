@@ -334,7 +334,7 @@ def test_a_driven_contact_without_spin_is_that_of_the_wheel():
     assert_allclose(along.x / across.y, coefficients.c11 / coefficients.c22, rtol=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_driven_contact_against_exact_theory():
     """Longitudinal creep with spin: within 0.05 of mu P along, 0.14 across, and 0.09 of mu P c of the solver's moment."""
     wheel = circle()

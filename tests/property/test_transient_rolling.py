@@ -153,7 +153,8 @@ def test_random_creepage_of_a_turned_patch():
     _steered_at_random(iv.contact.RollingPatch(0.6, 0.3, 0.5, 8), 100, True)
 
 
-@sampled("ratio", [1.0, 0.1, 10.0], slow=3)
+@pytest.mark.full
+@pytest.mark.parametrize("ratio", [1.0, 0.1, 10.0])
 def test_random_steering_on_the_usual_grid(ratio):
     _steered_at_random(iv.contact.RollingPatch(ratio), 300, False)
 

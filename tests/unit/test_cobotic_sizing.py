@@ -593,7 +593,7 @@ def test_starts_whose_designs_become_one_end_early():
     assert all(two <= one for one, two in itertools.pairwise(found.history))
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_two_seeds_find_the_same_lightest_drive():
     """A search by mass alone stays at 161 g with one of these seeds: no wheel of its generations has lighter feasible motors."""
     study = iv.load_study("hand_controller")

@@ -119,7 +119,7 @@ def test_a_screw_far_beyond_its_friction_angle_does_not_chatter(force):
     assert np.mean(np.abs(np.diff(both.simulation.columns["motor_current_A"])) > 3.0) < 0.02
 
 
-@sampled("stage", ["locking", "screw", "rack", "belt"], slow=4)
+@sampled("stage", ["belt", "screw", "rack", "locking"], slow=4)
 def test_a_measured_gear_with_a_stage_that_has_losses(stage):
     """Both losses follow their own laws at what they receive, and the energy is that of inverse dynamics."""
     gear = iv.parts.Gearhead(ratio=5, loss_model="stribeck", friction=MEASURED)

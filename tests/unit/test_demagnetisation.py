@@ -57,7 +57,7 @@ def count_of(found):
     return next(one for one in found.searches["geared"].counts if (one.limit, one.part) == KEY)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_search_counts_the_pairs_that_exceed_it_at_every_radius(searched):
     """The larger ratio needs less current at every radius, so that pairs which exceed it everywhere do so where fewest do."""
     fixed = [count_of(searched(radius, radius)).exceeded for radius in np.geomspace(0.003, 0.05, 9)]

@@ -92,6 +92,7 @@ def test_candidates_left_are_those_evaluated_where_stages_are_given(tmp_path):
         assert feasible < record.left == record.evaluated < record.candidates
 
 
+@pytest.mark.full
 def test_where_nothing_is_feasible_the_nearest_miss_is_that_of_size(shelf, tmp_path):
     shake = iv.DutyCycle(motion=iv.motion.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-900.0)
     study = replace(WALKING, duty={"shake": shake})
