@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import infinivar as iv
@@ -62,6 +63,14 @@ def test_without_a_yield_strength_there_is_no_limit_and_without_a_density_no_mas
     )
 
 
+def test_of_many_designs_those_whose_wall_does_not_fit_are_beyond_the_limit():
+    element = DRIVE.transmission
+    many = replace(element, cylinder_radius=np.array([0.002, 0.02, 0.05, 0.9]), **{**TUBE, "cylinder_length": 0.2})
+    demand = many.utilisation[Limit.WALL]
+    assert np.isinf(demand).tolist() == [True, False, False, True]
+    assert np.all(demand > 0.0)
+
+
 def test_the_sheet_states_it():
     study = replace(KNEE, drives={"cobotic": with_tube()})
     sheet = iv.contact_sheets(study)[0]
@@ -69,6 +78,13 @@ def test_the_sheet_states_it():
     assert sheet.value("mass") == tube.mass
     assert sheet.value("ovalisation") == pytest.approx(2200.0 * tube.ovalisation(0.05))
     assert Limit.WALL in sheet.utilisation
+    lines = {line.name: line.how for line in sheet.lines}
+    assert lines["inertia"] == "about its axis; the drive states 2.6 g m^2, which is used"
+    assert "estimate" not in lines["ovalisation"]
+    thick = iv.contact_sheets(replace(KNEE, drives={"cobotic": with_tube(cylinder_wall=0.01)}))[0]
+    assert next(line.how for line in thick.lines if line.name == "ovalisation").endswith(
+        "; an estimate, as R/t = 4.5 is below 10"
+    )
     thin = iv.contact_sheets(replace(KNEE, drives={"cobotic": with_tube(cylinder_wall=0.001)}))[0]
     assert thin.verdict.startswith("OVER-STRESSED: cylinder wall, ")
 
@@ -76,7 +92,14 @@ def test_the_sheet_states_it():
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({"cylinder_wall": 0.05}, "cylinder_wall must be less than cylinder_radius, 50 mm, got 50 mm"),
+        (
+            {"cylinder_wall": 0.05},
+            "cylinder_wall must be 0.25 mm to 45 mm, 0.005 to 0.9 times cylinder_radius, got 50 mm",
+        ),
+        ({"cylinder_wall": 1e-9}, "cylinder_wall must be 0.25 mm to 45 mm, .* got 1e-6 mm"),
+        ({"cylinder_length": 1e-9}, "cylinder_length must be 25 mm to 1000 mm, 0.5 to 20 times cylinder_radius"),
+        ({"cylinder_length": 10.0}, "cylinder_length must be 25 mm to 1000 mm"),
+        ({"cylinder_end_plate": 1.0}, "cylinder_end_plate must be 0 mm to 50 mm"),
         ({"cylinder_length": None}, "cylinder_length is missing: cylinder_wall needs it"),
         ({"cylinder_wall": None, "cylinder_end_plate": 0.0}, "cylinder_wall is missing: cylinder_length is of a tube"),
         ({"cylinder_wall": None, "cylinder_length": None}, "cylinder_wall is missing: cylinder_end_plate is of a tube"),

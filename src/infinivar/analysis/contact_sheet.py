@@ -36,6 +36,9 @@ STEERING_RATES = (1.0, 6.0, 20.0)
 WORN = 10e-6
 """Wear depth for which the rolling distance is given. [m]"""
 
+_THIN = 10.0
+"""Mean radius over wall from which the theory of thin shells is good to a few percent."""
+
 RATIOS = (1.0, 8.0, 100.0)
 """Reduction ratios at which the efficiency is evaluated."""
 
@@ -171,7 +174,7 @@ def contact_sheet(study: Study, name: str) -> ContactSheet:
         _strength(lines, element, geometry, contact)
         utilisation = element.utilisation
         if element.tube is not None:
-            _tube(lines, element, element.tube, contact)
+            _tube(lines, drive, element.tube, contact)
     _creep(lines, drive, groups)
     _rolling(lines, drive, groups)
     if drive.steering is not None:
@@ -272,23 +275,42 @@ def _strength(lines: list[Line], element: RotaryLinearIVT, geometry: ContactGeom
         add(f"shakedown pressure, {body}", "", allowed, "Pa", "GPa", how)
 
 
-def _tube(lines: list[Line], element: RotaryLinearIVT, tube: Tube, contact: PressedContact) -> None:
+def _tube(lines: list[Line], drive: CoboticDrive, tube: Tube, contact: PressedContact) -> None:
     add = _writer(lines, "Cylinder as a tube, wheel half way between its end plates")
-    middle, preload = 0.5 * tube.length, element.preload
+    middle, preload = 0.5 * tube.length, drive.transmission.preload
+    slender = tube.shell.radius / tube.shell.thickness
+    rough = "" if slender >= _THIN else f"; an estimate, as R/t = {plain(slender, 2)} is below {_THIN:g}"
     unknown = "; the density of the material is not stated" if tube.mass is None else ""
     add("mass", "m", _known(tube.mass), "kg", "kg", f"tube and end plates{unknown}")
-    add("inertia", "J", _known(tube.inertia), "kg m^2", "g m^2", "about its axis")
-    add("ovalisation", "", preload * tube.ovalisation(middle), "m", "um", "what the wall gives way (morley1959)")
-    add("bending", "", preload * tube.bending(middle), "m", "um", "P L^3/(48 E I): as a beam on its end plates")
+    how = "about its axis"
+    if drive.cylinder_inertia is not None:
+        how += f"; the drive states {plain(1e3 * drive.cylinder_inertia)} g m^2, which is used"
+    add("inertia", "J", _known(tube.inertia), "kg m^2", "g m^2", how)
+    add("ovalisation", "", preload * tube.ovalisation(middle), "m", "um", f"what the wall gives way{rough}")
+    add(
+        "bending",
+        "",
+        preload * tube.bending(middle),
+        "m",
+        "um",
+        "of the tube that stays round, with shear; adds to the ovalisation",
+    )
     tension = preload * tube.tension(middle, math.sqrt(contact.patch.a * contact.patch.b))
     strength, allowed = tube.material.yield_strength, "yield strength unknown"
     if strength is not None:
         allowed = f"{plain(100.0 * tension / strength, 3)} % of the yield strength; fatigue is not judged"
-    add("tension in the wall", "", tension, "Pa", "MPa", f"at its inside, once a turn: {allowed}")
+    add("tension in the wall", "", tension, "Pa", "MPa", f"at its inside, once a turn: {allowed}{rough}")
     beam = preload * beams.stress(tube.section, tube.length, middle)
     add("bending stress", "", beam, "Pa", "MPa", "as a beam; part of the tension along the axis")
     first = _known(tube.first_mode) / (2.0 * math.pi)
-    add("first bending mode", "", first, "1/s", "Hz", "on its end plates, without motor and wheel")
+    add(
+        "first bending mode",
+        "",
+        first,
+        "1/s",
+        "Hz",
+        "at most: a slender beam on its end plates, without motor and wheel",
+    )
 
 
 def _known(value: Any) -> float:

@@ -46,6 +46,7 @@ from infinivar.transmission.rolling_contact import (
     scaled_by_preload,
     sliding_ratio,
 )
+from infinivar.units import plain as plain_number
 from infinivar.units import show_in
 
 if TYPE_CHECKING:
@@ -53,6 +54,12 @@ if TYPE_CHECKING:
 
 _OF_CONTACT = tuple(one.name for one in fields(RollingContact) if one.init and "surface" not in one.name)
 """Fields that a wheel on a cylinder shares with any other rolling contact."""
+
+_THINNEST, _THICKEST = 0.005, 0.9
+"""Wall of the cylinder over its radius for which `shells` has a meaning: below, an area of contact is no small part of it."""
+
+_SHORTEST, _LONGEST = 0.5, 20.0
+"""Length of the tube over its radius."""
 
 _SPEED_TOLERANCE = 1e-6
 """Relative to the sum of surface and link speed. Rounding leaves 1e-15, and more only within 1e-6 of slip with Eq 17."""
@@ -124,10 +131,19 @@ class RotaryLinearIVT:
             return None
         if self.cylinder_length is None:
             raise ParameterError("cylinder_length is missing: cylinder_wall needs it")
-        wall, radius = self.cylinder_wall, self.cylinder_radius
-        if isinstance(wall, (int, float)) and isinstance(radius, (int, float)) and wall >= radius:
-            shown = [show_in(value, "m", "mm") for value in (radius, wall)]
-            raise ParameterError(f"cylinder_wall must be less than cylinder_radius, {shown[0]}, got {shown[1]}")
+        for name, value, low, high in (
+            ("cylinder_wall", self.cylinder_wall, _THINNEST, _THICKEST),
+            ("cylinder_length", self.cylinder_length, _SHORTEST, _LONGEST),
+            ("cylinder_end_plate", self.cylinder_end_plate, 0.0, 1.0),
+        ):
+            radius = self.cylinder_radius
+            if isinstance(value, (int, float)) and isinstance(radius, (int, float)):
+                ends = [show_in(share * radius, "m", "mm") for share in (low, high)]
+                if not low * radius <= value <= high * radius:
+                    raise ParameterError(
+                        f"{name} must be {ends[0]} to {ends[1]}, {plain_number(low)} to {plain_number(high)} times "
+                        f"cylinder_radius, got {show_in(value, 'm', 'mm')}"
+                    )
         if self.geometry is None:
             raise ParameterError(
                 "geometry is missing: it states the material of the cylinder, which cylinder_wall needs"
@@ -148,8 +164,9 @@ class RotaryLinearIVT:
         area = (contact.patch.a * contact.patch.b) ** 0.5
         demand = self.preload * tube.tension(0.5 * tube.length, area) / strength
         xp = namespace(demand, tube.radius, tube.wall)
-        # Of many designs some may have no room for their wall.
-        return {Limit.WALL: plain(xp.where(xp.asarray(tube.wall < tube.radius), demand, xp.inf))}
+        # Of many designs some may have a wall that does not fit their radius.
+        share = xp.asarray(tube.wall / tube.radius)
+        return {Limit.WALL: plain(xp.where((share >= _THINNEST) & (share <= _THICKEST), demand, xp.inf))}
 
     @property
     def contact(self) -> PressedContact | None:

@@ -1,4 +1,4 @@
-"""Shafts and tubes between two supports: how far they bend under a force, what stresses them, and their first bending mode."""
+"""Shafts and tubes between two supports: their sections, what a force stresses them, and their first bending mode."""
 
 from __future__ import annotations
 
@@ -45,27 +45,8 @@ class Section(NamedTuple):
         return 0.5 * xp.sqrt(outer**2 + inner**2)
 
 
-def deflection(section: Section, span: Array, place: Array, youngs_modulus: Array) -> Array:
-    """Deflection at a force between two supports that let the ends turn, over the force.
-
-    Parameters
-    ----------
-    section : Section
-    span : (...,) float             L, distance between the supports. [m]
-    place : (...,) float            x of the force, from one support; 0 <= x <= L. [m]
-    youngs_modulus : (...,) float   [Pa]
-
-    Returns
-    -------
-    (...,) float   ``x^2 (L - x)^2/(3 E I L)``. [m/N]
-
-    Source: young2002, Table 8.1, case 1e.
-    """
-    return (place * (span - place)) ** 2 / (3.0 * youngs_modulus * section.second_moment * span)
-
-
 def stress(section: Section, span: Array, place: Array) -> Array:
-    """Largest bending stress of the same beam, which is at the force, over the force. [Pa/N]
+    """Largest bending stress of a beam under a force between two supports that let its ends turn, over the force. [Pa/N]
 
     Source: young2002, Table 8.1, case 1e: the moment ``x (L - x)/L``.
     """
@@ -91,25 +72,3 @@ def critical_speed(section: Section, length: Array, ends: str, modulus: Array, d
     xp = namespace(section.outer, section.inner, length, modulus, density)
     length, modulus, density = as_floats(xp, length, modulus, density)
     return (BENDING[ends] / length) ** 2 * section.gyration * xp.sqrt(modulus / density)
-
-
-def least_diameter(force: Array, arm: Array, strength: Array) -> Array:
-    """Least diameter of a solid shaft that a force bends at an arm, as the wheel its axle between two bearings.
-
-    Parameters
-    ----------
-    force : (...,) float      [N]
-    arm : (...,) float        Bending moment over the force; 0 leaves shear alone. [m]
-    strength : (...,) float   Permissible bending stress; that in shear is ``1/sqrt(3)`` of it. [Pa]
-
-    Returns
-    -------
-    (...,) float   The larger of what bending and shear need. [m]
-
-    Source: budynas2011, section 3-10, Table 3-2 (shear of ``4 V/(3 A)``) and section 5-5 (distortion energy).
-    """
-    xp = namespace(force, arm, strength)
-    force, arm, strength = as_floats(xp, force, arm, strength)
-    bent = (32.0 * force * arm / (math.pi * strength)) ** (1.0 / 3.0)
-    sheared = xp.sqrt(16.0 * math.sqrt(3.0) * force / (3.0 * math.pi * strength))
-    return xp.maximum(bent, sheared)

@@ -27,8 +27,10 @@ import numpy as np
 
 from infinivar._core.array_namespace import Array, as_floats, namespace
 
-_TERMS = 96
-"""Terms along the tube. Those beyond are of a plate to 1e-4 of the whole up to a length of 20 ``sqrt(R t)``."""
+_TERMS, _MOST_TERMS = 96, 1200
+"""Terms along the tube: at least, and at most."""
+_PER_LENGTH = 4.0
+"""Terms for each ``sqrt(R t)`` of the tube's length: those beyond are of a plate to 1e-3 of the whole."""
 
 
 class Wall(NamedTuple):
@@ -69,8 +71,20 @@ def give(wall: Wall, place: Array, count: int = 1) -> Array:
     xp, wave, shares, wall, place = _waves(wall, place)
     scale = 1.0 / (math.pi * wall.radius * wall.length)
     terms = shares * (_over_all(xp, wall, wave, count, 0) - (_around_once(wall, wave) if count == 1 else 0.0))
-    of_plate = wall.length[..., 0] ** 2 / (8.0 * math.pi**3 * wall.stiffness[..., 0] * _TERMS * (_TERMS + 1))
+    left = wave.shape[-1] * (wave.shape[-1] + 1)
+    of_plate = wall.length[..., 0] ** 2 / (8.0 * math.pi**3 * wall.stiffness[..., 0] * left)
     return xp.sum(scale * terms, axis=-1) + of_plate
+
+
+def bend(wall: Wall, place: Array) -> Array:
+    """Displacement of a tube that stays round, by bending and shear, under one force, over the force: what `give` leaves out.
+
+    Parameters and result as of `give`; long tubes bend as the beams of young2002, Table 8.1, case 1e.
+
+    Source: morley1959; the waves n = 1.
+    """
+    xp, wave, shares, wall, _ = _waves(wall, place)
+    return xp.sum(shares * _around_once(wall, wave) / (math.pi * wall.radius * wall.length), axis=-1)
 
 
 def tension(wall: Wall, place: Array, area: Array, count: int = 1) -> Array:
@@ -122,7 +136,11 @@ def _waves(wall: Wall, place: Array) -> tuple[Any, Array, Array, Wall, Array]:
     xp = namespace(*wall, place)
     *values, place = (value[..., None] for value in xp.broadcast_arrays(*as_floats(xp, *wall, place)))
     wall = Wall(*values)
-    wave = xp.asarray(np.arange(1, _TERMS + 1) * math.pi) / wall.length
+    terms = _TERMS
+    if xp.__name__ == "numpy":  # a number of terms depends on no value that is traced
+        longest = float(np.max(wall.length / np.sqrt(wall.radius * wall.thickness), initial=0.0))
+        terms = int(np.clip(math.ceil(_PER_LENGTH * longest), _TERMS, _MOST_TERMS)) if longest < math.inf else _TERMS
+    wave = xp.asarray(np.arange(1, terms + 1) * math.pi) / wall.length
     return xp, wave, xp.sin(wave * place) ** 2, wall, place
 
 

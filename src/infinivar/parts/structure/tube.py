@@ -75,11 +75,11 @@ class Tube:
         )
 
     def bending(self, place: Array) -> Array:
-        """Deflection as a beam under a force at a place from one end plate [m], over the force. [m/N]"""
-        return beams.deflection(self.section, self.length, place, self.material.youngs_modulus)
+        """Deflection by bending and shear under a force at a place from one end plate [m], over the force. [m/N]"""
+        return shells.bend(self.shell, place)
 
     def ovalisation(self, place: Array, count: int = 1) -> Array:
-        """What the wall gives way under `count` equal forces evenly around, beyond bending as a beam, over one. [m/N]"""
+        """What the wall gives way under `count` equal forces evenly around, beyond bending, over one. [m/N]"""
         return shells.give(self.shell, place, count)
 
     def tension(self, place: Array, area: Array, count: int = 1) -> Array:
