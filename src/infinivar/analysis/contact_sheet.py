@@ -37,7 +37,7 @@ WORN = 10e-6
 """Wear depth for which the rolling distance is given. [m]"""
 
 _THIN = 10.0
-"""Mean radius over wall from which the theory of thin shells is good to a few percent."""
+"""Mean radius over wall from which handbooks take a wall as a thin shell."""
 
 RATIOS = (1.0, 8.0, 100.0)
 """Reduction ratios at which the efficiency is evaluated."""

@@ -13,12 +13,11 @@ from infinivar.limits import Limit
 from infinivar.parts.bearing import COEFFICIENTS
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
+from infinivar.parts.structure.tube import THICKEST
 from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR, SizedDrive
 
 LEAST, MOST = 0.1, 10.0
 """Factors on values that cannot be 0, and on allowances. [-]"""
-_SOLID = 0.9
-"""Thickest wall of a tube, as a share of its radius."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,7 +84,7 @@ def allowances(design: SizedDrive, limit: Limit, part: str) -> list[Lever]:
 
     unit = "W/K" if inverse else quantities_of(drive)[next(iter(values))].metadata["unit"]
     radius = _known(drive, "transmission.cylinder_radius")
-    end = _SOLID * radius if limit == Limit.WALL and radius is not None else start * MOST
+    end = THICKEST * radius if limit == Limit.WALL and radius is not None else start * MOST
     return [Lever(words=words, unit=unit, start=start, end=end, made=made)]
 
 

@@ -33,7 +33,7 @@ from infinivar.contact import creep
 from infinivar.contact.creep import CreepLaw
 from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Limit
-from infinivar.parts.structure.tube import Tube
+from infinivar.parts.structure.tube import Tube, tube_of_cylinder
 from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact, plain
 from infinivar.transmission.inverse import steering_tangent
 from infinivar.transmission.kinematics import RIGHT_ANGLE, Steering, contact_balance, driven, relative_velocities
@@ -46,20 +46,12 @@ from infinivar.transmission.rolling_contact import (
     scaled_by_preload,
     sliding_ratio,
 )
-from infinivar.units import plain as plain_number
-from infinivar.units import show_in
 
 if TYPE_CHECKING:
     from infinivar.transmission.mechanism import Mechanism
 
 _OF_CONTACT = tuple(one.name for one in fields(RollingContact) if one.init and "surface" not in one.name)
 """Fields that a wheel on a cylinder shares with any other rolling contact."""
-
-_THINNEST, _THICKEST = 0.005, 0.9
-"""Wall of the cylinder over its radius for which `shells` has a meaning: below, an area of contact is no small part of it."""
-
-_SHORTEST, _LONGEST = 0.5, 20.0
-"""Length of the tube over its radius."""
 
 _SPEED_TOLERANCE = 1e-6
 """Relative to the sum of surface and link speed. Rounding leaves 1e-15, and more only within 1e-6 of slip with Eq 17."""
@@ -118,55 +110,18 @@ class RotaryLinearIVT:
         wheel = RollingContact(surface="cylinder", surface_radius=self.cylinder_radius, **shared)
         object.__setattr__(self, "wheel", wheel)
         object.__setattr__(self, "creep_law", wheel.creep_law)
-        object.__setattr__(self, "tube", self._tube())
-        object.__setattr__(self, "_of_wall", {} if self.tube is None else self._wall_demand(self.tube))
-
-    def _tube(self) -> Tube | None:
-        """The cylinder as a tube, if its wall is stated."""
-        stated = {"cylinder_length": self.cylinder_length, "cylinder_end_plate": self.cylinder_end_plate or None}
-        if self.cylinder_wall is None:
-            for name, value in stated.items():
-                if value is not None:
-                    raise ParameterError(f"cylinder_wall is missing: {name} is of a tube")
-            return None
-        if self.cylinder_length is None:
-            raise ParameterError("cylinder_length is missing: cylinder_wall needs it")
-        for name, value, low, high in (
-            ("cylinder_wall", self.cylinder_wall, _THINNEST, _THICKEST),
-            ("cylinder_length", self.cylinder_length, _SHORTEST, _LONGEST),
-            ("cylinder_end_plate", self.cylinder_end_plate, 0.0, 1.0),
-        ):
-            radius = self.cylinder_radius
-            if isinstance(value, (int, float)) and isinstance(radius, (int, float)):
-                ends = [show_in(share * radius, "m", "mm") for share in (low, high)]
-                if not low * radius <= value <= high * radius:
-                    raise ParameterError(
-                        f"{name} must be {ends[0]} to {ends[1]}, {plain_number(low)} to {plain_number(high)} times "
-                        f"cylinder_radius, got {show_in(value, 'm', 'mm')}"
-                    )
-        if self.geometry is None:
-            raise ParameterError(
-                "geometry is missing: it states the material of the cylinder, which cylinder_wall needs"
-            )
-        return Tube(
+        tube = tube_of_cylinder(
             radius=self.cylinder_radius,
             wall=self.cylinder_wall,
             length=self.cylinder_length,
             end_plate=self.cylinder_end_plate,
-            material=self.geometry.cylinder_material,
+            material=None if self.geometry is None else self.geometry.cylinder_material,
         )
-
-    def _wall_demand(self, tube: Tube) -> Mapping[Limit, Array]:
-        """Tension in the wall under the wheel, half way between the end plates, over the yield strength, if that is stated."""
-        strength, contact = tube.material.yield_strength, self.contact
-        if strength is None or contact is None:
-            return {}
-        area = (contact.patch.a * contact.patch.b) ** 0.5
-        demand = self.preload * tube.tension(0.5 * tube.length, area) / strength
-        xp = namespace(demand, tube.radius, tube.wall)
-        # Of many designs some may have a wall that does not fit their radius.
-        share = xp.asarray(tube.wall / tube.radius)
-        return {Limit.WALL: plain(xp.where((share >= _THINNEST) & (share <= _THICKEST), demand, xp.inf))}
+        object.__setattr__(self, "tube", tube)
+        if tube is not None and wheel.contact is not None and tube.material.yield_strength is not None:
+            patch = wheel.contact.patch
+            demand = tube.demand(self.preload, (patch.a * patch.b) ** 0.5)
+            object.__setattr__(self, "_of_wall", {Limit.WALL: plain(demand)})
 
     @property
     def contact(self) -> PressedContact | None:

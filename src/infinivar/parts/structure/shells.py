@@ -13,7 +13,7 @@ With ``a = m pi/L``, a force P at x and N - 1 equal ones evenly around give w un
 fractions ``A_j/(s - s_j)`` at the roots of ``s^2 - s/R^2 = i a^2 sqrt(E t/(D R^2))``, and ``sum 1/(n^2 + z^2)`` over the
 multiples is ``pi coth(pi z/N)/(N z)``. Terms of high m feel no curvature: their sum, that of a plate, is added in closed form.
 
-The theory is that of thin walls: from ``R/t = 10`` on it is good to a few percent, and below it is an estimate.
+The theory is that of thin walls, as which handbooks take those from ``R/t = 10`` on; below, it is an estimate.
 
 Source: morley1959.
 """

@@ -7,10 +7,18 @@ from dataclasses import dataclass
 
 from annotated_types import Ge, Gt
 
-from infinivar._core.array_namespace import Array
+from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import check, component, quantity
 from infinivar.contact.bodies import Material
+from infinivar.errors import ParameterError
 from infinivar.parts.structure import beams, shells
+from infinivar.units import plain, show_in
+
+THINNEST, THICKEST = 0.005, 0.9
+"""Wall over radius for which `shells` has a meaning: below, an area of contact is no small part of it."""
+
+_SHORTEST, _LONGEST = 0.5, 20.0
+"""Length over radius."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,6 +94,16 @@ class Tube:
         """Largest tensile stress at the inside of the wall under the same forces on areas of a radius [m], over one. [Pa/N]"""
         return shells.tension(self.shell, place, area, count)
 
+    def demand(self, preload: Array, area: Array) -> Array:
+        """Tension under a wheel half way along over the yield strength, which must be known; inf where the wall does not fit. [-]
+
+        Parameters as of `tension`, and the force of the wheel. [N]
+        """
+        stretched = preload * self.tension(0.5 * self.length, area) / self.material.yield_strength
+        xp, share = namespace(stretched, self.radius, self.wall), self.wall / self.radius
+        # Of many designs some may have a wall that does not fit their radius.
+        return xp.where(xp.asarray((share >= THINNEST) & (share <= THICKEST)), stretched, xp.inf)
+
     @property
     def first_mode(self) -> Array | None:
         """First bending mode between the end plates; None if the density is not stated. [rad/s]"""
@@ -94,3 +112,37 @@ class Tube:
             return None
         ends = "supported-supported"
         return beams.critical_speed(self.section, self.length, ends, material.youngs_modulus, material.density)
+
+
+def tube_of_cylinder(
+    *, radius: Array, wall: Array | None, length: Array | None, end_plate: Array, material: Material | None
+) -> Tube | None:
+    """The cylinder of a transmission as a tube; None if its wall is not stated.
+
+    Raises
+    ------
+    ParameterError
+        If a value is missing or out of range; the message names the field of the transmission.
+    """
+    if wall is None:
+        for name, value in (("cylinder_length", length), ("cylinder_end_plate", end_plate or None)):
+            if value is not None:
+                raise ParameterError(f"cylinder_wall is missing: {name} is of a tube")
+        return None
+    if length is None:
+        raise ParameterError("cylinder_length is missing: cylinder_wall needs it")
+    for name, value, low, high in (
+        ("cylinder_wall", wall, THINNEST, THICKEST),
+        ("cylinder_length", length, _SHORTEST, _LONGEST),
+        ("cylinder_end_plate", end_plate, 0.0, 1.0),
+    ):
+        alone = isinstance(value, (int, float)) and isinstance(radius, (int, float))
+        if alone and not low * radius <= value <= high * radius:
+            ends = " to ".join(show_in(share * radius, "m", "mm") for share in (low, high))
+            raise ParameterError(
+                f"{name} must be {ends}, {plain(low)} to {plain(high)} times cylinder_radius, "
+                f"got {show_in(value, 'm', 'mm')}"
+            )
+    if material is None:
+        raise ParameterError("geometry is missing: it states the material of the cylinder, which cylinder_wall needs")
+    return Tube(radius=radius, wall=wall, length=length, end_plate=end_plate, material=material)
