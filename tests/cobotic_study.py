@@ -1,5 +1,7 @@
 """A cobotic drive described part by part, for tests of several folders."""
 
+from dataclasses import replace
+
 GOOD = """
 [requirement]
 force = "30 N"
@@ -46,3 +48,9 @@ part = "dcx-16-l-24v"
 [drives.arm.steering.bell_bearing]
 part = "61804"
 """
+
+
+def unweighed(drive):
+    """A cobotic drive whose link mass is neither stated nor known, as its steering motor's data sheet states no mass."""
+    steering = replace(drive.steering, motor=replace(drive.steering.motor, mass=None))
+    return replace(drive, link_mass=None, steering=steering)

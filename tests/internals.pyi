@@ -152,6 +152,7 @@ from infinivar.drivetrain.graphs import bandwidths, compliances
 from infinivar.drivetrain.graphs import plants as plant_graphs
 from infinivar.drivetrain.graphs.closed_loop import _passed as passed_both_ways
 from infinivar.drivetrain.graphs.compliances import hardening, hardening_energy
+from infinivar.drivetrain.masses import Body, Service, own_mass, service_of, total, with_tube
 from infinivar.figures import arm as arm_figure
 from infinivar.figures import bond_graph as bond_graph_figure
 from infinivar.figures import calibration as calibration_figure
@@ -266,7 +267,9 @@ from infinivar.parts.heat_steps import windings as heat_windings
 from infinivar.parts.shaft_bearings import WheelLoad
 from infinivar.parts.strain_wave import strain_wave_friction
 from infinivar.parts.structure import beams, shells
+from infinivar.parts.structure.bodies import Bell, bar_height, crowned_volume, ring_volume, wire_mass
 from infinivar.parts.structure.tube import Tube as CylinderTube
+from infinivar.parts.structure.tube import thinnest
 from infinivar.parts.tables import importing, stores
 from infinivar.parts.tables.columns import number_columns, text_columns
 from infinivar.parts.tables.consistency import RELATIONS, contradictions_of

@@ -54,7 +54,7 @@ from .sizing.builds.result import Doubt
 from .sizing.result import Sizing
 from .sizing.robustness import doubt
 from .sizing.size import size
-from .study.catalogue import bearings, gearheads, materials, motors
+from .study.catalogue import bearings, gearheads, materials, motors, rails
 from .study.load import load_study
 from .study.requirement import Requirement
 from .study.save import save_study
@@ -135,6 +135,7 @@ __all__ = [
     "power",
     "quantities",
     "quantity",
+    "rails",
     "read_table",
     "reproduce",
     "save",

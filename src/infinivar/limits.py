@@ -72,6 +72,10 @@ class Limit(IntEnum):
     """The motor current would demagnetise the magnets for good."""
     WALL = 27
     """The wall of the cylinder yields under the wheel."""
+    AXLE = 28
+    """The bending stress of the wheel's axle exceeds what is permitted."""
+    CLEARANCE = 29
+    """The bearings of the wheel's axle are larger than the wheel, and touch what it rolls on."""
 
     @property
     def words(self) -> str:
@@ -149,6 +153,8 @@ _WORDS = {
     Limit.RATCHETING: "gearhead ratcheting torque",
     Limit.DEMAGNETISATION: "motor demagnetisation current",
     Limit.WALL: "cylinder wall",
+    Limit.AXLE: "axle strength",
+    Limit.CLEARANCE: "clearance of the axle bearings",
 }
 
 

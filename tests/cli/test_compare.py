@@ -60,6 +60,7 @@ def test_json_has_the_promised_keys(compared):
         "verdict",
         "warnings",
         "drives",
+        "masses",
         "hangs_on",
         "least_loss",
         "files",

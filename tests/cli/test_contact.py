@@ -109,7 +109,7 @@ def test_crushed_contact_and_bearing(write, tmp_path):
     """Far beyond yield every limit is named; the largest is the verdict."""
     geometry = '[drives.mine.transmission]\npreload = "400 kN"\n'
     (sheet,) = contact_sheets(iv.load_study(tmp_path / write(MINE + geometry)))
-    assert sheet.exceeded == (Limit.YIELD, Limit.HARDNESS, Limit.BEARING)
+    assert sheet.exceeded == (Limit.YIELD, Limit.HARDNESS, Limit.BEARING, Limit.AXLE)
     assert sheet.verdict.startswith("OVER-STRESSED: bearing static load")
 
 

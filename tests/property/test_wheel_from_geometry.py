@@ -186,7 +186,7 @@ def test_groups_scale_with_the_preload(element):
     assert heavy.bearing_torque > light.bearing_torque
     assert element.groups(-14.0) == light
     for limit, demand in element.utilisation.items():
-        assert heavier.utilisation[limit] > demand > 0
+        assert heavier.utilisation[limit] > demand > 0 or limit == iv.Limit.CLEARANCE
 
 
 @given(wheels(), seeds)

@@ -113,6 +113,7 @@ def some_points(box, count, seed, spread=0.35):
 def single(evaluation, points, place, pair, steered):
     """One design as a drive of plain numbers."""
     drive = evaluation.space.one(points.values[place], int(points.bearing[place]))
+    drive = replace(drive, link_mass=drive.mass_of_link)  # as in the search, with the steering motor of the template
     motor, gearhead = evaluation.sides[0].found.part(int(pair))
     turning, gear = evaluation.sides[1].found.part(int(steered))
     steering = replace(drive.steering, motor=turning, ratio=gear.ratio)
@@ -149,7 +150,7 @@ def test_demands_are_those_of_duty_cycle_and_compare(template, loss_model):
             for key, values in group.items()
         }
         for limit, expected in drive.transmission.utilisation.items():
-            part = AXLE if limit == Limit.BEARING else "wheel"
+            part = {Limit.BEARING: AXLE, Limit.AXLE: "axle"}.get(limit, "wheel")
             assert total[CONTACT, limit, part] == pytest.approx(expected, rel=1e-9)
         power, slips = 0.0, False
         for task in evaluation.tasks:
@@ -542,7 +543,7 @@ def test_the_front_has_both_ends_and_all_between():
     assert len(values) >= 3
     assert front.front[0].power <= energy.best.power
     lightest = min(front.designs, key=lambda one: one.mass)
-    assert front.front[-1].mass == lightest.mass
+    assert front.front[-1].mass <= lightest.mass
     assert np.all(np.diff(values[:, 0]) < 0.0)
     assert np.all(np.diff(values[:, 1]) > 0.0)
     for one in front.front[:: len(values) // 2]:

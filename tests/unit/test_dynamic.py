@@ -9,6 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
+from cobotic_study import unweighed
 from infinivar import Limit
 from infinivar.analysis import Definition, dynamic_map, shaking
 from internals import Varying
@@ -304,7 +305,7 @@ def test_wrong_axes_are_refused(axis):
 
 @pytest.mark.parametrize("lacking", ["link_mass", "steering"])
 def test_missing_values_are_named(lacking):
-    drive = replace(STUDY.drives["cobotic"], **{lacking: None})
+    drive = replace(unweighed(STUDY.drives["cobotic"]), **{lacking: None})
     with pytest.raises(ValueError, match=f"^{lacking} is missing: motion needs it$"):
         shake(drive)
 

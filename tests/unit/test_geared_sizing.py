@@ -21,7 +21,9 @@ from internals import (
     closed_forms,
     load_of,
     mean_square_below,
+    own_mass,
     region_points,
+    service_of,
     size_geared,
     tasks_of,
 )
@@ -236,12 +238,14 @@ def test_pruning_changes_nothing_at_given_stages(loss_model):
 
 def test_the_lightest_first():
     tables = part_tables(8, motors=14, gearheads=12)
-    found = size_geared(PULLEY, *tables, duty={}, requirement=REGION, objective="mass")
+    found = size_geared(PULLEY, *tables, duty={}, requirement=REGION, travel=0.08, objective="mass")
     masses = [one.mass for one in found.designs]
     assert masses == sorted(masses)
     able = np.flatnonzero(found.feasible[0])
     motors, gearheads, pairs = tables
-    mass = motors["mass"][pairs[able, 0]] + gearheads["mass"][pairs[able, 1]]
+    structure = own_mass(PULLEY.bodies(service_of(PULLEY, {}, REGION, 0.08)))
+    assert 0.01 < structure < 0.3
+    mass = motors["mass"][pairs[able, 0]] + gearheads["mass"][pairs[able, 1]] + structure
     assert masses[0] == mass.min()
     assert len(able) > 3
     assert math.isnan(found.best.power)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
+from cobotic_study import unweighed
 from internals import (
     impedance,
     largest_turn_rate,
@@ -277,7 +278,7 @@ def test_drives_that_are_no_displays(drives, admittance, geared):
     with pytest.raises(iv.ParameterError, match="drive must be a ConventionalDrive"):
         iv.displays.ImpedanceDisplay(drive=drives["cobotic"])
     with pytest.raises(iv.ParameterError, match="link_mass is missing"):
-        replace(admittance, drive=replace(drives["cobotic"], link_mass=None))
+        replace(admittance, drive=unweighed(drives["cobotic"]))
     with pytest.raises(iv.ParameterError, match="steering is missing"):
         replace(admittance, drive=replace(drives["cobotic"], steering=None))
     spring = iv.Output(series_spring=iv.parts.Spring(stiffness=1e4))
@@ -375,7 +376,7 @@ def test_other_malformed_arguments(drives, admittance, geared):
             lambda: iv.displays.guidance_limits(drives["motor2-gear4"], speed=1.0),
             "machine must be a CoboticDrive or a PlanarCobot",
         ),
-        (lambda: iv.displays.guidance_limits(replace(drives["cobotic"], link_mass=None), speed=1.0), "mass is missing"),
+        (lambda: iv.displays.guidance_limits(unweighed(drives["cobotic"]), speed=1.0), "mass is missing"),
         (
             lambda: iv.displays.guidance_limits(drives["cobotic"], speed=1.0, angle=4.0),
             "angle must be >= 0 and <= 3.14159 rad",

@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 import infinivar as iv
+from cobotic_study import unweighed
 from infinivar import Limit, simulate_machine
 from infinivar.motion import MachineScenario, VectorHistory
 from internals import creep_drift, marching, reflected_mass
@@ -397,7 +398,7 @@ def test_bad_scenarios_have_one_clear_message(change, message):
         (lambda: replace(HEXAPOD, mass=-1.0), "mass must be > 0"),
         (lambda: replace(HEXAPOD, inertia=[1.0]), "inertia must be three"),
         (lambda: replace(HEXAPOD, leg=None), "leg must be a CoboticDrive"),
-        (lambda: simulate_machine(replace(HEXAPOD, leg=replace(LEG, link_mass=None)), MachineScenario(duration=0.01)),
+        (lambda: simulate_machine(replace(HEXAPOD, leg=unweighed(LEG)), MachineScenario(duration=0.01)),
          "leg.link_mass is missing"),
         (lambda: simulate_machine(replace(HEXAPOD, leg=replace(LEG, steering=None)), MachineScenario(duration=0.01)),
          "steering is missing"),

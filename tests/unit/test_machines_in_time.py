@@ -8,6 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
+from cobotic_study import unweighed
 from infinivar import Limit
 from infinivar.machines import ArmDrive
 from infinivar.motion import Course, MachinePath, MachineTask
@@ -142,15 +143,15 @@ def test_verdicts_of_shipped_studies_count_steering_and_say_what_is_left_out():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("without", "said"),
     [
-        ({"steering": None}, {"steering": "no steering plant is stated"}),
-        ({"link_mass": None}, {"steering": "leg.link_mass is missing", "links": "leg.link_mass is missing"}),
+        (lambda leg: replace(leg, steering=None), {"steering": "no steering plant is stated"}),
+        (unweighed, {"steering": "leg.link_mass is missing", "links": "leg.link_mass is missing"}),
     ],
 )
-def test_what_a_leg_lacks_is_said_and_left_out(changes, said):
+def test_what_a_leg_lacks_is_said_and_left_out(without, said):
     drive, task = SIX.drives["one-motor"], SIX.tasks["push"]
-    bare = replace(drive, leg=replace(drive.leg, **changes))
+    bare = replace(drive, leg=without(drive.leg))
     assert dict(bare.lacking) == said
     found = iv.perform_task(bare, task)
     assert found.steering_power == 0.0

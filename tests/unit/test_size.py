@@ -174,7 +174,9 @@ def test_a_motion_is_a_scenario_where_it_can_be_simulated(found, shelf, tmp_path
 
 
 def test_without_motions_the_least_mass_is_found():
-    study = replace(KNEE.with_drives("geared"), duty={}, requirement=iv.Requirement(force=60.0, speed=0.2, power=6.0))
+    study = replace(
+        KNEE.with_drives("geared"), duty={}, requirement=iv.Requirement(force=60.0, speed=0.2, power=6.0, travel=0.08)
+    )
     made = iv.size(study, sets="shipped", top=3)
     assert made.objective == ("mass",)
     assert len(made.designs) == 3
@@ -202,7 +204,7 @@ def test_the_nearest_miss_is_nearest_of_all():
     motors, gearheads, pairs = part_tables(3, motors=5, gearheads=4)
     template = replace(KNEE.drives["geared"])
     region = iv.Requirement(force=900.0, speed=0.6, power=200.0)
-    options = {"duty": {}, "requirement": region}
+    options = {"duty": {}, "requirement": region, "travel": 0.08}
     assert not size_geared(template, motors, gearheads, pairs, objective="mass", radius=RADII, **options).designs
     nearest = nearest_geared(template, motors, gearheads, pairs, radius=RADII, **options)
     # Every pair at many radii by the law of one drive, at fewer points of the region, its corners included.

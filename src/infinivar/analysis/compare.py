@@ -28,6 +28,7 @@ from infinivar.analysis.plane import Plane, of_drives, place
 from infinivar.analysis.region import Corner, Margin, against, peak
 from infinivar.analysis.robustness.verdicts import Builds, builds
 from infinivar.analysis.steady_map import SteadyMap, steady_map
+from infinivar.analysis.whole_mass import WholeMass, whole_mass
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, MovingDrive
@@ -111,6 +112,8 @@ class Comparison(Result):
     study: Study = reported(convert=named)
     results: Mapping[str, DriveResult] = reported(key="drives")
     duty: Mapping[str, DutyComparison] = reported(optional=True, default_factory=dict)
+    masses: Mapping[str, WholeMass] = reported(optional=True, default_factory=dict)
+    """What each drive weighs, by name; without machines."""
     builds: Mapping[str, Builds] = reported(optional=True, default_factory=dict)
     """Sampled builds of the drives for which the study states spreads."""
     hangs_on: Hanging | None = reported(optional=True, default=None)
@@ -353,6 +356,7 @@ def compare_drives(
         results=FrozenDict(results),
         duty=FrozenDict(duty),
         builds=FrozenDict(drawn),
+        masses=FrozenDict({name: mass for name in study.drives if (mass := whole_mass(study, name)) is not None}),
         least_loss=least_loss(study, maps={name: found.map for name, found in results.items()})
         if len(results) > 1
         else None,

@@ -95,7 +95,9 @@ class ContactSheet(Result):
         worst = max(self.utilisation, key=lambda limit: self.utilisation[limit])
         demand = self.utilisation[worst]
         if demand > 1.0:
-            return f"OVER-STRESSED: {worst.words}, {unlike_one(demand, f'{demand:.2f}')} times the allowance."
+            # The axle's bearings may be too large for the wheel: no stress.
+            word = "EXCEEDED" if worst == Limit.CLEARANCE else "OVER-STRESSED"
+            return f"{word}: {worst.words}, {unlike_one(demand, f'{demand:.2f}')} times the allowance."
         return f"Within stress limits; tightest limit: {worst.words} (margin {1.0 / demand:.2f})."
 
     def value(self, name: str) -> float:

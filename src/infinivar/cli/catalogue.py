@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=False)
 
-Kind = Annotated[str, typer.Argument(help="motors, gearheads, bearings or materials.", show_default=False)]
+Kind = Annotated[str, typer.Argument(help="motors, gearheads, bearings, rails or materials.", show_default=False)]
 Sets = Annotated[
     list[str] | None,
     typer.Option("--set", help="Only this set, by name or as a file; repeat for more sets. [default: all sets]"),
@@ -30,7 +30,7 @@ Sets = Annotated[
 def catalogue(context: typer.Context, as_json: Json = False) -> None:
     """List the catalogue parts that a study can use.
 
-    Show the shipped motors, gearheads, bearings and materials with the key to give as `part`. The commands below work on
+    Show the shipped motors, gearheads, bearings, rails and materials with the key to give as `part`. The commands below work on
     other sets of parts as well: your own, those beside a study, and those of installed packages.
     """
     if context.invoked_subcommand is not None:
@@ -38,9 +38,10 @@ def catalogue(context: typer.Context, as_json: Json = False) -> None:
             raise InputError(f"--json must come after {context.invoked_subcommand}")
         return
     if as_json:
-        from infinivar.study.catalogue import bearings, gearheads, materials, motors
+        from infinivar.parts.catalogue import PARTS
+        from infinivar.study import catalogue
 
-        parts = {"motors": motors(), "gearheads": gearheads(), "bearings": bearings(), "materials": materials()}
+        parts = {kind: getattr(catalogue, kind)() for kind in PARTS}
         print_json(
             {kind: {key: dataclasses.asdict(part) for key, part in group.items()} for kind, group in parts.items()}
         )
@@ -144,6 +145,7 @@ def search(
         "motors": ("voltage", "continuous_torque", "mass"),
         "gearheads": ("ratio", "efficiency", "continuous_torque", "mass"),
         "bearings": ("bore", "outside_diameter", "dynamic_rating"),
+        "rails": ("static_rating", "width", "carriage_mass"),
         "materials": ("youngs_modulus", "poisson", "yield_strength"),
     }
     found = search_parts(

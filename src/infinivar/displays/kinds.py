@@ -145,7 +145,7 @@ class AdmittanceDisplay:
         """
         arm, clamped = _held(held)
         drive, filtered = self.drive, 0 if self.filter_frequency is None else self.filter_order
-        link = float(needed(drive.link_mass, "link_mass"))
+        link = float(needed(drive.mass_of_link, "link_mass"))
         mass = link + self.handle_mass + arm.mass
         servo, contact = _steering(drive), _Contact.of(drive)
         iron = given(servo.plant.motor.viscous_friction, 0.0) * servo.plant.ratio**2

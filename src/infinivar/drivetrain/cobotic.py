@@ -19,6 +19,7 @@ from infinivar.drivetrain import chain
 from infinivar.drivetrain.chain import Inward
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.drive import DrivePoint, MotorSide, MovingPoint, motor_side, needed, placed, shaft_inertia
+from infinivar.drivetrain.masses import Body, Service, bell_inertia, cobotic_bodies, link_mass
 from infinivar.drivetrain.output import Output
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
@@ -29,6 +30,7 @@ from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway
 from infinivar.parts.motor import Motor
 from infinivar.parts.shaft_bearings import CylinderBearings, WheelLoad
+from infinivar.parts.structure.structure import Structure
 from infinivar.transmission import turning as turning_contact
 from infinivar.transmission.rates import Varying, steering_rates
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
@@ -105,8 +107,14 @@ class CoboticDrive(TurnedCylinder):
         "Inertia of the cylinder about its axis; by default that of its tube. Required if its speed varies",
         default=None,
     )
-    link_mass: float | None = quantity("kg", Gt(0), "Mass of the moving link without load", default=None)
+    link_mass: float | None = quantity(
+        "kg",
+        Gt(0),
+        "Mass of the moving link without load; by default that of wheel, bell, carriage and steering motor",
+        default=None,
+    )
     output: Output = component("Springs and linkage between the link and its load", default_factory=Output)
+    structure: Structure = component("How it is built around its bought parts, for masses", default_factory=Structure)
     steering: SteeringPlant | None = component("Steering plant", default=None)
     control: CoboticControl = component("Controllers for time-domain simulation", default_factory=CoboticControl)
 
@@ -120,8 +128,14 @@ class CoboticDrive(TurnedCylinder):
         if self.cylinder_bearings is not None and self.cylinder_bearings.backing_rollers and type(follows) is float:
             allowed = "0 with cylinder_bearings.backing_rollers, which carry the preload; state guideway.friction"
             require(follows == 0.0, "guideway.coefficient", follows, allowed)
+        rail, preload = getattr(self.guideway, "rail", None), self.transmission.preload
+        if rail is not None and isinstance(preload, float) and isinstance(rail.static_rating, float):
+            allowed = f">= transmission.preload, {preload:g} N, which the carriage carries"
+            require(rail.static_rating >= preload, "guideway.rail.static_rating", rail.static_rating, allowed)
         if self.steering is None:
             return
+        if self.steering.bell_inertia is None and self.transmission.geometry is not None:
+            object.__setattr__(self, "steering", replace(self.steering, derived_inertia=bell_inertia(self)))
         measured, derived = self.steering.patch_half_length is not None, self.transmission.geometry is not None
         if measured and derived:
             raise ParameterError("steering.patch_half_length and transmission.geometry exclude each other")
@@ -152,6 +166,14 @@ class CoboticDrive(TurnedCylinder):
         return self.transmission.tube.inertia
 
     @property
+    def mass_of_link(self) -> Array | None:
+        """Mass of the moving link: as stated, else derived; None if neither is known. [kg]
+
+        Source: `infinivar.drivetrain.masses.link_mass`.
+        """
+        return self.link_mass if self.link_mass is not None else link_mass(self)
+
+    @property
     def orders(self) -> int:
         """Highest time derivative of the load's position that `follow` needs; that of the force is two less."""
         return 6 if self.output.has_series_spring else 4
@@ -160,6 +182,10 @@ class CoboticDrive(TurnedCylinder):
     def steering_amplifier(self) -> Amplifier:
         """Same type as the cylinder motor's amplifier, without standby power, which that amplifier accounts for."""
         return replace(self.amplifier, standby_power=0.0)
+
+    def bodies(self, service: Service) -> tuple[Body, ...]:
+        """What it weighs, body by body, where its output has to do a service; see `masses.cobotic_bodies`."""
+        return cobotic_bodies(self, service)
 
     @labelled
     def operate(self, *, speed: Array, force: Array, position: Array = 0.0) -> DrivePoint:
@@ -241,7 +267,7 @@ class CoboticDrive(TurnedCylinder):
 
     def check_motion(self) -> None:
         """Raise ParameterError if a value that motion requires is missing; the message names it."""
-        needed(self.link_mass, "link_mass")
+        needed(self.mass_of_link, "link_mass")
         needed(needed(self.steering, "steering").motor.rotor_inertia, "steering.motor.rotor_inertia")
         try:
             creep.law_in_motion(self.transmission.creep_law)
@@ -270,7 +296,7 @@ class CoboticDrive(TurnedCylinder):
     def _on_link(self, load: Inward) -> tuple[Varying, Array]:
         """Force that the transmission applies to the link to follow its course, and the loss in the guideway."""
         course = load.course
-        driving = course.driving_force(load.mass + needed(self.link_mass, "link_mass"))
+        driving = course.driving_force(load.mass + needed(self.mass_of_link, "link_mass"))
         drag, loss = self.guideway.operate(force=driving.value, speed=course.heading, preload=self.transmission.preload)
         return Varying(driving.value + drag, driving.rate, driving.curvature), loss
 
@@ -473,7 +499,7 @@ class CoboticDrive(TurnedCylinder):
             stored={
                 "motor": side.stored,
                 "cylinder": inertia * turning.rate * turning.value,
-                "link": needed(self.link_mass, "link_mass") * course.acceleration * course.speed,
+                "link": needed(self.mass_of_link, "link_mass") * course.acceleration * course.speed,
                 "steering": steered.stored,
                 **load.stored,
             },

@@ -15,6 +15,7 @@ from infinivar.axis import Axis
 from infinivar.drivetrain import chain
 from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint, motor_side, needed, placed
+from infinivar.drivetrain.masses import Body, Service, geared_bodies
 from infinivar.drivetrain.output import Output, Place
 from infinivar.errors import ParameterError
 from infinivar.motion.course import Course
@@ -27,6 +28,7 @@ from infinivar.parts.motor import Motor
 from infinivar.parts.screw import Screw
 from infinivar.parts.spring import Spring
 from infinivar.parts.stage import OutputStage, Shaft
+from infinivar.parts.structure.structure import Structure
 from infinivar.transmission.rates import Varying
 
 STAGES = ("pulley", "screw", "belt", "rack", "shaft")
@@ -56,6 +58,7 @@ class ConventionalDrive:
     guideway: Guideway = component("Guideway of the load, including cable drag", default_factory=Guideway)
     amplifier: Amplifier = component("Amplifier of the motor", default_factory=Amplifier)
     output: Output = component("Springs and linkage between the drive and its load", default_factory=Output)
+    structure: Structure = component("How it is built around its bought parts, for masses", default_factory=Structure)
     output_inertia: float | None = quantity(
         "kg m^2",
         Ge(0),
@@ -128,6 +131,10 @@ class ConventionalDrive:
         """Inertia at the gear output, with that of the stage; 0 if neither is stated, as the rotor has inertia. [kg m^2]"""
         known = [one for one in (self.output_inertia, self.stage.own_inertia) if one is not None]
         return sum(known[1:], known[0]) if known else 0.0
+
+    def bodies(self, service: Service) -> tuple[Body, ...]:
+        """What it weighs, body by body, where its output has to do a service; see `masses.geared_bodies`."""
+        return geared_bodies(self, service)
 
     @labelled
     def operate(self, *, speed: Array, force: Array, position: Array = 0.0) -> DrivePoint:

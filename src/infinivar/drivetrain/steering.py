@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from annotated_types import Ge, Gt
 
@@ -27,8 +27,11 @@ class SteeringPlant:
 
     motor: Motor = component("Steering motor")
     ratio: float = quantity("1", Gt(0), "Reduction between steering motor and bell")
-    bell_inertia: float = quantity(
-        "kg m^2", Gt(0), "Inertia of the bell that carries the wheel, about the steering axis"
+    bell_inertia: float | None = quantity(
+        "kg m^2",
+        Gt(0),
+        "Inertia of the bell that carries the wheel, about the steering axis; by default derived from the wheel's geometry",
+        default=None,
     )
     sliding_friction: float = quantity("1", Gt(0), "Sliding friction mu_s of the contact patch as it turns on the spot")
     patch_half_length: float | None = quantity(
@@ -45,6 +48,9 @@ class SteeringPlant:
         default=None,
     )
 
+    derived_inertia: Array | None = field(default=None, repr=False, compare=False)
+    """Of the bell, where it is not stated; set by the drive, which knows the wheel."""
+
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
@@ -58,6 +64,19 @@ class SteeringPlant:
             raise ParameterError(
                 "bell_friction and bell_bearing exclude each other: bell_bearing determines bell_friction"
             )
+
+    @property
+    def inertia_of_bell(self) -> Array:
+        """Inertia of bell and wheel about the steering axis: as stated, else derived. [kg m^2]
+
+        Raises
+        ------
+        ParameterError
+            If it is not known.
+
+        Source: `infinivar.drivetrain.masses.bell_inertia`.
+        """
+        return needed(given(self.bell_inertia, self.derived_inertia), "steering.bell_inertia")
 
     def friction_torques(self, transmission: RotaryLinearIVT) -> dict[str, Array]:
         """Friction torques that resist steering on the spot: contact patch and bell bearing.
@@ -141,7 +160,9 @@ class SteeringPlant:
 
         Source: faulring2006, section V-A.1 and Fig 11.
         """
-        inertia = self.bell_inertia + self.ratio**2 * needed(self.motor.rotor_inertia, "steering.motor.rotor_inertia")
+        inertia = self.inertia_of_bell + self.ratio**2 * needed(
+            self.motor.rotor_inertia, "steering.motor.rotor_inertia"
+        )
         turning = inertia * acceleration
         patch = coulomb(rate, resisting["patch"], held=turning) if patch_moment is None else patch_moment
         bell = coulomb(rate, resisting["bell"], held=turning + patch)

@@ -86,7 +86,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     if len(front):
         order = np.argsort(front[:, 0])
         ax.step(grams * front[order, 0], front[order, 1], where="post", color=style.COLOURS[1], lw=1.3, zorder=1)
-    ax.set(xlabel="mass of motors and gearhead [g]", ylabel=numbers["label"])
+    ax.set(xlabel="mass of the whole drive [g]", ylabel=numbers["label"])
     points = np.concatenate([np.empty((0, 2)), *(values for group in groups.values() for values in group.values())])
     for axis, column in ((ax.xaxis, 0), (ax.yaxis, 1)):
         _wide(axis, points[:, column] * (grams if column == 0 else 1.0))

@@ -380,7 +380,7 @@ def servo_plant(servo: SteeringServo, number: int) -> BondGraph:
         [
             *elements,
             bg.one("bell", rf"\dot{{\phi}}_{{{number}}}"),
-            bg.inertia("J_b", "J_b", plant.bell_inertia, "kg m^2", title="bell"),
+            bg.inertia("J_b", "J_b", plant.inertia_of_bell, "kg m^2", title="bell"),
             pieces.gear("gear", "n_s", plant.ratio),
             *attached,
         ],

@@ -191,7 +191,7 @@ def lacking_of_leg(leg: CoboticDrive) -> dict[str, str]:
         creep.law_in_motion(leg.transmission.creep_law)
     except ParameterError:
         return {"steering": "its creep law is for steady motion", "links": "its creep law is for steady motion"}
-    if leg.link_mass is None:
+    if leg.mass_of_link is None:
         return {"steering": "leg.link_mass is missing", "links": "leg.link_mass is missing"}
     if leg.steering is None:
         return {"steering": "no steering plant is stated"}
@@ -236,7 +236,7 @@ def with_legs(
         torque = np.broadcast_to(rolled.torque, shape)
         rubbing, rubbed = legs.turned(turned, torque, np.broadcast_to(rolled.force, shape), carried.link_position)
         behind = legs.driven(over_links(np.add, torque) + rubbing, turned)
-    inertia = leg.link_mass * course.acceleration * course.speed  # type: ignore[operator]
+    inertia = leg.mass_of_link * course.acceleration * course.speed  # type: ignore[operator]
     every = {name: np.broadcast_to(loss, shape) for name, loss in lost.items()}
     slip = np.broadcast_to(rolled.utilisation[Limit.SLIP], shape)
     others = {

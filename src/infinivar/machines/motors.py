@@ -180,7 +180,7 @@ class SteeringServo:
         object.__setattr__(self, "gain", ratio * motor.torque_constant)
         object.__setattr__(self, "friction", self.patch_friction + self.bell_friction + ratio * motor.friction_torque)
         rotor = needed(self.plant.motor.rotor_inertia, "steering.motor.rotor_inertia")
-        object.__setattr__(self, "inertia", self.plant.bell_inertia + self.plant.ratio**2 * rotor)
+        object.__setattr__(self, "inertia", self.plant.inertia_of_bell + self.plant.ratio**2 * rotor)
 
     def act(self, currents: np.ndarray, turning: np.ndarray) -> tuple[np.ndarray, Powers]:
         """Torque at each bell but that of its contact, (m, s), and a function for the powers of all as in `PowerMotor`."""

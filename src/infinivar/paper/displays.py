@@ -321,7 +321,7 @@ def _backdrivable(
     variants: list[Variant] = [row("value", name, one) for name, one in rest]
     pair = meets["as shown"]
     leg = pair.cobotic
-    mass = float(leg.link_mass or math.nan) + pair.handle_mass
+    mass = float(leg.mass_of_link or math.nan) + pair.handle_mass
     groups = leg.transmission.groups(leg.cylinder_speed)
     drag = float(groups.rolling_force) + float(leg.guideway.friction_force(leg.transmission.preload))
     reflected, rubbing = float(found.least_mass[0, 1]), float(found.least_force[0, 1])

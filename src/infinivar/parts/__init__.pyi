@@ -7,11 +7,13 @@ from .gearhead import Gearhead
 from .linear import Guideway, Pulley
 from .linkage import Linkage
 from .motor import Motor
+from .rail import Rail
 from .screw import Screw
 from .shaft_bearings import CylinderBearings, PulleyBearings
 from .spring import Spring, TorsionSpring
 from .stage import Shaft
 from .strain_wave import StrainWave
+from .structure.structure import Structure
 from .tables.consistency import CatalogueCheck
 from .tables.importing import PartImport
 from .tables.search import PartSearch
@@ -35,10 +37,12 @@ __all__ = [
     "Pulley",
     "PulleyBearings",
     "Rack",
+    "Rail",
     "Screw",
     "Shaft",
     "Spring",
     "StrainWave",
+    "Structure",
     "TorsionSpring",
     "amplifier",
     "bearing",

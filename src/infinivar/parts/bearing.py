@@ -18,8 +18,9 @@ from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.array_namespace import Array, as_floats, namespace, safe_divide
 from infinivar._core.bounds import QUARTER_TURN
-from infinivar._core.fields import check, component, quantity
+from infinivar._core.fields import check, component, given, quantity
 from infinivar.errors import require
+from infinivar.parts.structure.beams import STEEL_DENSITY
 
 BearingType = Literal["deep_groove", "angular_contact", "thrust_ball", "cylindrical", "needle"]
 # fmt: off
@@ -42,6 +43,12 @@ COEFFICIENTS = {
 
 SIZE_POWERS = {"bore": 1.0, "outside_diameter": 1.0, "dynamic_rating": 2.0, "static_rating": 2.0}
 """Exponent with which each field scales with bearing size; the ratings scale with area."""
+
+WIDTH_OVER_SECTION, FILLED = 0.5, 0.67
+"""Width over the difference of the diameters, and share of a solid ring of steel that a ball bearing weighs.
+
+Fitted to the catalogue of deep groove bearings, whose rows deviate by up to 20 % in width and 10 % in mass.
+"""
 
 _DEEP_GROOVE = {  # R1, R2, S1, S2
     ("2", "3"): (4.4e-7, 1.7, 2.00e-3, 100.0),
@@ -156,7 +163,8 @@ class Bearing:
         "1", Ge(0), "Sliding coefficient with a full film; synthetic oil 0.04, transmission fluid 0.1", default=0.05
     )
     seal_torque: float = quantity("N m", Ge(0), "Constant moment of contact seals", default=0.0)
-    mass: float | None = quantity("kg", Gt(0), "Mass", default=None)
+    width: float | None = quantity("m", Gt(0), "Width B; default: half of outside diameter less bore", default=None)
+    mass: float | None = quantity("kg", Gt(0), "Mass; default: two thirds of that of a solid ring", default=None)
 
     def __post_init__(self) -> None:
         """Validate the fields, and that the friction model has constants for the bearing."""
@@ -172,6 +180,23 @@ class Bearing:
             for field in ("oil_level", "drag_factor"):
                 bath, given = self.lubrication == "oil_bath", getattr(self, field)
                 require((given is not None) == bath, field, given, "set if, and only if, lubrication = oil_bath")
+
+    @property
+    def breadth(self) -> Array:
+        """Width B: as stated, else estimated. [m]
+
+        Source: `WIDTH_OVER_SECTION`, fitted to the catalogue.
+        """
+        return given(self.width, WIDTH_OVER_SECTION * (self.outside_diameter - self.bore))
+
+    @property
+    def weight(self) -> Array:
+        """Mass: as stated, else estimated. [kg]
+
+        Source: `FILLED`, fitted to the catalogue.
+        """
+        ring = 0.25 * math.pi * (self.outside_diameter**2 - self.bore**2) * self.breadth
+        return given(self.mass, FILLED * STEEL_DENSITY * ring)
 
     def moment(self, radial: Array, axial: Array, speed: Array) -> BearingMoment:
         """Frictional moment under a load at a speed.

@@ -4,17 +4,27 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, Literal
 
 from infinivar._core import files
+from infinivar._core.array_namespace import Array, as_floats, namespace
 from infinivar.contact.bodies import Material
 from infinivar.errors import InputError, nearest
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
+from infinivar.parts.rail import Rail
+from infinivar.units import parse
 
-PARTS: Mapping[str, type] = {"motors": Motor, "gearheads": Gearhead, "bearings": Bearing, "materials": Material}
+PARTS: Mapping[str, type] = {
+    "motors": Motor,
+    "gearheads": Gearhead,
+    "bearings": Bearing,
+    "rails": Rail,
+    "materials": Material,
+}
 """Part described by a row of each kind of table."""
 
 FORMS = ("m1", "m2", "m3", "m4", "m5", "m6")
@@ -54,6 +64,47 @@ def entries(name: str) -> dict[str, dict[str, Any]]:
     """Parts of a catalogue by key: the values that a study can state, with their kind and source."""
     kept = {"kind", "where", *(field.name for field in dataclasses.fields(PARTS[name]))}
     return {key: {word: value for word, value in row.items() if word in kept} for key, row in rows(name).items()}
+
+
+@functools.cache
+def _parts(kind: str) -> tuple[Any, ...]:
+    """Every part of a catalogue of plain parts, the heaviest first."""
+    fields = {field.name: field.metadata.get("unit") for field in dataclasses.fields(PARTS[kind])}
+    rows = [{name: row[name] for name in fields if name in row} for row in entries(kind).values()]
+    found = [
+        PARTS[kind](**{name: one if (unit := fields[name]) is None else _read(one, unit) for name, one in row.items()})
+        for row in rows
+    ]
+    return tuple(sorted(found, key=lambda part: -part.weight))
+
+
+def _read(value: Any, unit: str) -> float:
+    stated = value["value"] if isinstance(value, dict) else value
+    return parse(stated, unit) if isinstance(stated, str) else float(stated)
+
+
+def lightest(kind: Literal["rails", "bearings"], load: Array, sizes: tuple[str, ...]) -> dict[str, Array]:
+    """What the lightest rail or bearing of the catalogue measures whose static rating reaches a load.
+
+    Parameters
+    ----------
+    load : (...,) float   [N]
+    sizes : names         Fields or properties of `Rail` or `Bearing`.
+
+    Returns
+    -------
+    dict   By name, arrays of the shape of `load`, in SI; nan where no part carries it.
+    """
+    if isinstance(load, (int, float)):
+        part = next((part for part in reversed(_parts(kind)) if part.static_rating >= load), None)
+        return {name: math.nan if part is None else float(getattr(part, name)) for name in sizes}
+    xp = namespace(load)
+    (load,) = as_floats(xp, load)
+    found = dict.fromkeys(sizes, xp.nan + 0.0 * load)
+    for part in _parts(kind):
+        carries = part.static_rating >= load
+        found = {name: xp.where(carries, getattr(part, name), value) for name, value in found.items()}
+    return found
 
 
 def _identified() -> dict[str, dict[str, Any]]:

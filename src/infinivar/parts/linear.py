@@ -10,6 +10,7 @@ from annotated_types import Ge, Gt
 from infinivar._core.array_namespace import Array
 from infinivar._core.fields import check, component, quantity
 from infinivar.contact.friction import coulomb
+from infinivar.parts.rail import Rail
 from infinivar.parts.shaft_bearings import PulleyBearings
 from infinivar.parts.stage import OutputStage
 
@@ -58,6 +59,9 @@ class Guideway:
 
     friction: float = quantity("N", Ge(0), "Friction force independent of preload", default=0.0)
     coefficient: float = quantity("1", Ge(0), "Friction coefficient c_l, force over preload", default=0.0)
+    rail: Rail | None = component(
+        "Rail and carriage, for masses; default: the lightest of the catalogue that carries the load", default=None
+    )
 
     def __post_init__(self) -> None:
         """Validate the fields."""

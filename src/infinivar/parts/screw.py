@@ -19,12 +19,10 @@ from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.stage import OutputStage, force_limit
 from infinivar.parts.structure import beams
+from infinivar.parts.structure.beams import STEEL_DENSITY, STEEL_MODULUS
 
 ScrewKind = Literal["lead", "ball"]
 Ends = Literal["fixed-free", "supported-supported", "fixed-supported", "fixed-fixed"]
-
-STEEL_MODULUS, STEEL_DENSITY = 206e9, 7850.0
-"""[Pa], [kg m^-3]"""
 
 FIXITY: dict[str, float] = {
     "fixed-free": 0.25,

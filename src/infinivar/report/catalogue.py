@@ -34,6 +34,13 @@ _LISTED: dict[str, tuple[tuple[str, str, str, float], ...]] = {
         ("outside", "outside_diameter", "mm", 1e3),
         ("dynamic rating", "dynamic_rating", "kN", 1e-3),
         ("static rating", "static_rating", "kN", 1e-3),
+        ("mass", "mass", "g", 1e3),
+    ),
+    "rails": (
+        ("static rating", "static_rating", "kN", 1e-3),
+        ("width", "width", "mm", 1e3),
+        ("carriage", "carriage_mass", "g", 1e3),
+        ("rail", "rail_density", "kg/m", 1.0),
     ),
     "materials": (
         ("Young's modulus", "youngs_modulus", "GPa", 1e-9),

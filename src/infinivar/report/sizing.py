@@ -178,10 +178,17 @@ def _answer(sizing: Sizing) -> Iterator[str]:
 
 def _facts(design: SizedDrive) -> dict[str, str]:
     """What a design needs, weighs and keeps, its parts and its values, by their names."""
-    figures = zip(("mean power", "mass"), _figures(design), strict=False)
+    figures = zip(("mean power", "whole mass"), _figures(design), strict=False)
+    motors = {"motors and gearheads": show(design.motor_mass, "kg", 3)} if math.isfinite(design.motor_mass) else {}
     limit = {} if design.tightest is None else {"tightest limit": limit_words(design.tightest)}
     parts = {role_words(role): part.title for role, part in design.parts.items()}
-    return {**dict(figures), **limit, **parts, **{path_words(path): value.words for path, value in design.free.items()}}
+    return {
+        **dict(figures),
+        **motors,
+        **limit,
+        **parts,
+        **{path_words(path): value.words for path, value in design.free.items()},
+    }
 
 
 def _figures(design: SizedDrive) -> tuple[str, str, str]:

@@ -50,6 +50,7 @@ def comparison(found: Comparison) -> pd.DataFrame:
                 "mean_loss_W": result.mean_loss,
                 "tightest_limit": None if result.tightest is None else result.tightest.limit.name,
                 "margin": None if result.tightest is None else result.tightest.value,
+                "mass_kg": None if (mass := found.masses.get(name)) is None else mass.total,
                 "verdict": result.verdict,
             }
             for name, result in found.results.items()

@@ -9,6 +9,7 @@ from infinivar._core.described import derived, reported, rows
 from infinivar._core.result import Frozen, result
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.masses import NO_SERVICE, total
 from infinivar.limits import Demand, Limit
 from infinivar.sizing.geared.tally import SPARE
 from infinivar.sizing.margins import TaskDemand, margin_of, tightest_of
@@ -89,7 +90,7 @@ class SizedDrive(Frozen):
         "steering.motor" and "transmission.geometry.axle_bearing". Roles that keep the template's part are left out.
     free           Values chosen from a range, by their path in the drive, such as "pulley.radius" or "transmission.preload".
     drive          Ready for `duty_cycle`, `steady_map` and `simulate`.
-    mass           Of the motors and gearheads chosen; nan if one does not state it. [kg]
+    mass           Of the whole drive; nan if a body's is not known. [kg]
     power          Mean power from the supply over all motions; nan without a motion. [W]
     demands        Demand over allowance, by motion or "requirement", limit and part. [-]
     unchecked      Limits that the data sheets do not state.
@@ -109,6 +110,11 @@ class SizedDrive(Frozen):
         """The parts by name; a wheel that slips has no motors chosen."""
         own = [] if "motor" in self.parts else ["wheel with any motors"]
         return ", ".join([*own, *(f"{_LEAD.get(role, '')}{part.title}" for role, part in self.parts.items())])
+
+    @derived("kg")
+    def motor_mass(self) -> float:
+        """Of motors and gearheads; nan if one is not known. [kg]"""
+        return float(total(body for body in self.drive.bodies(NO_SERVICE) if body.chosen))  # type: ignore[attr-defined]
 
     @property
     def architecture(self) -> str:

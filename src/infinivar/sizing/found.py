@@ -26,7 +26,7 @@ class FoundDesign:
     motor       Row of the motor.
     gearhead    Row of the gearhead.
     drive       As a study would have it; `duty_cycle` and `compare` give the same values.
-    mass        Of the motors and the gearhead chosen; nan if one is not stated. [kg]
+    mass        Of the whole drive; nan if a body's is not known. [kg]
     power       Mean power from the supply over all motions; nan without a motion. [W]
     demands     Demand over allowance by task, limit and part. [-]
     unchecked   Limits that the data sheets do not state.
@@ -122,6 +122,7 @@ class GearedSizing(FoundDesigns):
     feasible     Candidates that keep all limits; over a range of radii, those that the closed forms leave. (s, n) bool
     evaluated    Candidates that were evaluated at every instant. (s, n) bool
     power        Mean power from the supply of those; over a range of radii at the best radius. nan for others. (s, n) [W]
+    mass         Whole mass of those. (s, n) [kg]
     radii        Bounds of the feasible radii by the closed forms, nan where there are none; empty if stages were given. (n, 2)
         [m]
     """
@@ -131,6 +132,7 @@ class GearedSizing(FoundDesigns):
     feasible: np.ndarray
     evaluated: np.ndarray
     power: np.ndarray
+    mass: np.ndarray
     radii: np.ndarray
 
     @property

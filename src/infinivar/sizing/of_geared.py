@@ -15,7 +15,6 @@ from infinivar.parts.stage import OutputStage
 from infinivar.sizing.design import FreeValue, SizedDrive
 from infinivar.sizing.found import Design, GearedSizing
 from infinivar.sizing.geared.search import best_geared, nearest_miss
-from infinivar.sizing.pool import PartPool
 from infinivar.sizing.progress import Progress, part_of
 from infinivar.sizing.records import OF_FRONT, SearchRecord
 from infinivar.sizing.request import Found, StudyRequest
@@ -35,7 +34,7 @@ def geared(request: StudyRequest, progress: Progress | None) -> Found:
     nearest = None if found[0].designs else nearest_miss(requests[0])
     record = replace(
         record_of(request, found),
-        cloud=_cloud(request.parts, found),
+        cloud=_cloud(found),
         nearest=None if nearest is None else drive_of(request, nearest),
     )
     designs, front = ([drive_of(request, one) for one in some] for some in listed(found))
@@ -117,12 +116,9 @@ def _excluded(found: Sequence[GearedSizing]) -> dict[str, int]:
     return {**first, **more}
 
 
-def _cloud(parts: PartPool, found: Sequence[GearedSizing]) -> np.ndarray:
+def _cloud(found: Sequence[GearedSizing]) -> np.ndarray:
     """Mass and power of the feasible candidates evaluated. (n, 2)"""
-    mass = parts.motors_as("motor")["mass"][parts.pairs[:, 0]] + parts.gearheads["mass"][parts.pairs[:, 1]]
-    points = [
-        np.stack(np.broadcast_arrays(mass, one.power), axis=-1)[one.evaluated & np.isfinite(one.power)] for one in found
-    ]
+    points = [np.stack([one.mass, one.power], axis=-1)[one.evaluated & np.isfinite(one.power)] for one in found]
     return np.concatenate(points)
 
 

@@ -162,15 +162,14 @@ class PartPool(Frozen):
     def axle_bearings(self, own: Bearing) -> list[tuple[ChosenPart | None, Bearing]]:
         """Bearings for an axle: its own, and those of its type in the sets, or shipped ones if the sets have none.
 
-        The strength of the axle is not computed: bearings of a smaller bore than its own are left out. Friction model and
-        lubricant are those of its own bearing.
+        Friction model and lubricant are those of its own bearing.
         """
         sources = [one for one in self.sources if len(one.bearings)] or [shipped()]
         found: list[tuple[ChosenPart | None, Bearing]] = [(None, own)]
         for one in sources:
             for row in np.flatnonzero(one.bearings.complete):
                 part = one.bearings.part(int(row))
-                if part.type != own.type or part.bore < own.bore * (1.0 - _SAME):
+                if part.type != own.type:
                     continue
                 made = replace(own, **{name: getattr(part, name) for name in _OF_BEARING})
                 if not any(_alike(made, known) for _, known in found):
@@ -194,8 +193,8 @@ def _chosen(source: PartSet, kind: str, row: int) -> ChosenPart:
 
 
 def _alike(one: Bearing, other: Bearing) -> bool:
-    """Whether two bearings differ in name and mass at most."""
-    return replace(one, name=other.name, mass=other.mass) == other
+    """Whether two bearings differ in name, width and mass at most."""
+    return replace(one, name=other.name, width=other.width, mass=other.mass) == other
 
 
 def pool_of(study: Study, sets: str | Path | Sequence[str | Path] | None) -> PartPool:

@@ -167,8 +167,8 @@ class Sizing(Result):
         if grown:
             said.append(
                 f"{' and '.join(grown)} of {owner} {'are' if len(grown) > 1 else 'is'} at an end of the range searched: a larger "
-                "wheel turns more slowly in its bearings, and a narrower crown resists steering less; what keeps a wheel small, "
-                "its space and mass, does not count; state the range that can be built"
+                "wheel turns more slowly in its bearings, and a narrower crown resists steering less; its mass counts in the "
+                "front of mass and energy, its space does not: state the range that can be built"
             )
         return said
 

@@ -13,13 +13,17 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.fields import value_at
 from infinivar._core.pareto import front
 from infinivar.analysis.cycles.duty_cycle import energy_and_feasibility
 from infinivar.analysis.deciding import best_speeds
 from infinivar.analysis.hanging import Hanging, Judged, hang
 from infinivar.analysis.region import covers
+from infinivar.analysis.whole_mass import DOUBT, factor_names
 from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.masses import service_of, total
 from infinivar.parts.gearhead import LossModel
+from infinivar.parts.structure.structure import Structure
 from infinivar.sizing.design import SizedDrive
 from infinivar.sizing.geared.tally import SPARE
 from infinivar.sizing.of_cobotic import cobotic
@@ -200,6 +204,9 @@ def hanging_designs(sizing: Sizing) -> Hanging:
     study = _designs(sizing)
     by_mass = sizing.objective[0] == "mass"
     shares = equal_shares(study.duty)
+    services = {
+        name: service_of(drive, study.duty, study.requirement, study.travel) for name, drive in study.drives.items()
+    }
 
     def judge(name: str, drive: Any, variant: Variant) -> Judged:
         cycles = {task: energy_and_feasibility(drive, duty, study.travel, SPARE) for task, duty in study.duty.items()}
@@ -209,14 +216,34 @@ def hanging_designs(sizing: Sizing) -> Hanging:
         able = all(feasible for _, feasible in cycles.values())
         if able and variant.scope == "all" and study.requirement is not None:
             able = covers(drive, study.requirement, SPARE)
-        return Judged(able, (sizing.best_of[name].mass,))
+        return Judged(able, (float(total(drive.bodies(services[name]))),))
 
     used = {name: Judged(True, (one.mass if by_mass else one.power,)) for name, one in sizing.best_of.items()}
     requested = [one for one in variants(study) if study.duty or one.scope == "all"]
-    answers = requested if by_mass else [*requested, *best_speeds(study)]
+    answers = [*requested, *(_structures(sizing, study) if by_mass else best_speeds(study))]
     figure, unit = ("mass, where feasible", "kg") if by_mass else ("mean power of the best designs", "W")
     figure += ", without another search"
     return hang(answers, judge, used, study.titles, figure, unit)
+
+
+def _structures(sizing: Sizing, study: Study) -> Iterator[Variant]:
+    """Yield the designs with each assumed factor of their structures wrong by `DOUBT`, in all of them alike."""
+    for name in factor_names(Structure()):
+        for by in (1.0 / DOUBT, DOUBT):
+            drives = {of: _with_factor(drive, sizing.study.drives[of], name, by) for of, drive in study.drives.items()}
+            values = dict.fromkeys(getattr(value_at(drive, "structure"), name) for drive in study.drives.values())
+            used, instead = (" or ".join(f"{factor * value:.4g}" for value in values) for factor in (1.0, by))
+            yield Variant(f"structure: {name.replace('_', ' ')}", used, instead, drives, "run")
+
+
+def _with_factor(drive: Any, template: Any, name: str, by: float) -> Any:
+    """A design with another factor; its cylinder is derived anew if that of the template was."""
+    structure = replace(drive.structure, **{name: by * getattr(drive.structure, name)})
+    drive = replace(drive, structure=structure)
+    if isinstance(drive, CoboticDrive) and template.transmission.tube is None:
+        bare = {"cylinder_wall": None, "cylinder_length": None, "cylinder_end_plate": 0.0}
+        drive = replace(drive, transmission=replace(drive.transmission, **bare))
+    return drive
 
 
 def _designs(sizing: Sizing) -> Study:

@@ -73,7 +73,7 @@ def study_of(study: Study, design: SizedDrive, name: str, scenarios: Mapping[str
         titles={owner: _shortened(design.title)},
         scenarios={**study.scenarios, **able},
         uncertainty=uncertainty,
-        provenance=(*kept, *_sources(owner, design), *_of_control(study, design)),
+        provenance=(*kept, *_sources(owner, design), *_following(study, design)),
         path=None,
     )
 
@@ -130,7 +130,19 @@ _COUNTED = {
 }
 """Fields of parts that change losses or motion and that most sets do not state, by role; limits have a line of their own."""
 
-_BANDWIDTH = "control.cylinder_bandwidth"
+_FOLLOWING = {
+    "control.cylinder_bandwidth": (
+        "assumed",
+        "as fast as the steering servo, to hold the constant speed that the search over parts assumes",
+    ),
+    "transmission.cylinder_wall": ("derived", "thinnest wall that carries the preload, by structure.strength_margin"),
+    "transmission.cylinder_length": ("derived", "travel, wheel, and room at both ends"),
+    "transmission.cylinder_end_plate": ("derived", "structure.least_wall"),
+    "cylinder_inertia": ("derived", "of the tube"),
+    "link_mass": ("derived", "of what moves with the link"),
+    "steering.bell_inertia": ("derived", "of bell and wheel"),
+}
+"""Values that follow from those searched, where they come from; without one, the drive derives them itself."""
 
 
 def _within(design: SizedDrive, path: str) -> bool:
@@ -140,8 +152,9 @@ def _within(design: SizedDrive, path: str) -> bool:
 def _replaced(design: SizedDrive, row: Provenance) -> bool:
     """Whether a value of the template is of a part that the design replaces."""
     role, _, name = row.field.rpartition(".")
-    if row.owner == design.template and row.field == _BANDWIDTH:
-        return not same(row.value, value_at(design.drive, _BANDWIDTH))
+    if row.owner == design.template and row.field in _FOLLOWING and design.architecture == "cobotic":
+        value = _of_path(design.drive, row.field)
+        return value is None or not same(row.value, value)
     return row.owner == design.template and name not in _KEPT.get(role, ()) and _within(design, row.field)
 
 
@@ -163,17 +176,23 @@ def _sources(owner: str, design: SizedDrive) -> Iterator[Provenance]:
         yield _row(owner, path, field, free.value, "derived", f"search over parts{around}")
 
 
-def _of_control(study: Study, design: SizedDrive) -> Iterator[Provenance]:
-    """Source of the bandwidth of the cylinder's speed loop, if it is not the template's."""
-    if design.architecture != "cobotic":
-        return
-    value = value_at(design.drive, _BANDWIDTH)
-    if value != value_at(study.drives[design.template], _BANDWIDTH):
-        field = next(
-            one for one in described(type(value_at(design.drive, "control"))) if one.name == "cylinder_bandwidth"
-        )
-        where = "as fast as the steering servo, to hold the constant speed that the search over parts assumes"
-        yield _row(design.template, _BANDWIDTH, field, value, "assumed", where)
+def _following(study: Study, design: SizedDrive) -> Iterator[Provenance]:
+    """Sources of values that follow from what was searched, where they are not the template's."""
+    for path, (kind, where) in _FOLLOWING.items():
+        value = _of_path(design.drive, path)
+        if value is not None and value != _of_path(study.drives[design.template], path):
+            outer, _, inner = path.rpartition(".")
+            owner = value_at(design.drive, outer) if outer else design.drive
+            field = next(one for one in described(type(owner)) if one.name == inner)
+            yield _row(design.template, path, field, value, kind, where)
+
+
+def _of_path(drive: Drive, path: str) -> Any:
+    """Value at a path; None where the drive has no such part."""
+    value: Any = drive
+    for step in path.split("."):
+        value = getattr(value, step, None)
+    return value
 
 
 def _row(owner: str, path: str, field: dataclasses.Field[Any], value: Any, kind: str, where: str) -> Provenance:

@@ -281,11 +281,12 @@ def what_if(
 def _to_win(design: SizedDrive, judge: Judge, aim: str, target: float) -> WhatIf:
     """What would have to change for a feasible design to need as little as the winner."""
     by_mass = aim == "mass"
+    kept = design.mass - sum(weighed(design).values())
     allowed = max(1.0, judge(design.drive).worst) * (1.0 + _ROUNDING)
 
     def measured(drive: Any) -> tuple[float, float]:
         if by_mass:
-            return sum(value_at(drive, path) for path in weighed(design)), 1.0
+            return kept + sum(value_at(drive, path) for path in weighed(design)), 1.0
         done = judge(drive)
         return done.power, done.worst
 

@@ -12,6 +12,7 @@ from infinivar.parts import catalogue
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
+from infinivar.parts.rail import Rail
 from infinivar.study.build import built_part
 from infinivar.study.schema import CATALOGUES
 
@@ -34,6 +35,11 @@ def gearheads() -> Mapping[str, Gearhead]:
 def bearings() -> Mapping[str, Bearing]:
     """Every bearing of the catalogue, by key."""
     return _all(Bearing)
+
+
+def rails() -> Mapping[str, Rail]:
+    """Every rail with its carriage of the catalogue, by key."""
+    return _all(Rail)
 
 
 def materials() -> Mapping[str, Material]:

@@ -180,7 +180,6 @@ class CoboticStudySweep(Problem):
                 np.array([row[name] for name in FREE]),
                 bearing,
                 chosen,
-                mass=float(row["mass_kg"]),
                 power=float(row["power_W"]),
                 demands=demands_of(row),
             )

@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 from annotated_types import Gt, Interval
 
 from infinivar._core.array_namespace import Array, namespace
-from infinivar._core.fields import check, component, quantity
+from infinivar._core.fields import check, component, given, quantity
 from infinivar.contact import friction as friction_law
 from infinivar.contact import hertz, hysteresis, kalker, turned
 from infinivar.contact.bodies import Cylinder, Material, Plane, Sphere, Surface, Wheel
@@ -20,6 +20,8 @@ from infinivar.contact.exact_law import STEEL_CIRCLE
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.bearing import Bearing, BearingPair
+from infinivar.parts.structure.beams import Section, stress
+from infinivar.parts.structure.bodies import GAP
 from infinivar.transmission import creepage
 
 SurfaceShape = Literal["cylinder", "sphere", "plane"]
@@ -172,6 +174,10 @@ class ContactGeometry:
     cylinder_material: Material = component("Material of the cylinder")
     axle_bearing: Bearing = component("One of the two equal bearings of the wheel's axle")
     bearing_span: float | None = quantity("m", Gt(0), "Distance between the axle bearings", default=None)
+    wheel_width: float = quantity("m", Gt(0), "Width of the wheel along its axle", default=10e-3)
+    axle_strength: float = quantity(
+        "Pa", Gt(0), "Permissible bending stress of the axle, which turns under the preload", default=300e6
+    )
     lateral_share: float = quantity(
         "1", Interval(ge=0, le=1), "Lateral force over slip force at which bearing friction is evaluated", default=0.5
     )
@@ -351,7 +357,37 @@ class ContactGeometry:
         Source: as `stress`; iso2006 for the bearings.
         """
         safety = self.axle.static_safety(preload, self.lateral_share * slip_force, wheel_radius)
-        return {**self.stress(contact).utilisation, Limit.BEARING: plain(1.0 / safety)}
+        bent = self.axle_stress(preload, self.lateral_share * slip_force * wheel_radius)
+        return {
+            **self.stress(contact).utilisation,
+            Limit.BEARING: plain(1.0 / safety),
+            Limit.AXLE: plain(bent / self.axle_strength),
+            Limit.CLEARANCE: plain(0.5 * self.axle_bearing.outside_diameter / wheel_radius),
+        }
+
+    @property
+    def axle_span(self) -> Array:
+        """Between the middles of the axle's bearings: as stated, else that of bearings close to the wheel. [m]"""
+        return given(self.bearing_span, self.wheel_width + self.axle_bearing.breadth + 2.0 * GAP)
+
+    def axle_stress(self, preload: Array, moment: Array) -> Array:
+        """Bending stress of the axle beside the wheel, with shear, for the bore of its bearings.
+
+        Parameters
+        ----------
+        preload : (...,) float   Force across the axle, midway between its bearings. [N]
+        moment : (...,) float    Of the lateral force about the axle, of which the bearings take half on each side. [N m]
+
+        Returns
+        -------
+        (...,) float   Equivalent stress by von Mises. [Pa]
+
+        Source: young2002, Table 8.1, case 1e; budynas2011, section 7-4.
+        """
+        section, span = Section(0.5 * self.axle_bearing.bore), self.axle_span
+        bending = preload * stress(section, span, 0.5 * span) + 0.5 * moment * section.outer / section.second_moment
+        shear = 0.5 * preload / section.area
+        return (bending**2 + 3.0 * shear**2) ** 0.5
 
     def stress(self, contact: PressedContact) -> ContactStress:
         """Stress below the surface of both bodies, relative to their strength.

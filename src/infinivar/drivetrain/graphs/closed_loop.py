@@ -222,7 +222,7 @@ def _cobotic_controller(
         ),
         steering=Servo.place(
             settings.steering_bandwidth,
-            steering.bell_inertia + steering.ratio**2 * (steering.motor.rotor_inertia or 0.0),
+            steering.inertia_of_bell + steering.ratio**2 * (steering.motor.rotor_inertia or 0.0),
             steering.ratio * steering.motor.torque_constant,
             largest_current(settings.steering_current_limit, steering.motor),
             float(steering.coulomb_torque(drive.transmission)) + steering.ratio * steering.motor.friction_torque,

@@ -149,7 +149,7 @@ def steering_plant(
         "Steering plant",
         [
             bg.one("bell", r"\dot{\phi}"),
-            bg.inertia("J_b", "J_b", steering.bell_inertia, "kg m^2", title="bell"),
+            bg.inertia("J_b", "J_b", steering.inertia_of_bell, "kg m^2", title="bell"),
             *elements,
             pieces.gear("gear", "n_s", steering.ratio),
             *attached,
@@ -219,7 +219,7 @@ def link_plant(drive: CoboticDrive, *, stick_speed: float = STICK_SPEED) -> Bond
 
     Source: faulring2006, Fig 13.
     """
-    mass = needed(drive.link_mass, "link_mass")
+    mass = needed(drive.mass_of_link, "link_mass")
     stick = Parameter(r"v_{\varepsilon}", stick_speed, "m/s")
     drag = drive.guideway.friction_force(drive.transmission.preload)
     attached, chains = pieces.attach(link=(pieces.friction("guideway", r"f_{lg}", drag, "N", stick),))

@@ -82,7 +82,7 @@ class OnCylinder(MovingMachine):
             transmission=leg.transmission,
             load=load,
             count=count,
-            link_mass=needed(leg.link_mass, "leg.link_mass"),
+            link_mass=needed(leg.mass_of_link, "leg.link_mass"),
             cylinder_inertia=needed(leg.inertia_of_cylinder, "leg.cylinder_inertia"),
             guideway_friction=float(leg.guideway.friction_force(leg.transmission.preload)),
             set_speed=leg.cylinder_speed,

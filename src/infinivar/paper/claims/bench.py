@@ -113,14 +113,14 @@ def _with_conventional(
 def steering_inertia(drive: CoboticDrive) -> float:
     """Inertia of bell and steering motor about the steering axis. [kg m^2]"""
     steering = _steering(drive)
-    return steering.bell_inertia + steering.ratio**2 * needed(steering.motor.rotor_inertia, "rotor_inertia")
+    return steering.inertia_of_bell + steering.ratio**2 * needed(steering.motor.rotor_inertia, "rotor_inertia")
 
 
 def with_steering_inertia(drive: CoboticDrive, factor: float) -> CoboticDrive:
     """The drive with the inertia of bell and steering motor multiplied by a factor."""
     steering = _steering(drive)
     motor = replace(steering.motor, rotor_inertia=factor * needed(steering.motor.rotor_inertia, "rotor_inertia"))
-    return replace(drive, steering=replace(steering, motor=motor, bell_inertia=factor * steering.bell_inertia))
+    return replace(drive, steering=replace(steering, motor=motor, bell_inertia=factor * steering.inertia_of_bell))
 
 
 def bell_friction(drive: CoboticDrive) -> float:
@@ -147,7 +147,7 @@ def with_patch_friction(drive: CoboticDrive, factor: float) -> CoboticDrive:
 
 def with_link_mass(drive: CoboticDrive, factor: float) -> CoboticDrive:
     """The drive with its link mass multiplied by a factor."""
-    return replace(drive, link_mass=factor * needed(drive.link_mass, "link_mass"))
+    return replace(drive, link_mass=factor * needed(drive.mass_of_link, "link_mass"))
 
 
 def with_link_drag(drive: CoboticDrive, factor: float) -> CoboticDrive:
@@ -178,7 +178,7 @@ MOVES: Mapping[str, Move] = FrozenDict(
         "link_mass": Move(
             "link mass of the cobotic drive",
             "kg",
-            lambda bench: needed(bench.cobotic.link_mass, "link_mass"),
+            lambda bench: needed(bench.cobotic.mass_of_link, "link_mass"),
             _with_cobotic(with_link_mass),
         ),
         "bell_friction": Move(

@@ -7,6 +7,9 @@ from typing import NamedTuple
 
 from infinivar._core.array_namespace import Array, as_floats, namespace
 
+STEEL_MODULUS, STEEL_DENSITY = 206e9, 7850.0
+"""[Pa], [kg m^-3]"""
+
 BENDING: dict[str, float] = {
     "fixed-free": 1.87510407,
     "supported-supported": math.pi,

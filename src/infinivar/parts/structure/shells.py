@@ -70,7 +70,7 @@ def give(wall: Wall, place: Array, count: int = 1) -> Array:
     """
     xp, wave, shares, wall, place = _waves(wall, place)
     scale = 1.0 / (math.pi * wall.radius * wall.length)
-    terms = shares * (_over_all(xp, wall, wave, count, 0) - (_around_once(wall, wave) if count == 1 else 0.0))
+    terms = shares * (_over_all(xp, wall, wave, count, 0)[0] - (_around_once(wall, wave) if count == 1 else 0.0))
     left = wave.shape[-1] * (wave.shape[-1] + 1)
     of_plate = wall.length[..., 0] ** 2 / (8.0 * math.pi**3 * wall.stiffness[..., 0] * left)
     return xp.sum(scale * terms, axis=-1) + of_plate
@@ -107,7 +107,7 @@ def tension(wall: Wall, place: Array, area: Array, count: int = 1) -> Array:
     radius = 1.0 * area
     small = xp.sqrt(1.6 * radius**2 + thickness**2) - 0.675 * thickness
     radius = xp.where(radius < 0.5 * thickness, small, radius)
-    plain, by_s, over_s, over_square = (_over_all(xp, wall, wave, count, power) for power in (0, 1, -1, -2))
+    plain, by_s, over_s, over_square = _over_all(xp, wall, wave, count, 0, 1, -1, -2)
     stiffness, along = wall.stiffness, (1.0 - wall.poisson) * wave**2
     plate = 0.5 * (1.0 + wall.poisson) * math.pi * wall.radius / wave
 
@@ -144,20 +144,22 @@ def _waves(wall: Wall, place: Array) -> tuple[Any, Array, Array, Wall, Array]:
     return xp, wave, xp.sin(wave * place) ** 2, wall, place
 
 
-def _over_all(xp: Any, wall: Wall, wave: Array, count: int, power: int) -> Array:
-    """Sum of ``s^power/k`` over all multiples of `count`, times it. (..., m)"""
+def _over_all(xp: Any, wall: Wall, wave: Array, count: int, *powers: int) -> list[Array]:
+    """Sums of ``s^power/k`` over all multiples of `count`, times it. (..., m) each"""
     curved = 1.0 / wall.radius**2
     coupled = xp.sqrt(wall.youngs_modulus * wall.thickness / wall.stiffness) / wall.radius * wave**2
     spread = _root(xp, (curved**2 + 0.0 * coupled, 4.0 * coupled))
-    found = 0.0
+    found: list[Array] = [0.0] * len(powers)
     for sign in (1.0, -1.0):
         root = 0.5 * (curved + sign * spread[0]), 0.5 * sign * spread[1]
         z = _root(xp, (wave**2 - root[0], -root[1]))
         below = _times(
             spread, _times(z, _tanh(xp, math.pi * wall.radius * z[0] / count, math.pi * wall.radius * z[1] / count))
         )
-        found = found + sign * _over(_power(root, 2 + power), below)[1]
-    return math.pi * wall.radius * found / (wall.stiffness * coupled)
+        found = [
+            sum_ + sign * _over(_power(root, 2 + power), below)[1] for sum_, power in zip(found, powers, strict=True)
+        ]
+    return [math.pi * wall.radius * one / (wall.stiffness * coupled) for one in found]
 
 
 _Complex: TypeAlias = tuple[Array, Array]

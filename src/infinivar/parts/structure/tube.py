@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from annotated_types import Ge, Gt
 
@@ -112,6 +112,46 @@ class Tube:
             return None
         ends = "supported-supported"
         return beams.critical_speed(self.section, self.length, ends, material.youngs_modulus, material.density)
+
+
+def thinnest(tube: Tube, preload: Array, area: Array, margin: Array) -> Array:
+    """Least wall of a tube that carries a wheel half way along.
+
+    Parameters
+    ----------
+    tube : Tube                     Its wall does not matter; the yield strength of its material must be known.
+    preload, area : (...,) float    As of `Tube.demand`. [N], [m]
+    margin : (...,) float           Wanted yield strength over tension, > 0. [-]
+
+    Returns
+    -------
+    (...,) float   Between `THINNEST` and `THICKEST` times the radius; nan where even the thickest is too weak. [m]
+
+    Source: `Tube.tension`, which falls nearly as a power of the wall: secants on logarithms.
+    """
+    import numpy as np
+
+    radius, force = np.asarray(tube.radius, dtype=float), margin * preload / tube.material.yield_strength
+    shape = np.broadcast_shapes(*map(np.shape, (radius, tube.length, force, area)))
+    low, high = (np.broadcast_to(np.log(share * radius), shape) for share in (THINNEST, THICKEST))
+
+    def excess(logarithm: np.ndarray) -> np.ndarray:
+        return np.log(force * replace(tube, wall=np.exp(logarithm)).tension(0.5 * tube.length, area))
+
+    # A wall as thick as a plate needs under a force on a small area, give or take a factor.
+    before = np.clip(np.log(np.sqrt(np.broadcast_to(force, shape))), low, high - 0.2)
+    at, slope, rose = before + 0.1, np.full(shape, -2.0), excess(before)
+    for _ in range(_SECANTS):
+        here, moved = excess(at), at - before
+        slope = np.where(moved == 0.0, slope, np.clip((here - rose) / np.where(moved == 0.0, 1.0, moved), -4.0, -1.0))
+        before, rose, at = at, here, np.clip(at - here / slope, low, high)
+        if np.max(np.abs(at - before), initial=0.0) < 1e-12:
+            break
+    return np.where((at >= high) & (excess(high) > 0.0), np.nan, np.exp(at))
+
+
+_SECANTS = 30
+"""Most steps; 6 suffice."""
 
 
 def tube_of_cylinder(

@@ -19,9 +19,9 @@ from infinivar.errors import InputError, nearest
 from infinivar.parts.catalogue import PARTS
 from infinivar.parts.gearhead import PARTS_OF_LAWS
 
-Kind = Literal["motors", "gearheads", "bearings", "materials"]
+Kind = Literal["motors", "gearheads", "bearings", "rails", "materials"]
 
-ONE = {"motors": "motor", "gearheads": "gearhead", "bearings": "bearing", "materials": "material"}
+ONE = {"motors": "motor", "gearheads": "gearhead", "bearings": "bearing", "rails": "rail", "materials": "material"}
 """One row of each table, in words."""
 
 ORIGIN = {
@@ -87,6 +87,7 @@ _FURTHER: Mapping[str, tuple[Column, ...]] = {
         _stated("direction", "1", NonZero(), "1: output turns as the input; -1: the other way"),
     ),
     "bearings": (),
+    "rails": (),
     "materials": (),
 }
 """Figures of data sheets that are no fields of the part. Those of motors follow from the others, which `check` compares."""
@@ -95,6 +96,7 @@ _FURTHER_TEXTS: Mapping[str, Mapping[str, str]] = {
     "motors": {"type": "Type, such as DC or BLDC"},
     "gearheads": {"type": "Type, such as planetary or spur"},
     "bearings": {},
+    "rails": {},
     "materials": {},
 }
 

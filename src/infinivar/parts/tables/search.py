@@ -29,7 +29,7 @@ _MOTORS = {
     "stall_torque": ("N m", "Torque at the supply voltage at rest, less friction"),
     "peak_efficiency": ("1", "Peak efficiency at the supply voltage"),
 }
-_OF: Mapping[str, Mapping[str, tuple[str, str]]] = {"motors": _MOTORS, "gearheads": {}, "bearings": {}, "materials": {}}
+_OF: Mapping[str, Mapping[str, tuple[str, str]]] = {"motors": _MOTORS}
 
 
 class Rows:
@@ -79,7 +79,7 @@ def derived_columns(kind: str) -> dict[str, Column]:
     voltage = number_columns("motors")["voltage"].bound
     return {
         name: Column(name=name, unit=unit, bound=voltage, meaning=f"{meaning}; derived")
-        for name, (unit, meaning) in _OF[kind].items()
+        for name, (unit, meaning) in _OF.get(kind, {}).items()
     }
 
 
@@ -236,7 +236,7 @@ def search_parts(
     Parameters
     ----------
     sets : PartSet or iterable of them   Sets to search.
-    kind : str                "motors", "gearheads", "bearings" or "materials".
+    kind : str                "motors", "gearheads", "bearings", "rails" or "materials".
     conditions : str or sequence of str   All must hold: a column, one of < <= > >= = != and a value with its unit, such as
         "mass < 0.3 kg". For texts = and != compare without regard to case, and ~ asks for a part of the text. Numbers are
         equal if they agree to 1e-6. A part that does not state a column meets no condition on it.

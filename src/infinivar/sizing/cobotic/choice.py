@@ -173,25 +173,28 @@ class _ByMass(NamedTuple):
     evaluated: int
 
 
-def least_power(cylinder: Behind, steering: Behind, heaviest: float, *, prune: bool) -> Both:
-    """Find both motors of the least power whose masses together are at most `heaviest`. [kg]"""
+def least_power(cylinder: Behind, steering: Behind, heaviest: np.ndarray, *, prune: bool) -> Both:
+    """Find both motors of the least power whose masses together are at most `heaviest` behind each wheel design. (k,) [kg]"""
     count = cylinder.worst.shape[1]
-    turning = _up_to(cylinder, heaviest - steering.mass.min(initial=np.inf))
-    steered = _up_to(steering, heaviest - cylinder.mass.min(initial=np.inf))
+    heaviest = np.broadcast_to(heaviest, (count,))
+    most = float(np.max(heaviest, initial=0.0))
+    turning = _up_to(cylinder, most - steering.mass.min(initial=np.inf))
+    steered = _up_to(steering, most - cylinder.mass.min(initial=np.inf))
     if not (len(turning.rows) and len(steered.rows)):
         none, unknown = np.full(count, NOT_CHOSEN), np.full(count, np.nan)
         return Both(none, none, np.full(count, np.inf), unknown, np.full(count, np.inf), 0)
     known = _by_mass(steered, prune=prune)
-    room = (
-        np.searchsorted(known.mass, heaviest - turning.mass, side="right") - 1
-    )  # at least 0, by the choice of `turning`
-    chosen = best_behind(turning, by_mass=False, prune=prune, added=known.power[room])
-    feasible, designs = chosen.row != NOT_CHOSEN, np.arange(count)
+    designs = np.arange(count)
+    # Place of the heaviest steering motor that a cylinder motor leaves room for; -1: none. (p, k)
+    room = np.searchsorted(known.mass, heaviest - turning.mass[:, None], side="right") - 1
+    added = np.where(room >= 0, known.power[room, designs], np.inf)
+    chosen = best_behind(turning, by_mass=False, prune=prune, added=added)
+    feasible = chosen.row != NOT_CHOSEN
     first = np.searchsorted(turning.rows, np.where(feasible, chosen.row, turning.rows[0]))
-    second = known.place[room[first], designs]
+    second = known.place[room[first, designs], designs]
     # Each side alone may be feasible, and both together too heavy.
     over = _lightest(turning.mass, turning.worst) + _lightest(known.mass, known.worst)
-    lacking = np.maximum(np.maximum(chosen.excess, known.excess), over / heaviest)
+    lacking = np.maximum(np.maximum(chosen.excess, known.excess), over / np.maximum(heaviest, 1e-3 * over))
     return Both(
         cylinder=chosen.row,
         steering=np.where(feasible, steered.rows[second], NOT_CHOSEN),

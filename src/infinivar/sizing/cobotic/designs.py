@@ -8,12 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from infinivar._core.pareto import front
+from infinivar.drivetrain.masses import total, with_tube
+from infinivar.limits import Limit
 from infinivar.sizing.cobotic.bounds import MOTOR, Side
 from infinivar.sizing.cobotic.choice import NOT_CHOSEN
 from infinivar.sizing.cobotic.evaluation import Evaluation
 from infinivar.sizing.cobotic.evolution import Entry, Key, Record
 from infinivar.sizing.cobotic.sampled import sample
-from infinivar.sizing.cobotic.wheels import FREE, Points, Space, Wheels, evaluate, static_demands
+from infinivar.sizing.cobotic.wheels import CONTACT, FREE, Points, Space, Wheels, evaluate, static_demands
 from infinivar.sizing.found import CoboticDesign
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS
 from infinivar.sizing.geared.sampled import UNCHECKED
@@ -33,7 +36,9 @@ def best_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task], 
 def front_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task]) -> tuple[CoboticDesign, ...]:
     """Feasible designs of which no other has both less mass and less power, by power."""
     keys = record.front() if evaluation.request.moving else []
-    return _feasible(evaluation, ((key, record.light[key]) for key in keys), whole, len(keys))
+    found = _feasible(evaluation, (((*key,)[:3], record.light[key]) for key in keys), whole, len(keys))  # type: ignore[misc]
+    mass, power = (np.array([getattr(one, name) for one in found]) for name in ("mass", "power"))
+    return tuple(found[place] for place in front(mass, power)) if found else ()
 
 
 def _feasible(
@@ -48,7 +53,7 @@ def _feasible(
         # Limits of motions were judged at the same instants, with their own allowances for rounding.
         beyond = [demand for (task, *_), demand in made.demands.items() if task in _regions(whole)]
         if all(demand <= 1.0 + _ROUNDING for demand in beyond):
-            found.append(replace(made, mass=entry.mass))
+            found.append(made)
     return tuple(found)
 
 
@@ -74,22 +79,24 @@ def _design(
 ) -> CoboticDesign:
     """A wheel design with a candidate of each side, or without motors."""
     points = Points(values[None], np.array([bearing]))
-    wheels = evaluate(evaluation.space, points, whole, life=evaluation.request.life, compiled=False)
     # Sides without a task, such as steering in a required region, have no candidate.
     chosen = [(side, row) for side, row in zip(evaluation.sides, rows, strict=False) if row != NOT_CHOSEN]
-    demands = {**static_demands(evaluation.space.columns(points)), **evaluation.with_slip_margin(wheels.demands)}
+    space = evaluation.space
+    for side, row in chosen:
+        if side.name != MOTOR:  # its mass moves with the link
+            space = space.with_steering(side.found.part(row)[0])
+    wheels = evaluate(space, points, whole, life=evaluation.request.life, compiled=False)
+    demands = {**static_demands(space.columns(points)), **evaluation.with_slip_margin(wheels.demands)}
     power = 0.0 if chosen and evaluation.request.moving else math.nan
     for side, row in chosen:
         here, drawn = _of_side(evaluation, side, row, wheels, whole)
         demands |= here
         power += drawn
-    masses = [float(side.found.mass(np.array([row]))[0]) for side, row in chosen]
     return design_of(
-        evaluation.space,
+        space,
         values,
         bearing,
         chosen,
-        mass=sum(masses) if masses else math.nan,
         power=power,
         demands={name: float(demand[0]) for name, demand in demands.items()},
     )
@@ -110,7 +117,6 @@ def design_of(
     bearing: int,
     chosen: Sequence[tuple[Side, int]],
     *,
-    mass: float,
     power: float,
     demands: Mapping[TaskDemand, float],
 ) -> CoboticDesign:
@@ -134,6 +140,9 @@ def design_of(
             steering, ratio = first, float(gear.ratio)
             drive = replace(drive, steering=replace(drive.steering, motor=motor, ratio=ratio))
             missing += [(limit, side.name) for limit, part in unstated if part == MOTOR]
+    drive = with_tube(drive, space.service)
+    walls = static_demands(drive, 1)
+    own = {key: float(walls[key][0]) for key in ((CONTACT, Limit.WALL, "cylinder"),) if key in walls}
     return CoboticDesign(
         pair=pair,
         motor=motor_row,
@@ -143,8 +152,8 @@ def design_of(
         ratio=ratio,
         values=dict(zip(FREE, map(float, values), strict=True)),
         drive=drive,
-        mass=mass,
+        mass=float(total(drive.bodies(space.service))) if chosen else math.nan,
         power=power,
-        demands=demands,
+        demands={**demands, **own},
         unchecked=tuple(missing),
     )

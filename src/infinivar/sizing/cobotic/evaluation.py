@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from infinivar._core.threads import in_order
+from infinivar.drivetrain.masses import open_structure
 from infinivar.limits import Limit
 from infinivar.sizing.cobotic.bounds import MOTOR, MotorBounds, Side, cylinder_signals, lower_bounds, steering_signals
 from infinivar.sizing.cobotic.choice import (
@@ -23,6 +24,7 @@ from infinivar.sizing.cobotic.choice import (
 )
 from infinivar.sizing.cobotic.sampled import SideSampled, sample
 from infinivar.sizing.cobotic.wheels import (
+    CONTACT,
     Points,
     Shaft,
     Space,
@@ -115,9 +117,11 @@ class Evaluation:
         """Nothing is counted yet."""
         self.space, self.sides, self.request = space, sides, request
         self.objective, self.shares = request.objective, request.shares
+        self.structured = not open_structure(space.template, space.service)
+        """Whether the mass of the structure is known: where not, only motors and gearheads count."""
         self.look_at(tasks, tasks)
         self.heaviest = np.inf
-        """Largest mass of both motors with gearhead, where the objective is the energy. [kg]"""
+        """Largest whole mass, where the objective is the energy. [kg]"""
         self.wheels = self.rolled = self.sampled = 0
         self.blocked: dict[TaskDemand, int] = {}
 
@@ -208,31 +212,49 @@ class Evaluation:
         rolls = excess <= 1.0
         self._block(with_slip_margin, ~rolls)
         able = np.flatnonzero(rolls)
+        structure = self._structure(points, able, result)
+        able = able[np.isfinite(structure)]
+        structure = structure[np.isfinite(structure)]
         if not able.size:
             return result
         if np.isfinite(self.heaviest):
-            self._choose_under(result, wheels, able)
+            self._choose_under(result, wheels, able, structure)
             return result
         chosen = [self._best(side, wheels, able) for side in self.sides]
         excess = np.max([one[0].excess for one in chosen], axis=0)
         feasible = np.all([one[0].row != NOT_CHOSEN for one in chosen], axis=0)
-        total = np.sum([one[1] for one in chosen], axis=0)
+        total = np.sum([one[1] for one in chosen], axis=0) + (structure if self.objective == "mass" else 0.0)
         result.value[able] = np.where(feasible, total, State.WITHOUT_MOTORS.value_of(excess))
         for column, (one, _) in zip((result.pair, result.steering), chosen, strict=False):
             column[able] = np.where(feasible, one.row, NOT_CHOSEN)
         result.power[able] = np.where(feasible, np.sum([one.power for one, _ in chosen], axis=0), np.nan)
         masses = [side.found.mass(np.maximum(one.row, 0)) for side, (one, _) in zip(self.sides, chosen, strict=True)]
-        result.mass[able] = np.where(feasible, np.sum(masses, axis=0), np.nan)
+        result.mass[able] = np.where(feasible, np.sum(masses, axis=0) + structure, np.nan)
         return result
 
-    def _choose_under(self, result: Value, wheels: Wheels, able: np.ndarray) -> None:
-        """Put in the motors of the least power that are not too heavy."""
+    def _structure(self, points: Points, able: np.ndarray, result: Value) -> np.ndarray:
+        """Mass of all but motors and gearheads; where no part carries it, nan, and its value is put in. [kg]"""
+        found = np.zeros(len(able))
+        if not self.structured or not able.size:
+            return found
+        for some in np.array_split(np.arange(len(able)), -(-len(able) // _BLOCK)):
+            found[some] = self.space.structure(points.of(able[some]))
+        beyond = able[~np.isfinite(found)]
+        result.value[beyond] = State.PRELOAD.value_of(np.full(len(beyond), np.inf))
+        if len(beyond):
+            key = (CONTACT, Limit.WALL, "cylinder")
+            self.blocked[key] = self.blocked.get(key, 0) + len(beyond)
+        return found
+
+    def _choose_under(self, result: Value, wheels: Wheels, able: np.ndarray, structure: np.ndarray) -> None:
+        """Put in the motors of the least power with which the whole is not too heavy."""
         cylinder, steering = (self._behind(side, wheels, able) for side in self.sides)
-        found = least_power(cylinder, steering, self.heaviest, prune=self.request.prune)
+        found = least_power(cylinder, steering, self.heaviest - structure, prune=self.request.prune)
         self.sampled += found.evaluated
         feasible = found.cylinder != NOT_CHOSEN
         result.value[able] = np.where(feasible, found.power, State.WITHOUT_MOTORS.value_of(found.excess))
-        result.pair[able], result.steering[able], result.mass[able] = found.cylinder, found.steering, found.mass
+        result.pair[able], result.steering[able] = found.cylinder, found.steering
+        result.mass[able] = found.mass + structure
         result.power[able] = np.where(feasible, found.power, np.nan)
 
     def nearest(self, side: Side, wheels: Wheels) -> int:

@@ -6,6 +6,7 @@ for the least power with motors and gearhead of less than a given mass, which st
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -26,6 +27,9 @@ _LIGHTER = 1.0 - 1e-9
 _APART = 1_000_003
 """Between the seeds of searches for one seed, so that the next seed's are others."""
 
+_LIGHTEST = -(10**6)
+"""In place of a step of the mass."""
+
 _TRIES = 12
 """Most searches among the lighter parts."""
 
@@ -38,6 +42,9 @@ _SHORTER = 3
 
 Key = tuple[int, int, int]
 """Pair of motor and gearhead, bearing, pair of steering motor and ratio."""
+
+_STEPS = math.log(1.05)
+"""Of the logarithm of the mass: of the same parts, one wheel design is kept in each."""
 
 
 class Box(NamedTuple):
@@ -84,8 +91,8 @@ class Record:
         """Nothing is known yet."""
         self.best: dict[Key, Entry] = {}
         """By the objective."""
-        self.light: dict[Key, Entry] = {}
-        """By power."""
+        self.light: dict[tuple[int, int, int, int], Entry] = {}
+        """By power in each step of the mass; and by mass, as step `_LIGHTEST`."""
         self.nearest: tuple[float, np.ndarray, int] | None = None
         """Value, values and bearing."""
 
@@ -98,20 +105,28 @@ class Record:
             )
             if key not in self.best or one.value < self.best[key].value:
                 self.best[key] = one
-            if key not in self.light or one.power < self.light[key].power:
-                self.light[key] = one
+            self._add_light(key, one)
         if len(found.value):
             first = int(np.argmin(found.value))
             if self.nearest is None or found.value[first] < self.nearest[0]:
                 self.nearest = float(found.value[first]), points.values[first], int(points.bearing[first])
+
+    def _add_light(self, key: Key, one: Entry) -> None:
+        """Keep a design if it needs the least power of its step, or is the lightest of its parts."""
+        step = math.floor(math.log(one.mass) / _STEPS) if one.mass > 0.0 else 0
+        if (*key, step) not in self.light or one.power < self.light[*key, step].power:
+            self.light[*key, step] = one
+        known = self.light.get((*key, _LIGHTEST))
+        if known is None or (one.mass, one.power) < (known.mass, known.power):
+            self.light[*key, _LIGHTEST] = one
 
     @property
     def least(self) -> float:
         """Least value of a feasible design; inf if there is none. [W] or [kg]"""
         return min((one.value for one in self.best.values()), default=np.inf)
 
-    def front(self) -> list[Key]:
-        """Combinations of parts of which no other has less mass and less power, by power."""
+    def front(self) -> list[tuple[int, int, int, int]]:
+        """Keys of `light` of which no other has less mass and less power, by power."""
         keys = sorted(self.light)
         mass, power = (np.array([getattr(self.light[key], name) for key in keys]) for name in ("mass", "power"))
         known = np.flatnonzero(np.isfinite(mass) & np.isfinite(power)) if keys else np.empty(0, dtype=int)
@@ -141,14 +156,17 @@ class Record:
     def by_power(self) -> Record:
         """All designs by their power."""
         made = Record()
-        made.light = made.best = {key: one._replace(value=one.power) for key, one in self.light.items()}
+        made.light = {key: one._replace(value=one.power) for key, one in self.light.items()}
+        for (*key, _), one in made.light.items():
+            known = made.best.get((key[0], key[1], key[2]))
+            if known is None or one.power < known.power:
+                made.best[key[0], key[1], key[2]] = one
         return made
 
     def merge(self, other: Record) -> None:
-        """Add the designs of another record, found with another objective: they count by their power alone."""
-        for key, one in other.light.items():
-            if key not in self.light or one.power < self.light[key].power:
-                self.light[key] = one
+        """Add the designs of another record, found with another objective: they count by power and mass alone."""
+        for (*key, _), one in other.light.items():
+            self._add_light((key[0], key[1], key[2]), one)
 
 
 def _points(entries: Sequence[tuple[int, np.ndarray]]) -> Points:
@@ -313,16 +331,18 @@ def find_least_power(
 def find_lightest(
     hunt: Hunt, stages: Sequence[Stage], seed: int, progress: Progress | None
 ) -> tuple[Record, np.ndarray]:
-    """Search for the least mass, and then among lighter parts alone until none of them is feasible: record and history.
+    """Search for the least mass, and then among lighter motors alone until none of them is feasible: record and history.
 
-    Mass changes in steps, on which a search sees no way on. Where no part is feasible, it sees by how much.
+    The mass of motors changes in steps, on which a search sees no way on. Where none is feasible, it sees by how much. Lighter
+    are those that would make a lighter whole with the lightest structure found.
     """
     evaluation = hunt.evaluation
     record, history = evolve(hunt, stages, seed, progress)
     sides, shorter = evaluation.sides, [one.shorter(2) for one in stages]
     for place in range(1, _TRIES + 1):
         best = min((one.mass for one in record.best.values()), default=np.inf)
-        evaluation.sides = _lighter(sides, best * _LIGHTER)
+        carried = min((one.mass - _chosen(sides, key) for key, one in record.best.items()), default=0.0)
+        evaluation.sides = _lighter(sides, best * _LIGHTER - carried)
         if not np.isfinite(best) or not all(side.rows.size for side in evaluation.sides):
             break
         start = record.points_near(best, hunt.population // 2)
@@ -335,6 +355,12 @@ def find_lightest(
             break
     evaluation.sides = sides
     return record, history
+
+
+def _chosen(sides: Sequence[Side], key: Key) -> float:
+    """Mass of the motors and gearhead of a combination of parts. [kg]"""
+    rows = [key[0], key[2]]
+    return sum(float(side.found.mass(np.array([row]))[0]) for side, row in zip(sides, rows, strict=False))
 
 
 def _lighter(sides: Sequence[Side], mass: float) -> list[Side]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import orders_of
+from infinivar.drivetrain.masses import check_known, service_of
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
 from infinivar.motion.duty_cycles import DutyCycle
@@ -238,6 +239,8 @@ def prepared(request: CoboticRequest) -> tuple[Evaluation, Box]:
     check_template(request.template, request.moving)
     searched = searched_of(request)
     tasks = tasks_of(searched.space.template, request.duty, request.requirement, request.travel, request.samples)
+    if request.weighed:
+        check_known(searched.space.template, searched.space.service)
     return Evaluation(searched.space, searched.sides, tasks, request), searched.box
 
 
@@ -266,7 +269,8 @@ def searched_of(request: CoboticRequest) -> Searched:
     if request.moving:
         steered = _steered(request.steering_motors, request.steering_ratios, weighed)
         sides.append(Side(name=STEERING, found=steered, amplifier=template.steering_amplifier))
-    return Searched(Space(template, box.bearings), sides, box)
+    service = service_of(template, request.duty, request.requirement, request.travel)
+    return Searched(Space(template, box.bearings, service), sides, box)
 
 
 def _steered(motors: Mapping[str, Any], ratios: Sequence[float], weighed: bool) -> Pairs:

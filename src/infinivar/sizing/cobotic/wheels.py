@@ -21,10 +21,12 @@ from infinivar.contact.creep import EXACT
 from infinivar.contact.exact_law import NARROWEST, WIDEST
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import GEAR_LIMITS, MOTOR_LIMITS, MotorSide
+from infinivar.drivetrain.masses import Service, own_mass
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import InputError, ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.parts.bearing import Bearing
+from infinivar.parts.motor import Motor
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
 from infinivar.sizing.margins import TaskDemand
 
@@ -71,6 +73,8 @@ class Shaft(NamedTuple):
     """Friction torque of the bell's bearing. (k, 1) [N m]"""
     moment: np.ndarray | None
     """Of the patch against steering; None for one that turns on the spot. [N m]"""
+    bell_inertia: np.ndarray
+    """Of bell and wheel about the steering axis. (k, 1) [kg m^2]"""
 
     def of(self, places: np.ndarray) -> Shaft:
         """Of some designs."""
@@ -78,6 +82,7 @@ class Shaft(NamedTuple):
 
     def steer(self, plant: SteeringPlant) -> MotorSide:
         """Operation of a steering plant."""
+        plant = replace(plant, bell_inertia=None, derived_inertia=self.bell_inertia)
         return plant.turn(
             {"patch": self.patch, "bell": self.bell},
             rate=self.rate,
@@ -119,13 +124,15 @@ def joined(parts: Sequence[Wheels]) -> Wheels:
 class Space:
     """Makes drives of wheel designs: of a template, with other bearings and values."""
 
-    def __init__(self, template: CoboticDrive, bearings: Sequence[Bearing]) -> None:
-        """Bearings that differ in numbers only are computed together."""
+    def __init__(self, template: CoboticDrive, bearings: Sequence[Bearing], service: Service) -> None:
+        """Bearings that differ in numbers only are computed together; the service is that of the structure."""
+        self.service = service
         self.compiled: CompiledWheels | None = None
         """Instead of `ask` and `look`, by another array library."""
-        self.template: CoboticDrive = template
+        self.template: CoboticDrive = with_own_inertias(template)
         self.bearings: tuple[Bearing, ...] = tuple(bearings)
-        forms = [tuple(_form(one, name) for name in _BEARING) for one in self.bearings]
+        self._weighed = [replace(one, width=one.breadth, mass=one.weight) for one in self.bearings]
+        forms = [tuple(_form(one, name) for name in _BEARING) for one in self._weighed]
         self.kinds: np.ndarray = np.array([forms.index(form) for form in forms])
         """First bearing of the same kind, by bearing. (b,) int"""
 
@@ -140,10 +147,10 @@ class Space:
         kind = self.kinds == self.kinds[bearing]
         if kind.sum() == 1:
             return {}
-        names = [name for name in _BEARING if isinstance(getattr(self.bearings[bearing], name), float)]
+        names = [name for name in _BEARING if isinstance(getattr(self._weighed[bearing], name), float)]
         return {
             name: np.array(
-                [getattr(one, name) if same else np.nan for one, same in zip(self.bearings, kind, strict=True)]
+                [getattr(one, name) if same else np.nan for one, same in zip(self._weighed, kind, strict=True)]
             )
             for name in names
         }
@@ -161,6 +168,21 @@ class Space:
         transmission = replace(transmission, geometry=geometry, **given)
         return replace(self.template, transmission=transmission, cylinder_speed=speed)
 
+    def structure(self, points: Points) -> np.ndarray:
+        """Mass of all but motors and gearheads; nan where no part carries the load. (k,) [kg]
+
+        The bearings of the designs must be of one kind.
+        """
+        carried = own_mass(self.columns(points).bodies(self.service))
+        return np.broadcast_to(np.ravel(carried), points.bearing.shape)
+
+    def with_steering(self, motor: Motor) -> Space:
+        """The same with a steering motor of another mass, which moves with the link."""
+        steering = self.template.steering
+        if steering is None:
+            return self
+        return Space(replace(self.template, steering=replace(steering, motor=motor)), self.bearings, self.service)
+
     def batches(self, points: Points, size: int) -> Iterator[np.ndarray]:
         """Yield places of designs to be computed together."""
         kinds = self.kinds[points.bearing]
@@ -170,7 +192,7 @@ class Space:
                 yield some[start : start + size]
 
 
-_BEARING = tuple(one.name for one in dataclasses.fields(Bearing) if one.name not in ("name", "mass"))
+_BEARING = tuple(one.name for one in dataclasses.fields(Bearing) if one.name != "name")
 
 
 _OF_SKF = frozenset({"series", "lubrication"})
@@ -183,6 +205,21 @@ def _form(bearing: Bearing, name: str) -> Any:
     if name in _OF_SKF and bearing.friction_model == "coefficient":
         return None
     return float if isinstance(value, float) else value
+
+
+def with_own_inertias(drive: CoboticDrive) -> CoboticDrive:
+    """The drive with the mass of its link and the inertias of bell and cylinder derived, where its parts state what they need.
+
+    Those of a template belong to its own radii.
+    """
+    steering = drive.steering
+    if steering is not None:
+        free = replace(drive, steering=replace(steering, bell_inertia=None))
+        assert free.steering is not None
+        if free.steering.derived_inertia is not None:
+            drive = free
+    free = replace(drive, link_mass=None)
+    return drive if free.mass_of_link is None else free
 
 
 def values_of(drive: CoboticDrive) -> np.ndarray:
@@ -231,7 +268,7 @@ def static_demands(drive: CoboticDrive, count: int | None = None) -> dict[TaskDe
 
 def named_static(demands: Mapping[Limit, Array], count: int) -> dict[TaskDemand, np.ndarray]:
     """Demands of the preload alone by limit as demands of a task, one of each design. (k,)"""
-    parts = {Limit.BEARING: AXLE, Limit.WALL: "cylinder"}
+    parts = {Limit.BEARING: AXLE, Limit.AXLE: "axle", Limit.CLEARANCE: AXLE, Limit.WALL: "cylinder"}
     return {
         (CONTACT, limit, parts.get(limit, "wheel")): np.broadcast_to(np.ravel(demand), (count,))
         for limit, demand in demands.items()
@@ -254,7 +291,7 @@ def critical(template: CoboticDrive, tasks: Sequence[Task]) -> tuple[Task, ...]:
         if template.output.chain:
             continue
         course = task.instants.course
-        force = np.asarray(course.driving_force(task.duty.moved_mass + (template.link_mass or 0.0)).value)
+        force = np.asarray(course.driving_force(task.duty.moved_mass + (template.mass_of_link or 0.0)).value)
         shape = task.instants.time.shape
         places = _extreme(np.broadcast_to(force, shape), np.broadcast_to(course.speed, shape))
         some = {
@@ -340,6 +377,8 @@ class Demanded(NamedTuple):
     """Friction torque of the bell's bearing. [N m]"""
     rolling: Array = 0.0
     """Mean loss by hysteresis. [W]"""
+    inertia: Array = 0.0
+    """Of bell and wheel about the steering axis. [kg m^2]"""
 
     def of(self, places: np.ndarray) -> Demanded:
         """Of some of many designs."""
@@ -389,6 +428,7 @@ def ask(drive: CoboticDrive, task: Task) -> Demanded:
         resisting["patch"],
         resisting["bell"],
         xp.mean(rolled.losses["rolling"], axis=-1),
+        drive.steering.inertia_of_bell,
     )
 
 
@@ -481,14 +521,16 @@ def _shaft(drive: CoboticDrive, task: Task, demanded: Demanded) -> Shaft:
         if drive.amplifier.regeneration != "none":
             # At one speed, current and voltage rise with the torque: a nan, or the ends, are all that any motor can notice.
             torque = np.stack([torque.min(axis=-1), torque.max(axis=-1)], axis=-1)
-        return Shaft(turning, torque, nothing, nothing, still, still, None)
+        return Shaft(turning, torque, nothing, nothing, still, still, None, still)
     shape = count, len(task.instants.time)
     torque, rate, acceleration = (
         np.broadcast_to(part, shape) for part in (demanded.torque, demanded.rate, demanded.acceleration)
     )
-    patch, bell = (np.broadcast_to(part, (count, 1)) for part in (demanded.patch, demanded.bell))
+    patch, bell, inertia = (
+        np.broadcast_to(part, (count, 1)) for part in (demanded.patch, demanded.bell, demanded.inertia)
+    )
     moment = None if demanded.moment is None else np.broadcast_to(demanded.moment, shape)
-    return Shaft(turning, torque, rate, acceleration, patch, bell, moment)
+    return Shaft(turning, torque, rate, acceleration, patch, bell, moment, inertia)
 
 
 def _life(drive: CoboticDrive, rolling_loss: np.ndarray, life: float) -> np.ndarray:

@@ -30,6 +30,7 @@ def at_stages(
     count, rows, tally = len(found.pairs), found.usable, Tally(found)
     feasible, evaluated = (np.zeros((len(stages), count), dtype=bool) for _ in range(2))
     power, best = np.full((len(stages), count), np.nan), []
+    mass = np.full((len(stages), count), np.nan)
     for place, stage in enumerate(stages):
         if progress is not None:
             first = min(best, key=lambda one: one[0])[1] if best else None
@@ -44,13 +45,13 @@ def at_stages(
         tally.heat(done, tried, left[left] if prune else left)
         tally.rest(done, tried, left[left] if prune else left)
         feasible[place, tried], evaluated[place, tried] = done.feasible, True
-        power[place, tried] = mixed(done.power, request.shares)
+        power[place, tried], mass[place, tried] = mixed(done.power, request.shares), found.whole(tried, stage)
         best += ranked(found, tried, stage, done, request)
     best.sort(key=lambda one: one[0])
     designs = [one for _, one in best]
     if objective == "front":
-        mass, drawn = (np.array([getattr(one, name) for one in designs]) for name in ("mass", "power"))
-        designs = [designs[place] for place in front(mass, drawn)]
+        weighs, drawn = (np.array([getattr(one, name) for one in designs]) for name in ("mass", "power"))
+        designs = [designs[place] for place in front(weighs, drawn)]
     else:
         designs = designs[: request.top]
     return GearedSizing(
@@ -62,6 +63,7 @@ def at_stages(
         feasible=feasible,
         evaluated=evaluated,
         power=power,
+        mass=mass,
         radii=np.empty((0, 2)),
         unchecked=unchecked(found, len(stages)),
     )

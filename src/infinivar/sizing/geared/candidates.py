@@ -13,6 +13,7 @@ import numpy as np
 
 from infinivar._core.bounds import within, words
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.masses import NO_SERVICE, Service, own_mass
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.parts.gearhead import LAWS, PARTS_OF_LAWS, Gearhead, LossModel
@@ -165,9 +166,21 @@ class Pairs:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Candidates(Pairs):
-    """Pairs as drives with an output stage; `template` has everything but motor and gearhead."""
+    """Pairs as drives with an output stage; `template` has everything but motor and gearhead.
+
+    `service` is what the structure has to carry.
+    """
 
     template: ConventionalDrive
+    service: Service
+
+    def whole(self, rows: np.ndarray, stage: OutputStage) -> np.ndarray:
+        """Mass of drives with a stage, whose values may be arrays (k,); nan where one is not known. (k,) [kg]"""
+        return self.mass(rows) + self.structure(stage)
+
+    def structure(self, stage: OutputStage) -> Any:
+        """Mass of all but motor and gearhead with a stage, whose values may be arrays. [kg]"""
+        return own_mass(with_stage(self.template, stage).bodies(self.service))
 
     def drives(self, rows: np.ndarray, stage: OutputStage) -> ConventionalDrive:
         """Many drives as one, whose values are arrays of shape (k, 1); see `parts`."""
@@ -195,10 +208,12 @@ def candidates(
     loss_model: LossModel,
     moving: bool,
     weighed: bool,
+    service: Service = NO_SERVICE,
 ) -> Candidates:
     """Check tables of parts, for drives like a template; other arguments as for `pairs_of`."""
     found = pairs_of(motors, gearheads, pairs, loss_model=loss_model, moving=moving, weighed=weighed)
-    return Candidates(template=template, **{one.name: getattr(found, one.name) for one in dataclasses.fields(found)})
+    own = {one.name: getattr(found, one.name) for one in dataclasses.fields(found)}
+    return Candidates(template=template, service=service, **own)
 
 
 def pairs_of(

@@ -62,6 +62,10 @@ class RadiusSearch:
         """Evaluate pairs, each at its radius."""
         return sample(self.found, rows, self.tasks, lambda places: replace(self.pulley, radius=radii[places][:, None]))
 
+    def whole(self, rows: np.ndarray, radii: np.ndarray) -> np.ndarray:
+        """Mass of pairs, each with a pulley of its radius. (k,) [kg]"""
+        return self.found.whole(rows, replace(self.pulley, radius=radii))
+
     def look(self, rows: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Largest demand of pairs at several radii each, and mean power, inf where infeasible. (k, m), (k, m)"""
         done = self.at(np.repeat(rows, radii.shape[1]), radii.ravel())
@@ -135,12 +139,14 @@ def best_over_radius(
         places = np.concatenate([places, others])
         bounds = Radii(*(np.append(one, np.full(len(others), end)) for one, end in zip(bounds, radii, strict=True)))
     tried = rows[places]
-    least = _least(found, loads, tried, bounds, objective, shares)
     search = RadiusSearch(found, judged, objective, shares)
+    least = _least(search, loads, tried, bounds)
     first = _best_first(search, tried, bounds, least, request.top, all_of_them=not request.prune, progress=progress)
-    seen, drawn = np.zeros((1, count), dtype=bool), np.full((1, count), np.nan)
+    seen, drawn, weighs = np.zeros((1, count), dtype=bool), np.full((1, count), np.nan), np.full((1, count), np.nan)
     seen[0, tried[first.evaluated]] = True
-    np.fmin.at(drawn[0], tried, first.power)
+    order = np.argsort(-first.power, kind="stable")  # of a pair with several ranges the one of least power comes last
+    order = order[np.isfinite(first.power[order])]
+    drawn[0, tried[order]], weighs[0, tried[order]] = first.power[order], first.mass[order]
     _tally_evaluated(tally, first, np.where(able[places], places, -1))
     feasible = np.zeros((1, count), dtype=bool)
     feasible[0, rows[able]] = True
@@ -153,6 +159,7 @@ def best_over_radius(
         feasible=feasible,
         evaluated=seen,
         power=drawn,
+        mass=weighs,
         radii=limits_of,
         unchecked=unchecked(found, 1),
     )
@@ -211,21 +218,14 @@ def _tally_evaluated(tally: Tally, first: _First, places: np.ndarray) -> None:
     tally.tightest(first.keys, first.tightest[order[begin[failed]]])
 
 
-def _least(
-    found: Candidates,
-    loads: Sequence[Load],
-    rows: np.ndarray,
-    bounds: Radii,
-    objective: Objective,
-    shares: Mapping[str, float],
-) -> np.ndarray:
-    """Lower bound of the objective. (k,)"""
-    if objective == "mass":
-        return found.mass(rows)
+def _least(search: RadiusSearch, loads: Sequence[Load], rows: np.ndarray, bounds: Radii) -> np.ndarray:
+    """Lower bound of the objective: a smaller pulley weighs less. (k,)"""
+    if search.objective == "mass":
+        return search.whole(rows, bounds.low)
     total = np.zeros(len(rows))
     for load in loads:
         if isinstance(load.task, MotionTask) and len(rows):
-            total = total + shares[load.task.name] * least_power(found, load, rows, bounds)
+            total = total + search.shares[load.task.name] * least_power(search.found, load, rows, bounds)
     return total
 
 
@@ -237,6 +237,7 @@ class _First(NamedTuple):
     able: np.ndarray
     """Found to be feasible. bool"""
     power: np.ndarray
+    mass: np.ndarray
     worst: np.ndarray
     """Largest demand at the best radius, in the order of `ordered`."""
     tightest: np.ndarray
@@ -257,7 +258,7 @@ def _best_first(
     """Evaluate ranges of radii of pairs, of which one may have several, until no other can be among the best."""
     evaluated, power = np.zeros(len(rows), dtype=bool), np.full(len(rows), np.nan)
     radius, worst = np.full(len(rows), np.nan), np.full(len(rows), np.nan)
-    value, mass = np.full(len(rows), np.inf), search.found.mass(rows)
+    value, mass = np.full(len(rows), np.inf), search.whole(rows, bounds.low)  # of those not evaluated a lower bound
     tightest, keys = np.zeros(len(rows), dtype=int), ()
     order = np.argsort(least, kind="stable")
     while True:
@@ -274,17 +275,18 @@ def _best_first(
         made = search.best(rows[some], Radii(bounds.low[some], bounds.high[some]))
         able = made.done.feasible
         evaluated[some], radius[some], worst[some] = True, made.radius, ordered(made.done)
+        mass[some] = search.whole(rows[some], made.radius)
         keys = tuple(made.done.demands)
         tightest[some] = np.argmax(list(made.done.demands.values()), axis=0)
         power[some] = np.where(able, made.power, np.nan)
-        value[some] = np.where(able, least[some] if search.objective == "mass" else made.power, np.inf)
+        value[some] = np.where(able, mass[some] if search.objective == "mass" else made.power, np.inf)
     able = np.isfinite(value)
     best = np.flatnonzero(able)
     best = best[np.lexsort((rows[best], worst[best], value[best]))]
     best = best[np.sort(np.unique(rows[best], return_index=True)[1])]  # of a pair with several ranges the best
     best = best[front(mass[best], value[best])] if search.objective == "front" else best[:top]
     designs = _designs(search, rows[best], radius[best], Radii(bounds.low[best], bounds.high[best]))
-    return _First(designs, evaluated, able, power, worst, tightest, keys)
+    return _First(designs, evaluated, able, power, mass, worst, tightest, keys)
 
 
 def _to_beat(objective: Objective, rows: np.ndarray, value: np.ndarray, mass: np.ndarray, top: int) -> Any:

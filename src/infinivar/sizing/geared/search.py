@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.masses import check_known, service_of
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.stage import OutputStage
@@ -128,10 +129,14 @@ def candidates_of(request: GearedRequest) -> Candidates:
         loss_model=request.gear_law,
         moving=request.moving,
         weighed=request.weighed,
+        service=service_of(request.template, request.duty, request.requirement, request.travel),
     )
 
 
 def _problem(request: GearedRequest) -> tuple[Candidates, tuple[Task, ...]]:
     """Candidates, and what they are judged by."""
     found = candidates_of(request)
-    return found, tasks_of(found.template, request.duty, request.requirement, request.travel, request.samples)
+    tasks = tasks_of(found.template, request.duty, request.requirement, request.travel, request.samples)
+    if request.weighed:
+        check_known(found.template, found.service)
+    return found, tasks

@@ -113,9 +113,10 @@ def ranked(
     """The best feasible designs at a stage, each with its rank."""
     able = np.flatnonzero(done.feasible)
     drawn = np.broadcast_to(mixed(done.power, request.shares), rows.shape)
-    first = found.mass(rows) if request.objective == "mass" else drawn
+    whole = found.whole(rows, stage)
+    first = whole if request.objective == "mass" else drawn
     if request.objective == "front":
-        order = able[front(found.mass(rows[able]), drawn[able])]
+        order = able[front(whole[able], drawn[able])]
     else:
         order = able[np.lexsort((rows[able], done.worst[able], first[able]))][: request.top]
     return [
@@ -158,7 +159,7 @@ def design_of(
         gearhead=gearhead,
         stage=stage,
         drive=found.drive(row, stage),
-        mass=float(found.mass(np.array([row]))[0]),
+        mass=float(found.whole(np.array([row]), stage)[0]),
         power=power,
         radii=radii,
         demands={key: demand for key, demand in demands.items() if key[1:] not in lacking},

@@ -43,6 +43,13 @@ _COLUMNS: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("outside_diameter", "mm"),
         ("dynamic_rating", "kN"),
         ("static_rating", "kN"),
+        ("mass", "g"),
+    ),
+    "rails": (
+        ("static_rating", "kN"),
+        ("width", "mm"),
+        ("carriage_mass", "g"),
+        ("rail_density", "kg/m"),
     ),
     "materials": (
         ("youngs_modulus", "GPa"),

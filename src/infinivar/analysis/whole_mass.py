@@ -1,0 +1,137 @@
+"""What each drive of a study weighs, body by body, and how far that hangs on assumed factors."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from infinivar._core.described import derived, reported
+from infinivar._core.frozen import FrozenDict
+from infinivar._core.result import Frozen, result
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.masses import Body, Service, open_bodies, service_of, total
+from infinivar.study.study import Study
+from infinivar.units import show, show_in
+
+LEFT_OUT = "mounts, couplings, fasteners, covers, cables, sensors and electronics"
+"""What is not counted in any drive."""
+
+DOUBT = 1.5
+"""Factor by which an assumed factor may be wrong, either way."""
+
+_NEGLIGIBLE = 1e-3
+
+
+def _rows(bodies: tuple[Body, ...]) -> list[dict[str, Any]]:
+    return [
+        {"body": body.name, "mass_kg": body.mass, "kind": body.kind, "basis": body.basis, "moving": body.moving}
+        for body in bodies
+    ]
+
+
+@result
+class WholeMass(Frozen):
+    """What a drive weighs.
+
+    Attributes
+    ----------
+    bodies    Every body, with its mass or what is missing.
+    service   Travel and largest force of the drive's own output, for which the structure is sized.
+    factors   Whole mass with an assumed factor divided, and multiplied, by `DOUBT`, by factor; without those that change it by
+        less than 0.1 %. [kg]
+    """
+
+    bodies: tuple[Body, ...] = reported(convert=_rows)
+    service: Service
+    factors: Mapping[str, tuple[float, float]] = reported("kg")
+
+    @derived("kg")
+    def total(self) -> float:
+        """Of all bodies; nan if one is not known. [kg]"""
+        return total(self.bodies)
+
+    @property
+    def known(self) -> float:
+        """Of the bodies whose mass is known. [kg]"""
+        return sum(body.mass for body in self.bodies if body.mass is not None)
+
+    @derived("kg")
+    def motors(self) -> float:
+        """Of motors and gearheads; nan if one is not known. [kg]"""
+        return total(body for body in self.bodies if body.chosen)
+
+    @derived("kg")
+    def moving(self) -> float:
+        """Of the bodies that move with the link or load; nan if one is not known. [kg]"""
+        return total(body for body in self.bodies if body.moving)
+
+    @derived()
+    def open(self) -> tuple[str, ...]:
+        """Bodies whose mass is not known, and why."""
+        return tuple(open_bodies(self.bodies))
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Least and largest whole mass as each factor is wrong by `DOUBT`, alone. [kg]"""
+        ends = [end for pair in self.factors.values() for end in pair if math.isfinite(end)]
+        return min([self.total, *ends]), max([self.total, *ends])
+
+    @property
+    def words(self) -> str:
+        """Mass in one line."""
+        if self.open:
+            return f"more than {show(self.known, 'kg', 3)}: not known are {', '.join(self.open)}"
+        low, high = (show(end, "kg", 3) for end in self.range)
+        motors = "" if math.isnan(self.motors) else f", of it motors and gearheads {show(self.motors, 'kg', 3)}"
+        return f"{show(self.total, 'kg', 3)} ({low} to {high} as one assumed factor is wrong by {DOUBT:g}){motors}"
+
+
+def whole_mass(study: Study, drive: str) -> WholeMass | None:
+    """What a drive of a study weighs, with a structure for the travel and forces of the study.
+
+    Parameters
+    ----------
+    study : Study
+    drive : str     Name of a drive.
+
+    Returns
+    -------
+    WholeMass   None for machines, whose structure is not known.
+    """
+    made = study.drives[drive]
+    if not isinstance(made, CoboticDrive | ConventionalDrive):
+        return None
+    return mass_of(made, service_of(made, study.duty, study.requirement, study.travel))
+
+
+def mass_of(drive: CoboticDrive | ConventionalDrive, service: Service) -> WholeMass:
+    """What a drive weighs, for a service."""
+    bodies = drive.bodies(service)
+    whole, factors = total(bodies), {}
+    for name in factor_names(drive.structure):
+        value = getattr(drive.structure, name)
+        ends = [
+            total(replace(drive, structure=replace(drive.structure, **{name: value * by})).bodies(service))
+            for by in (1.0 / DOUBT, DOUBT)
+        ]
+        if any(abs(end - whole) > _NEGLIGIBLE * whole for end in ends):
+            factors[name] = ends[0], ends[1]
+    return WholeMass(bodies=bodies, service=service, factors=FrozenDict(factors))
+
+
+def factor_names(structure: Any) -> Iterable[str]:
+    """Assumed factors of a structure."""
+    for field in dataclasses.fields(structure):
+        if "unit" in field.metadata and field.name != "travel" and not field.name.endswith("_mass"):
+            yield field.name
+
+
+def cell(body: Body | None) -> str:
+    """Mass of a body in grams; "" for a body that a drive has not, "not known" for one without mass."""
+    if body is None:
+        return ""
+    return "not known" if body.mass is None else show_in(float(body.mass), "kg", "g", 3)

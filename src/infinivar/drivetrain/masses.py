@@ -1,0 +1,459 @@
+"""What a drive weighs: every body of both architectures, bought or derived from what it has to carry.
+
+Left out of both alike: mounts, couplings, fasteners, covers, cables, sensors and electronics.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.fields import given
+from infinivar.drivetrain import chain
+from infinivar.drivetrain.output import Output
+from infinivar.errors import ParameterError
+from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.parts import catalogue
+from infinivar.parts.bearing import FILLED, Bearing
+from infinivar.parts.spring import TorsionSpring
+from infinivar.parts.structure import beams, bodies
+from infinivar.parts.structure.beams import STEEL_DENSITY, STEEL_MODULUS
+from infinivar.parts.structure.structure import Structure
+from infinivar.parts.structure.tube import Tube, thinnest
+from infinivar.units import show_in
+
+_SHEAR_MODULUS = STEEL_MODULUS / 2.6
+_SECTION, _THIN = 6e-3, 7e-3
+"""Radial and axial size of a thin bearing around the bell: series 618 from 20 to 45 mm of bore. [m]"""
+_RAIL = ("carriage_mass", "rail_density", "width", "height", "carriage_length")
+_BEARING = ("weight", "breadth", "outside_diameter", "bore")
+
+
+class Service(NamedTuple):
+    """What the output of a drive, on its own side of springs and linkage, has to do; arrays that broadcast."""
+
+    travel: Array | None
+    """From end to end; None: not known. [m]"""
+    force: Array | None
+    """Largest. [N]; of a drive that turns a shaft [N m]"""
+    energies: Mapping[str, float] = {}
+    """Largest energy in each spring, by the name of its place in the output; what is missing is not known. [J]"""
+
+
+NO_SERVICE = Service(None, None)
+"""Nothing is known."""
+
+
+def service_of(
+    drive: Any, duty: Mapping[str, DutyCycle], requirement: Any = None, travel: float | None = None
+) -> Service:
+    """What the motions and the required region of a study ask of a drive's own output.
+
+    Parameters
+    ----------
+    drive : CoboticDrive or ConventionalDrive
+    duty : mapping of DutyCycle
+    requirement : Requirement   Required region.
+    travel : float              Of the load, where no linkage lies between it and the drive. [m]
+
+    Returns
+    -------
+    Service   The largest of all; out of reach of a linkage, what can be reached.
+    """
+    import numpy as np
+
+    own, axis = drive.output.chain, drive.axis
+    travels: list[float] = []
+    forces: list[float] = []
+    energies: dict[str, float] = {}
+    for cycle in duty.values():
+        _, _, course = cycle.instants(orders=6 if drive.output.has_series_spring else 4)
+        load = chain.inward(own, course, given(cycle.moved_mass, 0.0), axis, (2, 0))
+        position = np.asarray(load.course.position, dtype=float)
+        step = cycle.period / position.size
+        travels.append(float(np.nanmax(position) - np.nanmin(position)))
+        forces.append(float(np.nanmax(np.abs(load.course.driving_force(load.mass).value))))
+        for place in own:
+            if place.name in load.stored:
+                energy = np.append(0.0, np.cumsum(load.stored[place.name]) * step)
+                energies[place.name] = max(energies.get(place.name, 0.0), float(np.ptp(energy)))
+    if requirement is not None:
+        for speed, force in requirement.corners().values():
+            at = chain.steady(own, position=0.0, speed=speed, force=force, axis=axis)
+            forces.append(abs(float(at.force)))
+    if travel is not None and drive.output.linkage is None:
+        travels.append(travel)
+    return Service(max(travels, default=drive.structure.travel), max(forces, default=None), energies)
+
+
+class Body(NamedTuple):
+    """A body of a drive."""
+
+    name: str
+    mass: Array | None
+    """None: not known. [kg]"""
+    kind: str
+    """catalogue, stated or derived."""
+    basis: str
+    """What it is, or what is missing."""
+    moving: bool = False
+    """Whether it moves with the link or load."""
+    chosen: bool = False
+    """Whether it is a motor or gearhead, which searches choose."""
+
+
+def total(found: Iterable[Body]) -> Array:
+    """Mass of all bodies; nan if one is not known. [kg]"""
+    return sum((math.nan if body.mass is None else body.mass for body in found), start=0.0)
+
+
+def own_mass(found: Iterable[Body]) -> Array:
+    """Mass of all bodies but motors and gearheads; nan if one is not known. [kg]"""
+    return total(body for body in found if not body.chosen)
+
+
+def cobotic_bodies(drive: Any, service: Service) -> tuple[Body, ...]:
+    """Bodies of a cobotic drive.
+
+    Parameters
+    ----------
+    drive : CoboticDrive    Its values may be arrays of many designs.
+    service : Service
+
+    Source: `infinivar.parts.structure`, and the rows of the catalogue.
+    """
+    return tuple(_Cobotic(drive, service))
+
+
+def geared_bodies(drive: Any, service: Service) -> tuple[Body, ...]:
+    """Bodies of a conventional drive; see `cobotic_bodies`."""
+    return tuple(_Geared(drive, service))
+
+
+def link_mass(drive: Any) -> Array | None:
+    """Mass of what moves with the link of a cobotic drive; None if it is not known. [kg]"""
+    moving = [body for body in _Cobotic(drive, NO_SERVICE) if body.moving]
+    return None if open_bodies(moving) else total(moving)
+
+
+def bell_inertia(drive: Any) -> Array | None:
+    """Inertia of bell, wheel, axle and its bearings about the steering axis; None if it is not known. [kg m^2]"""
+    return _Cobotic(drive, NO_SERVICE).inertia
+
+
+def with_tube(drive: Any, service: Service) -> Any:
+    """The drive with a cylinder that is known: as stated, else derived; unchanged where that is not possible."""
+    made = _Cobotic(drive, service)
+    tube = None if drive.transmission.geometry is None else made.tube()
+    if tube is None or drive.transmission.tube is not None or not math.isfinite(tube.wall):
+        return drive
+    sizes = {"cylinder_wall": tube.wall, "cylinder_length": tube.length, "cylinder_end_plate": tube.end_plate}
+    return replace(drive, transmission=replace(drive.transmission, **sizes), cylinder_inertia=None)
+
+
+def open_bodies(found: Iterable[Body]) -> list[str]:
+    """Bodies whose mass is not known, and why."""
+    return [f"{body.name} ({body.basis})" for body in found if body.mass is None]
+
+
+def open_structure(drive: Any, service: Service) -> list[str]:
+    """Reasons why the mass of all but motors and gearheads is not known; empty if it is."""
+    return list(dict.fromkeys(one.basis for one in drive.bodies(service) if one.mass is None and not one.chosen))
+
+
+def check_known(drive: Any, service: Service) -> None:
+    """Raise ParameterError unless the mass of all but motors and gearheads is known; the message says what is missing."""
+    reasons = open_structure(drive, service)
+    if reasons:
+        raise ParameterError(f"whole masses are not known: {'; '.join(reasons)}")
+
+
+class _Bodies:
+    """Makes the bodies of a drive; what depends on missing values is not known."""
+
+    def __init__(self, drive: Any, service: Service) -> None:
+        self.drive, self.service = drive, service
+        self.structure: Structure = drive.structure
+        self.room: float = self.structure.room
+
+    def __iter__(self) -> Iterator[Body]:
+        for role, motor in self.drive.motors.items():
+            name = "motor" if role == "motor" else f"{role} motor"
+            yield _bought(name, motor, moving=role == "steering")
+        yield _bought("gearhead", self.drive.gearhead)
+        yield from self.own()
+        yield from self.output(self.drive.output)
+
+    def own(self) -> Iterator[Body]:
+        """Bodies of the architecture."""
+        raise NotImplementedError
+
+    def body(self, name: str, mass: Array | None, basis: str, *, key: str | None = None, moving: bool = False) -> Body:
+        """A derived body, unless its mass is stated."""
+        stated = getattr(self.structure, f"{key or name}_mass")
+        if stated is not None:
+            return Body(name, stated, "stated", "as stated", moving)
+        return Body(name, mass, "derived", basis, moving)
+
+    def bearings(self, name: str, count: int, held: Mapping[str, Array], own: Bearing | None) -> Body:
+        """Equal bearings that a drive states, or not."""
+        made = self.body(name, count * held["weight"], f"{count} of {_mm(held['bore'])} bore", key="bearings")
+        return made if own is None or made.kind == "stated" else made._replace(kind=_kind(own), basis=own.name)
+
+    def guideway(self, load: Array) -> Iterator[Body]:
+        """Rail and carriage."""
+        rail, travel = self.rail(load), self.service.travel
+        yield self.body("carriage", rail["carriage_mass"], f"{_mm(rail['width'])} wide", moving=True)
+        if travel is None:
+            yield self.body("rail", None, _UNKNOWN)
+            return
+        length = travel + rail["carriage_length"] + 2.0 * self.room
+        yield self.body("rail", rail["rail_density"] * length, f"{_mm(length)} long")
+
+    def rail(self, load: Array) -> Mapping[str, Array]:
+        """Sizes of the rail: as stated for the guideway, else the lightest that carries the load."""
+        own = getattr(self.drive.guideway, "rail", None)
+        if own is not None:
+            return {name: getattr(own, name) for name in _RAIL}
+        return catalogue.lightest("rails", self.structure.rail_margin * load, _RAIL)
+
+    def frame(self, force: Array, moment: Array, span: Array, width: Array, plates: Array, basis: str) -> Body:
+        """A bar under the rail, and plates at its ends. [N], [N m], [m], [m], [m^3]"""
+        metal = self.structure.metal
+        if metal.density is None or metal.yield_strength is None:
+            return self.body("frame", None, "density and yield strength of structure.material are missing")
+        height = bodies.bar_height(
+            force,
+            moment,
+            span,
+            width,
+            modulus=metal.youngs_modulus,
+            sag=self.structure.frame_deflection * span,
+            strength=metal.yield_strength / self.structure.strength_margin,
+        )
+        xp = namespace(height)
+        height = xp.maximum(height, xp.asarray(self.structure.least_wall))
+        mass = metal.density * (width * height * span + plates)
+        return self.body("frame", mass, f"bar of {_mm(span)}, {_mm(width)} x {_mm(height)}, and {basis}")
+
+    def output(self, output: Output) -> Iterator[Body]:
+        """Linkage and springs between drive and load."""
+        structure, metal, force = self.structure, self.structure.metal, self.service.force
+        if output.linkage is not None:
+            arm, mass = output.linkage.arm, None
+            if arm is not None and force is not None and metal.density and metal.yield_strength:
+                # A bar twice as high as wide: W = h^3/12.
+                height = (12.0 * force * arm * structure.strength_margin / metal.yield_strength) ** (1.0 / 3.0)
+                mass = metal.density * 0.5 * height**2 * arm
+            yield self.body("linkage", mass, "an arm that carries the largest force" if mass is not None else _OPEN)
+        springs = [place for place in output.chain if place.kind in ("series", "parallel")]
+        if springs:
+            stored = self.service.energies
+            known = all(place.name in stored for place in springs)
+            mass = sum(self._wire(stored[place.name], place.part) for place in springs) if known else None
+            yield self.body("springs", mass, "wire for the energy stored" if known else "no motion states their energy")
+
+    def _wire(self, energy: Array, spring: Any = None) -> Array:
+        bent = isinstance(spring, TorsionSpring)
+        modulus = STEEL_MODULUS if bent else _SHEAR_MODULUS
+        return bodies.wire_mass(energy, self.structure.spring_strength, modulus, STEEL_DENSITY, bent=bent)
+
+
+_OPEN = "its arm or its load is not known"
+_UNKNOWN = "travel is missing: state it in [requirement], or as structure.travel"
+
+
+class _Cobotic(_Bodies):
+    def own(self) -> Iterator[Body]:
+        drive, structure, element = self.drive, self.structure, self.drive.transmission
+        geometry = element.geometry
+        if geometry is None:
+            lacking = "transmission.geometry is missing"
+            for name in ("cylinder", "wheel", "bell", "rail", "frame"):
+                yield self.body(name, None, lacking)
+            return
+        axle: Bearing = geometry.axle_bearing
+        tube = self.tube()
+        own = None if drive.cylinder_bearings is None else drive.cylinder_bearings.bearing
+        held = _held(own, element.preload)  # the wheel may stand beside one of them
+        yield self.body("cylinder", None if tube is None else tube.mass, _tube_words(tube))
+        yield self.bearings("cylinder bearings", 2, held, own)
+        bell = self.bell()
+        rod = math.pi * 0.25 * axle.bore**2 * (bell.span + axle.breadth - geometry.wheel_width)
+        density = geometry.wheel_material.density
+        solid = bodies.crowned_volume(element.wheel_radius, geometry.crown_radius, geometry.wheel_width)
+        yield self.body(
+            "wheel",
+            None if density is None else density * (solid + rod),
+            f"{_mm(2.0 * element.wheel_radius)} x {_mm(geometry.wheel_width)}, and its axle",
+            moving=True,
+        )
+        yield Body("axle bearings", 2.0 * axle.weight, _kind(axle), axle.name, True)
+        metal = structure.metal
+        yield self.body(
+            "bell",
+            None if metal.density is None else metal.density * bell.volume,
+            f"ring of {_mm(2.0 * bell.outer)}, {_mm(bell.height)} high",
+            moving=True,
+        )
+        yield self._bell_bearing(bell)
+        energy = 0.5 * element.preload * structure.spring_deflection
+        yield Body("preload spring", self._wire(energy), "derived", "wire for the energy stored", True)
+        yield from self.guideway(element.preload)
+        if tube is None:
+            yield self.body("frame", None, _tube_words(tube))
+            return
+        rail = self.rail(element.preload)
+        span = tube.length + 2.0 * tube.end_plate + held["breadth"]
+        # From the axis of the cylinder to the back of the rail.
+        reach = element.cylinder_radius + element.wheel_radius + 0.5 * bell.height + rail["height"]
+        across = held["outside_diameter"] + 4.0 * structure.least_wall
+        plates = 2.0 * held["breadth"] * across * reach
+        yield self.frame(
+            element.preload, 0.0, span, rail["width"], plates, f"two plates from cylinder to rail, {_mm(reach)} high"
+        )
+
+    @property
+    def inertia(self) -> Array | None:
+        """See `bell_inertia`."""
+        geometry, bell = self.drive.transmission.geometry, self.bell()
+        axle, masses = geometry.axle_bearing, {body.name: body.mass for body in self}
+        wheel, ring = masses["wheel"], masses["bell"]
+        if wheel is None or ring is None:
+            return None
+        # The axle is a small part of what it carries, and counts as if it were the wheel.
+        wheel = wheel * (0.25 * bell.wheel_radius**2 + bell.wheel_width**2 / 12.0)
+        return ring * bell.second_moment / bell.volume + wheel + 0.5 * axle.weight * bell.span**2
+
+    def tube(self) -> Tube | None:
+        """The cylinder: as stated, else the thinnest tube as long as the travel needs; None where this is not known."""
+        element, travel = self.drive.transmission, self.service.travel
+        if element.tube is not None or travel is None:
+            return element.tube
+        geometry, contact = element.geometry, element.contact
+        material = geometry.cylinder_material
+        if contact is None or material.yield_strength is None or material.density is None:
+            return None
+        tube = Tube(
+            radius=element.cylinder_radius,
+            wall=self.structure.least_wall,
+            length=travel + geometry.wheel_width + 2.0 * self.room,
+            end_plate=self.structure.least_wall,
+            material=material,
+        )
+        patch = (contact.patch.a * contact.patch.b) ** 0.5
+        wall = thinnest(tube, element.preload, patch, self.structure.strength_margin)
+        xp = namespace(wall)
+        wall = xp.minimum(xp.maximum(wall, xp.asarray(self.structure.least_wall)), 0.9 * element.cylinder_radius)
+        return Tube(
+            radius=tube.radius,
+            wall=float(wall) if wall.ndim == 0 else wall,
+            length=tube.length,
+            end_plate=tube.end_plate,
+            material=material,
+        )
+
+    def bell(self) -> bodies.Bell:
+        """The bell around the wheel."""
+        element = self.drive.transmission
+        geometry = element.geometry
+        return bodies.Bell(
+            wheel_radius=element.wheel_radius,
+            wheel_width=geometry.wheel_width,
+            bearing_diameter=geometry.axle_bearing.outside_diameter,
+            bearing_width=geometry.axle_bearing.breadth,
+            wall=self.structure.least_wall,
+        )
+
+    def _bell_bearing(self, bell: bodies.Bell) -> Body:
+        own = None if self.drive.steering is None else self.drive.steering.bell_bearing
+        if own is not None:
+            return Body("bell bearing", own.weight, _kind(own), own.name, True)
+        ring = bodies.ring_volume(bell.outer, _SECTION, _THIN)
+        return Body("bell bearing", FILLED * STEEL_DENSITY * ring, "derived", "thin, around the bell", True)
+
+
+class _Geared(_Bodies):
+    def own(self) -> Iterator[Body]:
+        stage, force = self.drive.stage, self.service.force
+        names = {stage.title: "stage", f"{stage.title} bearings": "bearings", "rail": "rail", "frame": "frame"}
+        if stage.title == "shaft":  # what turns a joint is bought whole
+            return
+        lacking = _UNKNOWN if self.service.travel is None or force is None else None
+        if stage.title not in ("pulley", "belt", "rack", "screw"):
+            lacking = f"what a {stage.title} weighs is not known"
+        if lacking is not None or force is None:
+            for name, key in names.items():
+                yield self.body(name, None, lacking or _UNKNOWN, key=key)
+            return
+        own, structure, rail = getattr(stage, "bearings", None), self.structure, self.rail(force)
+        belted = stage.title in ("pulley", "belt")
+        pull = force
+        if belted:
+            pull = structure.pull_ratio * force if own is None or own.pull is None else own.pull
+        yield self._stage(rail)
+        bearing = None if own is None else own.bearing
+        count, held = (4 if belted else 2), _held(bearing, 0.5 * pull)
+        yield self.bearings(f"{stage.title} bearings", count, held, bearing)
+        yield from self.guideway(force)
+        offset = 0.5 * stage.diameter if stage.title == "screw" else stage.travel_per_radian
+        reach, across = offset + rail["height"], held["outside_diameter"] + 4.0 * structure.least_wall
+        plates = 2.0 * held["breadth"] * across * (reach + 0.5 * held["outside_diameter"])
+        words = "two plates that hold the stage's bearings"
+        yield self.frame(0.0, pull * reach, self._length(rail), rail["width"], plates, words)
+
+    def _length(self, rail: Mapping[str, Array]) -> Array:
+        """Of rail and frame. [m]"""
+        return given(self.service.travel, math.nan) + rail["carriage_length"] + 2.0 * self.room
+
+    def _stage(self, rail: Mapping[str, Array]) -> Body:
+        """Pulleys and cable, belt, rack and pinion, or screw and nut."""
+        stage, structure, length = self.drive.stage, self.structure, self._length(rail)
+        if stage.title == "screw":
+            nut = structure.nut_ratio * stage.diameter
+            thread = beams.Section(0.5 * stage.diameter).area * given(stage.length, length + nut)
+            around = beams.Section(stage.diameter, 0.5 * stage.diameter).area * nut
+            basis = f"thread of {_mm(stage.diameter)}, and nut"
+            return self.body("screw", STEEL_DENSITY * (thread + around), basis, key="stage")
+        radius, width = stage.travel_per_radian, structure.pulley_width
+        disc = math.pi * radius**2 * width
+        if stage.title == "rack":
+            basis = f"pinion of {_mm(2.0 * radius)}, and rack"
+            return self.body("rack", STEEL_DENSITY * (width**2 * length + disc), basis, key="stage")
+        if structure.metal.density is None:
+            return self.body(stage.title, None, "density of structure.material is missing", key="stage")
+        strand = structure.belt_density * (2.0 * length + 4.0 * math.pi * radius)
+        basis = f"two of {_mm(2.0 * radius)}, and belt or cable"
+        return self.body(stage.title, 2.0 * disc * structure.metal.density + strand, basis, key="stage")
+
+
+def _held(own: Bearing | None, load: Array) -> Mapping[str, Array]:
+    """Sizes of a bearing: its own, else of the lightest that carries the load."""
+    if own is not None:
+        return {name: getattr(own, name) for name in _BEARING}
+    return catalogue.lightest("bearings", load, _BEARING)
+
+
+def _bought(name: str, part: Any, *, moving: bool = False) -> Body:
+    # Parts of other packages need not have a mass or a name.
+    mass, title = getattr(part, "mass", None), getattr(part, "name", type(part).__name__)
+    basis = title if mass is not None else f"{title}: the mass is not stated"
+    return Body(name, mass, "catalogue", basis, moving, chosen=True)
+
+
+def _kind(bearing: Bearing) -> str:
+    return "derived" if bearing.mass is None else "catalogue"
+
+
+def _tube_words(tube: Tube | None) -> str:
+    if tube is None:
+        return f"{_UNKNOWN}; or density and yield strength of the cylinder's material are missing"
+    return f"tube of {_mm(2.0 * tube.radius)}, wall {_mm(tube.wall)}, {_mm(tube.length)} long"
+
+
+def _mm(value: Array) -> str:
+    """A length in words; "" for many designs."""
+    return show_in(float(value), "m", "mm", 3) if getattr(value, "ndim", 0) == 0 else ""

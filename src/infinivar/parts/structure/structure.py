@@ -1,0 +1,90 @@
+"""What holds a drive together: assumed factors that size the bodies without a data sheet, and masses that are known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from annotated_types import Ge, Gt
+
+from infinivar._core.fields import check, component, given, quantity
+from infinivar.contact.bodies import Material
+
+_ALUMINIUM = Material(
+    name="aluminium 7075-T6",
+    youngs_modulus=71.7e9,
+    poisson=0.33,
+    density=2810.0,
+    yield_strength=503e6,
+    hardness=1.7e9,
+    conductivity=130.0,
+    heat_capacity=2.7e6,
+)
+"""As in the catalogue: al-7075-t6."""
+
+_WEIGHED = "Mass, from a scale or CAD; by default derived"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Structure:
+    """How a drive is built around its bought parts.
+
+    The factors are assumed: usual in machine design, and open to choice. A mass that is stated replaces what is derived.
+
+    Raises
+    ------
+    ParameterError
+        If a field is outside its range; the message names field, value and unit.
+    """
+
+    material: Material | None = component(
+        "Material of frame, bell, pulleys and linkage; default: aluminium 7075-T6", default=None
+    )
+    travel: float | None = quantity(
+        "m",
+        Gt(0),
+        "Travel of the drive's own output from end to end, where neither motions nor requirement of the study state one",
+        default=None,
+    )
+    strength_margin: float = quantity(
+        "1", Gt(0), "Yield strength over stress of cylinder, frame and linkage, under loads that pulsate", default=3.0
+    )
+    frame_deflection: float = quantity(
+        "1", Gt(0), "Deflection of the frame under the largest load, over its span", default=1e-3
+    )
+    least_wall: float = quantity("m", Gt(0), "Thinnest wall that can be made; also that of the bell", default=2e-3)
+    room: float = quantity("m", Ge(0), "Free length at each end of the travel", default=5e-3)
+    rail_margin: float = quantity("1", Gt(0), "Static rating of the rail over its load", default=2.0)
+    pull_ratio: float = quantity(
+        "1",
+        Gt(0),
+        "Sum of the tensions of belt or cable over its largest force, where its pull is not stated",
+        default=2.5,
+    )
+    pulley_width: float = quantity("m", Gt(0), "Width of pulleys, pinions and racks", default=10e-3)
+    belt_density: float = quantity("kg/m", Gt(0), "Mass of belt or cable over its length", default=0.03)
+    nut_ratio: float = quantity("1", Gt(0), "Length of a nut over the diameter of its screw", default=3.0)
+    spring_deflection: float = quantity("m", Gt(0), "Deflection of the preload spring under the preload", default=1e-3)
+    spring_strength: float = quantity("Pa", Gt(0), "Permissible stress in the wire of springs", default=700e6)
+    cylinder_mass: float | None = quantity("kg", Gt(0), f"Cylinder. {_WEIGHED}", default=None)
+    wheel_mass: float | None = quantity("kg", Gt(0), f"Wheel and axle. {_WEIGHED}", default=None)
+    bell_mass: float | None = quantity("kg", Gt(0), f"Bell. {_WEIGHED}", default=None)
+    stage_mass: float | None = quantity(
+        "kg", Gt(0), f"Pulleys and cable, belt, screw or rack. {_WEIGHED}", default=None
+    )
+    bearings_mass: float | None = quantity(
+        "kg", Gt(0), f"Bearings of cylinder or output stage. {_WEIGHED}", default=None
+    )
+    carriage_mass: float | None = quantity("kg", Gt(0), f"Carriage of the guideway. {_WEIGHED}", default=None)
+    rail_mass: float | None = quantity("kg", Gt(0), f"Rail of the guideway. {_WEIGHED}", default=None)
+    springs_mass: float | None = quantity("kg", Gt(0), f"Springs. {_WEIGHED}", default=None)
+    linkage_mass: float | None = quantity("kg", Gt(0), f"Linkage. {_WEIGHED}", default=None)
+    frame_mass: float | None = quantity("kg", Gt(0), f"Frame. {_WEIGHED}", default=None)
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+
+    @property
+    def metal(self) -> Material:
+        """Material of frame, bell, pulleys and linkage."""
+        return given(self.material, _ALUMINIUM)

@@ -1,0 +1,192 @@
+"""What drives weigh: stated values win, missing ones are named, and derived masses move in motion and in searches."""
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import infinivar as iv
+from infinivar.analysis.whole_mass import DOUBT, whole_mass
+from infinivar.parts import Guideway, Structure
+from internals import Service, own_mass, service_of, thinnest, total, with_tube
+from made import loaded
+
+KNEE = loaded("knee_walking")
+ANKLE = loaded("ankle_walking")
+COBOTIC, GEARED = KNEE.drives["cobotic"], KNEE.drives["geared"]
+SERVICE = Service(0.06, 175.0)
+
+
+def masses(drive, service=SERVICE):
+    return {body.name: body.mass for body in drive.bodies(service)}
+
+
+def free(drive):
+    """The drive with what its geometry determines left open."""
+    return replace(drive, link_mass=None, cylinder_inertia=None, steering=replace(drive.steering, bell_inertia=None))
+
+
+@pytest.mark.parametrize("drive", [COBOTIC, GEARED], ids=["cobotic", "geared"])
+def test_a_stated_mass_replaces_what_is_derived(drive):
+    keys = {"cylinder": "cylinder", "wheel": "wheel", "bell": "bell", "pulley": "stage", "frame": "frame"}
+    keys |= {"cylinder bearings": "bearings", "pulley bearings": "bearings", "rail": "rail", "carriage": "carriage"}
+    before = {body.name: body for body in drive.bodies(SERVICE)}
+    stated = {keys[name]: 0.1234 for name in before if name in keys}
+    assert len(stated) >= 5
+    heavy = replace(drive, structure=Structure(**{f"{key}_mass": mass for key, mass in stated.items()}))
+    for body in heavy.bodies(SERVICE):
+        if body.name in keys:
+            assert (body.mass, body.kind) == (0.1234, "stated")
+        else:
+            assert body == before[body.name]
+
+
+def test_what_is_not_known_is_named_and_never_zero():
+    steel = replace(COBOTIC.transmission.geometry.wheel_material, density=None)
+    geometry = replace(COBOTIC.transmission.geometry, wheel_material=steel)
+    bare = replace(COBOTIC, transmission=replace(COBOTIC.transmission, geometry=geometry))
+    assert masses(bare)["wheel"] is None
+    assert np.isnan(total(bare.bodies(SERVICE)))
+    unknown = {body.name: body.basis for body in COBOTIC.bodies(Service(None, None)) if body.mass is None}
+    assert {*unknown} == {"gearhead", "cylinder", "rail", "frame"}
+    assert "travel is missing" in unknown["rail"]
+    assert np.isnan(total(GEARED.bodies(Service(None, 175.0))))
+    found = whole_mass(KNEE, "cobotic")
+    assert found.open == ("gearhead (cylinder gearing, 57:1: the mass is not stated)",)
+    assert found.words.startswith("more than 2.0")
+
+
+def test_a_search_for_mass_needs_the_travel():
+    region = iv.Requirement(force=60.0, speed=0.2, power=6.0)
+    study = replace(KNEE.with_drives("geared"), duty={}, requirement=region)
+    with pytest.raises(
+        iv.ParameterError, match=r"whole masses are not known: travel is missing: state it in \[requirement\]"
+    ):
+        iv.size(study, sets="shipped", top=1)
+
+
+def test_moving_masses_follow_from_the_geometry():
+    """Link, bell and cylinder in motion, in the energy of a cycle and in the controller, as if their masses were stated."""
+    own = free(with_tube(COBOTIC, SERVICE))
+    moving = [body.mass for body in own.bodies(SERVICE) if body.moving]
+    assert own.mass_of_link == pytest.approx(sum(moving), rel=1e-12)
+    assert 0.2 < own.mass_of_link < 0.8
+    bell = own.steering.inertia_of_bell
+    assert 1e-5 < bell < 1e-4
+    stated = replace(
+        own,
+        link_mass=own.mass_of_link,
+        cylinder_inertia=own.inertia_of_cylinder,
+        steering=replace(own.steering, bell_inertia=bell, derived_inertia=None),
+    )
+    walking = KNEE.duty["walking"]
+    one, other = (iv.duty_cycle(drive, walking) for drive in (own, stated))
+    assert one.energy == pytest.approx(other.energy, rel=1e-12)
+    heavier = replace(own, structure=Structure(bell_mass=0.5, wheel_mass=0.5))
+    assert heavier.mass_of_link > own.mass_of_link + 0.5
+    assert heavier.steering.inertia_of_bell > 2.0 * bell
+    larger = replace(own, transmission=replace(own.transmission, wheel_radius=0.03))
+    assert larger.steering.inertia_of_bell > 2.0 * bell
+    assert iv.duty_cycle(heavier, walking).energy != one.energy
+
+
+def test_the_energy_audit_closes_with_derived_masses():
+    """A simulated reach with all of them derived: what goes in comes out."""
+    study = loaded("hand_controller")
+    drive = free(with_tube(study.drives["cobotic"], Service(0.1, 50.0)))
+    run = iv.simulate(drive, study.scenarios["reach"])
+    assert np.abs(run.trajectory.residual).max() < 1e-6
+
+
+def test_the_thinnest_wall_carries_just_that():
+    made = with_tube(COBOTIC, SERVICE).transmission
+    assert made.tube is not None
+    margin = COBOTIC.structure.strength_margin
+    assert made.utilisation[iv.Limit.WALL] == pytest.approx(1.0 / margin, rel=1e-9)
+    again = thinnest(made.tube, made.preload, (made.contact.patch.a * made.contact.patch.b) ** 0.5, margin)
+    assert float(again) == pytest.approx(made.cylinder_wall, rel=1e-12)
+    assert np.isnan(thinnest(made.tube, 1e7, 1e-3, margin))
+    own = with_tube(replace(COBOTIC, transmission=made), SERVICE)
+    assert own.transmission is made
+
+
+def test_a_service_is_what_motions_and_region_ask_of_the_drive_itself():
+    geared = service_of(ANKLE.drives["geared"], ANKLE.duty)
+    cobotic = service_of(ANKLE.drives["cobotic"], ANKLE.duty)
+    # The moment of the ankle on arms of about 50 and of 100 mm; the pulley's travel is its arm times the angle.
+    assert geared.force == pytest.approx(2.0 * cobotic.force, rel=0.05)
+    angle = np.ptp(ANKLE.duty["walking"].instants().position)
+    assert cobotic.travel == pytest.approx(0.1 * angle, rel=1e-6)
+    series = service_of(ANKLE.drives["geared-series"], ANKLE.duty)
+    stiffness = ANKLE.drives["geared-series"].output.series_spring.stiffness
+    # The force reaches zero in the cycle, so that the largest energy is that of the largest force.
+    assert series.energies["series spring"] == pytest.approx(0.5 * series.force**2 / stiffness, rel=0.02)
+    region = iv.Requirement(force=300.0, speed=0.1, travel=0.2)
+    assert service_of(GEARED, KNEE.duty, region, 0.2)[:2] == (0.2, 300.0)
+    assert service_of(GEARED, {}).travel is None
+    assert service_of(replace(GEARED, structure=Structure(travel=0.07)), {}).travel == 0.07
+
+
+def test_factors_change_the_mass_by_what_they_say():
+    found = whole_mass(KNEE, "geared")
+    assert found.total == pytest.approx(sum(body.mass for body in found.bodies), rel=1e-12)
+    assert found.motors == pytest.approx(0.55, rel=1e-9)
+    for name, (low, high) in found.factors.items():
+        for end, by in ((low, 1.0 / DOUBT), (high, DOUBT)):
+            changed = Structure(**{name: by * getattr(GEARED.structure, name)})
+            assert total(replace(GEARED, structure=changed).bodies(found.service)) == pytest.approx(end, rel=1e-12)
+    assert {"frame_deflection", "room"} <= {*found.factors}
+    least, most = found.range
+    assert least < found.total < most
+    assert 0.0 < whole_mass(KNEE, "cobotic").moving < whole_mass(KNEE, "cobotic").known
+
+
+def test_compare_states_what_drives_weigh():
+    made = iv.compare(KNEE, quick=True)
+    assert made.masses["geared"] == whole_mass(KNEE, "geared")
+    stated = made.to_dict()["masses"]["geared"]
+    assert stated["total_kg"] == pytest.approx(made.masses["geared"].total)
+    assert {row["kind"] for row in stated["bodies"]} == {"catalogue", "derived"}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (lambda: Structure(strength_margin=0.0), "strength_margin must be > 0, got 0"),
+        (lambda: Structure(frame_mass=-1.0), "frame_mass must be > 0 kg"),
+        (
+            lambda: replace(COBOTIC, guideway=Guideway(rail=iv.rails()["mgn5c-o"])),
+            r"guideway\.rail\.static_rating must be >= transmission\.preload, 2200 N",
+        ),
+        (lambda: replace(iv.rails()["mgn9c"], width=0.0), "width must be > 0 m"),
+        (lambda: iv.parts.Rail(static_rating=1.0), "missing"),
+    ],
+)
+def test_what_cannot_be_is_refused(wrong, message):
+    with pytest.raises((iv.ParameterError, TypeError), match=message):
+        wrong()
+
+
+def test_limits_of_axle_and_clearance():
+    """A thin axle and large bearings beside a small wheel are exceeded limits of the contact."""
+    element = COBOTIC.transmission
+    bearings = iv.bearings()
+    small = replace(element.geometry, axle_bearing=replace(bearings["624"], friction_model="coefficient"))
+    assert replace(element, geometry=small).utilisation[iv.Limit.AXLE] > 1.0
+    wide = replace(element.geometry, axle_bearing=replace(bearings["6206"], friction_model="coefficient"))
+    assert replace(element, geometry=wide).utilisation[iv.Limit.CLEARANCE] == pytest.approx(31.0 / 20.0)
+    assert element.utilisation[iv.Limit.AXLE] < 1.0
+
+
+@pytest.mark.slow
+def test_a_sized_design_weighs_the_same_as_a_study():
+    """Whole mass of a design by the search, of its drive, and by `compare` of its study."""
+    found = iv.size(KNEE, generations=4, top=2)
+    for design in found.best_of.values():
+        study = found.study_of(design)
+        (name,) = study.drives
+        assert whole_mass(study, name).total == pytest.approx(design.mass, rel=1e-9)
+        again = iv.Study.from_dict(tomllib.loads(study.to_toml()), name="again")
+        assert whole_mass(again, name).total == pytest.approx(design.mass, rel=1e-9)
+        assert own_mass(design.drive.bodies(service_of(design.drive, KNEE.duty, KNEE.requirement, KNEE.travel))) > 0.1
