@@ -17,6 +17,7 @@ from .sessions.session_result import Overrun, Touch
 from .shared_motor import SharedMotor, share_motor
 from .sphere_efficiency import SphereMap, sphere_map
 from .steering_step import SteeringStep, steering_steps
+from .whole_mass import WholeMass, whole_mass
 from .workspace import StaticPoints, WorkspaceMap, static_points, workspace_map
 
 __all__ = [
@@ -39,6 +40,7 @@ __all__ = [
     "StrideEnergies",
     "Touch",
     "TwoWays",
+    "WholeMass",
     "WorkspaceMap",
     "best_cylinder_speed",
     "design_trends",
@@ -53,5 +55,6 @@ __all__ = [
     "steering_steps",
     "stride_energies",
     "two_ways",
+    "whole_mass",
     "workspace_map",
 ]

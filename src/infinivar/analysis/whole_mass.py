@@ -15,7 +15,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.masses import Body, Service, open_bodies, service_of, total
 from infinivar.study.study import Study
-from infinivar.units import show, show_in
+from infinivar.units import show
 
 LEFT_OUT = "mounts, couplings, fasteners, covers, cables, sensors and electronics"
 """What is not counted in any drive."""
@@ -128,10 +128,3 @@ def factor_names(structure: Any) -> Iterable[str]:
     for field in dataclasses.fields(structure):
         if "unit" in field.metadata and field.name != "travel" and not field.name.endswith("_mass"):
             yield field.name
-
-
-def cell(body: Body | None) -> str:
-    """Mass of a body in grams; "" for a body that a drive has not, "not known" for one without mass."""
-    if body is None:
-        return ""
-    return "not known" if body.mass is None else show_in(float(body.mass), "kg", "g", 3)

@@ -154,6 +154,12 @@ def with_tube(drive: Any, service: Service) -> Any:
     return replace(drive, transmission=replace(drive.transmission, **sizes), cylinder_inertia=None)
 
 
+def without_tube(drive: Any) -> Any:
+    """The drive with a cylinder that is derived anew."""
+    bare = {"cylinder_wall": None, "cylinder_length": None, "cylinder_end_plate": 0.0}
+    return replace(drive, transmission=replace(drive.transmission, **bare))
+
+
 def open_bodies(found: Iterable[Body]) -> list[str]:
     """Bodies whose mass is not known, and why."""
     return [f"{body.name} ({body.basis})" for body in found if body.mass is None]

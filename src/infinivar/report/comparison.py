@@ -7,13 +7,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from infinivar.analysis import whole_mass
 from infinivar.analysis.compare import Comparison
 from infinivar.analysis.cycles import cylinder_policy
 from infinivar.analysis.robustness.verdicts import band, percent
 from infinivar.figures import duty_cycle, least_loss, losses, operating_map, style
 from infinivar.limits import words_of
 from infinivar.power import AUDIT_TOLERANCE
+from infinivar.report import whole_mass
 from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, to_json, write_csv
 from infinivar.report.provenance import provenance_tables
@@ -86,20 +86,10 @@ def html(comparison: Comparison, images: Mapping[str, str]) -> str:
         duty=[(found, images[f"duty-{task}"]) for task, found in comparison.duty.items()],
         provenance=provenance_tables(study.provenance),
         words_of=words_of,
-        mass_rows=_mass_rows(comparison),
-        mass_cell=whole_mass.cell,
-        left_out=whole_mass.LEFT_OUT,
-        doubt=f"{whole_mass.DOUBT:g}",
+        **whole_mass.words(),
         cylinder_range=cylinder_policy.RANGE,
         audit_tolerance=AUDIT_TOLERANCE,
         engines=ENGINE_WORDS,
         band=band,
         percent=percent,
     )
-
-
-def _mass_rows(comparison: Comparison) -> list[tuple[str, list[str]]]:
-    """Masses by body, with a column a drive; bodies in the order of the drives."""
-    columns = [{body.name: body for body in mass.bodies} for mass in comparison.masses.values()]
-    names = dict.fromkeys(name for column in columns for name in column)
-    return [(name, [whole_mass.cell(column.get(name)) for column in columns]) for name in names]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import math
 import os
 import re
@@ -13,14 +14,18 @@ from infinivar._core.fields import value_at
 from infinivar._core.text import aligned, capitalise, counted, few
 from infinivar.analysis.hanging import printed_lines
 from infinivar.analysis.robustness.verdicts import percent
+from infinivar.analysis.whole_mass import WholeMass
 from infinivar.figures import sizing as figure
 from infinivar.figures import style
 from infinivar.motion.scenario import Scenario
+from infinivar.report import whole_mass
 from infinivar.report.output import all_or_nothing, check_inputs
 from infinivar.report.page import render, to_json
 from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import (
+    AXLE_BEARING,
     ROLES,
+    STEERING_MOTOR,
     UNITS,
     SizedDrive,
     allowance_words,
@@ -33,6 +38,7 @@ from infinivar.sizing.design import (
     shown,
 )
 from infinivar.sizing.margins import TaskDemand
+from infinivar.sizing.pool import ChosenPart
 from infinivar.sizing.records import SearchRecord, WheelRecord, limit_lines
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.studies import motion_file, scenario_of, study_of
@@ -63,9 +69,18 @@ def save(sizing: Sizing, directory: Path) -> list[Path]:
         studies = dict(_studies(sizing, directory, scratch, motions))
         for name, text_of in studies.items():
             (scratch / name).write_text(text_of, "utf-8", newline="\n")
+        bills = {bill_file(name): (mass, sizing.best_of[name].parts) for name, mass in sizing.masses.items()}
+        for name, (mass, parts) in bills.items():
+            write_bill(mass, parts, scratch / name)
         (scratch / "sizing.json").write_text(to_json(sizing.to_dict()), "utf-8")
         (scratch / "sizing.html").write_text(html(sizing, style.inline_svg(drawn) if drawn else ""), "utf-8")
-        names = ["sizing.html", "sizing.json", *studies, *sorted(file.name for file in scratch.glob("motion-*.csv"))]
+        names = [
+            "sizing.html",
+            "sizing.json",
+            *studies,
+            *bills,
+            *sorted(file.name for file in scratch.glob("motion-*.csv")),
+        ]
     return [directory / name for name in (*names, *(file.name for file in drawn))]
 
 
@@ -83,7 +98,7 @@ def keep_inputs(study: Study, directory: Path, sets: Iterable[str | Path] | None
     InputError
         With that file, and what it is.
     """
-    own = {*map(best_file, study.drives), *map(_motion_csv, study.duty)}
+    own = {*map(best_file, study.drives), *map(bill_file, study.drives), *map(_motion_csv, study.duty)}
     inputs = input_files(study, [Path("parts"), *map(Path, sets or ())])
     check_inputs(directory, _KIND, inputs, lambda name: name in own or _WRITTEN.fullmatch(name) is not None)
 
@@ -101,6 +116,32 @@ def best_file(template: str) -> str:
 def _motion_csv(name: str) -> str:
     """Name of the file of a motion."""
     return f"motion-{name}.csv"
+
+
+def bill_file(template: str) -> str:
+    """Name of the bill of materials of the best design like a template."""
+    return f"best-{template}-bill.csv"
+
+
+def write_bill(mass: WholeMass, parts: Mapping[str, ChosenPart], file: Path) -> None:
+    """Write the bill of materials of a design as CSV: a row for each body, with the order number of what was chosen."""
+    chosen = {name: part for role, part in parts.items() for name in _BODIES.get(role, ())}
+    with file.open("w", newline="", encoding="utf-8") as target:
+        writer = csv.writer(target)
+        writer.writerow(["body", "what it is", "manufacturer", "order number", "mass [kg]", "kind"])
+        for body in mass.bodies:
+            known = "" if body.mass is None else f"{float(body.mass):.4g}"
+            bought = [getattr(chosen.get(body.name), name, "") for name in ("manufacturer", "order_number")]
+            writer.writerow([body.name, body.basis, *bought, known, body.kind])
+
+
+_BODIES = {
+    "motor": ("motor", "cylinder motor"),
+    "gearhead": ("gearhead",),
+    STEERING_MOTOR: ("steering motor",),
+    AXLE_BEARING: ("axle bearings",),
+}
+"""Bodies that the parts chosen by a search are, by role."""
 
 
 def _motions(sizing: Sizing, scratch: Path) -> dict[str, Scenario]:
@@ -298,6 +339,9 @@ def html(sizing: Sizing, image: str) -> str:
         allowance=_allowance,
         unchecked=_unchecked,
         limit_words=limit_words,
+        **whole_mass.words(),
+        masses=sizing.masses,
+        mass_titles={name: f"like {name}" for name in sizing.best_of},
         doubt=sizing.doubt,
         percent=percent,
         beyond_words=beyond_words,

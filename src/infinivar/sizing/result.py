@@ -10,6 +10,10 @@ from dataclasses import field
 from infinivar._core.described import derived, named, reported
 from infinivar._core.result import Result, result
 from infinivar.analysis.hanging import Hanging
+from infinivar.analysis.whole_mass import WholeMass, mass_of
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.masses import service_of, without_tube
 from infinivar.drivetrain.uncounted import not_counted
 from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import SizedDrive, demand_words, exceeded_words, path_words
@@ -71,6 +75,18 @@ class Sizing(Result):
     def best(self) -> SizedDrive | None:
         """The best design; None if no candidate is feasible."""
         return self.designs[0] if self.designs else None
+
+    @property
+    def masses(self) -> dict[str, WholeMass]:
+        """What the best design like each template weighs, by template."""
+        study, found = self.study, {}
+        for name, design in self.best_of.items():
+            if isinstance(design.drive, CoboticDrive | ConventionalDrive):
+                drive, own = design.drive, study.drives[name]
+                if isinstance(own, CoboticDrive) and own.transmission.tube is None:
+                    drive = without_tube(drive)  # so that its wall follows the factors
+                found[name] = mass_of(drive, service_of(drive, study.duty, study.requirement, study.travel))
+        return found
 
     @property
     def candidates(self) -> int:

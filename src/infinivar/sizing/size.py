@@ -21,7 +21,7 @@ from infinivar.analysis.hanging import Hanging, Judged, hang
 from infinivar.analysis.region import covers
 from infinivar.analysis.whole_mass import DOUBT, factor_names
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.masses import service_of, total
+from infinivar.drivetrain.masses import service_of, total, without_tube
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.structure.structure import Structure
 from infinivar.sizing.design import SizedDrive
@@ -241,8 +241,7 @@ def _with_factor(drive: Any, template: Any, name: str, by: float) -> Any:
     structure = replace(drive.structure, **{name: by * getattr(drive.structure, name)})
     drive = replace(drive, structure=structure)
     if isinstance(drive, CoboticDrive) and template.transmission.tube is None:
-        bare = {"cylinder_wall": None, "cylinder_length": None, "cylinder_end_plate": 0.0}
-        drive = replace(drive, transmission=replace(drive.transmission, **bare))
+        return without_tube(drive)
     return drive
 
 

@@ -25,6 +25,9 @@ from infinivar.sizing.margins import TaskDemand
 
 _ROUNDING = 1e-9
 
+_APART = 0.97
+"""Mass of a design of the front over that of the one before, at most: of those between, none is listed but the lightest."""
+
 
 def best_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task], top: int) -> tuple[CoboticDesign, ...]:
     """The best feasible designs in order, each of other parts, judged by the whole tasks."""
@@ -38,7 +41,12 @@ def front_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task])
     keys = record.front() if evaluation.request.moving else []
     found = _feasible(evaluation, (((*key,)[:3], record.light[key]) for key in keys), whole, len(keys))  # type: ignore[misc]
     mass, power = (np.array([getattr(one, name) for one in found]) for name in ("mass", "power"))
-    return tuple(found[place] for place in front(mass, power)) if found else ()
+    every = [found[place] for place in front(mass, power)] if found else []
+    kept = every[:1]
+    for one in every[1:]:
+        if one.mass < kept[-1].mass * _APART or one is every[-1]:
+            kept.append(one)
+    return tuple(kept)
 
 
 def _feasible(
