@@ -83,6 +83,7 @@ from infinivar.analysis.simulate import Event as RunEvent
 from infinivar.analysis.sphere_efficiency import efficiency_by_ratio
 from infinivar.analysis.steering_step import RELAXED
 from infinivar.analysis.tightest import tightest_of as tightest_of_drives
+from infinivar.analysis.whole_mass import DOUBT as MASS_DOUBT
 from infinivar.axis import LINEAR, PLANE, ROTARY, Axis, force_axis, speed_axis
 from infinivar.bondgraph import audit as bond_graph_audit
 from infinivar.bondgraph import graph as bond_graph_elements
@@ -152,7 +153,7 @@ from infinivar.drivetrain.graphs import bandwidths, compliances
 from infinivar.drivetrain.graphs import plants as plant_graphs
 from infinivar.drivetrain.graphs.closed_loop import _passed as passed_both_ways
 from infinivar.drivetrain.graphs.compliances import hardening, hardening_energy
-from infinivar.drivetrain.masses import Body, Service, cobotic_bodies, own_mass, service_of, total, with_tube
+from infinivar.drivetrain.masses import Service, cobotic_bodies, own_mass, service_of, total, with_tube
 from infinivar.figures import arm as arm_figure
 from infinivar.figures import bond_graph as bond_graph_figure
 from infinivar.figures import calibration as calibration_figure
@@ -267,7 +268,7 @@ from infinivar.parts.heat_steps import windings as heat_windings
 from infinivar.parts.shaft_bearings import WheelLoad
 from infinivar.parts.strain_wave import strain_wave_friction
 from infinivar.parts.structure import beams, shells
-from infinivar.parts.structure.bodies import Bell, bar_height, crowned_volume, ring_volume, wire_mass
+from infinivar.parts.structure.bodies import bar_height, crowned_volume, ring_volume, wire_mass
 from infinivar.parts.structure.tube import Tube as CylinderTube
 from infinivar.parts.structure.tube import thinnest
 from infinivar.parts.tables import importing, stores

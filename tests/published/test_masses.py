@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.analysis.whole_mass import DOUBT
 from infinivar.parts import Belt, Guideway, Screw
+from internals import MASS_DOUBT as DOUBT
 from internals import Service, bar_height, crowned_volume, own_mass, ring_volume, wire_mass
 from made import loaded
 

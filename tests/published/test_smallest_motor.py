@@ -46,6 +46,12 @@ LEAST_TORQUE = {
     "faulhaber": {0.001: 0.0155, 0.005: 0.0519, "cobotic": 0.0068},
 }
 """Least continuous torque: of geared drives by the least radius of the pulley, and of cobotic drives. [N m]"""
+WHOLE = {
+    "shipped": (0.231, 0.266, 0.786),
+    "maxon": (0.157, 0.174, 0.697),
+    "faulhaber": (0.217, 0.268, 0.744),
+}
+"""Mass of the lightest whole drive: geared with pulleys from 1 mm and from 5 mm on, cobotic. [kg]"""
 SLOW_INPUT = {
     "shipped": {"geared": (0.120, 0.0451), "cobotic": (0.066, 0.0153)},
     "maxon": {"geared": (0.120, 0.0444), "cobotic": (0.066, 0.0145)},
@@ -108,7 +114,8 @@ def test_smallest_geared_motor(page, name, radius):
     # A fixed ratio has to reach both corners of the region.
     assert corner_power(best.drive.motor) > REGION.force * REGION.speed
     lightest, _ = page["smallest"](search, parts.pairs, size["drive"])
-    assert lightest.mass == pytest.approx(drive_mass, abs=5e-4)
+    bought = lightest.drive.motor.mass + lightest.drive.gearhead.mass
+    assert bought == pytest.approx(drive_mass, abs=5e-4)
     assert_covers(lightest.drive)
     weakest, _ = page["smallest"](search, parts.pairs, size["torque"])
     assert weakest.drive.motor.continuous_torque == pytest.approx(LEAST_TORQUE[name][radius], rel=0.01)
@@ -127,7 +134,8 @@ def test_smallest_cobotic_motor(page, name):
     assert_covers(best.drive)
     assert corner_power(best.drive.motor) > REGION.power
     lightest, _ = page["smallest"](search, parts.pairs, size["drive"])
-    assert lightest.mass == pytest.approx(drive_mass, abs=5e-4)
+    bought = lightest.drive.motor.mass + lightest.drive.gearhead.mass
+    assert bought == pytest.approx(drive_mass, abs=5e-4)
     assert_covers(lightest.drive)
     # From above by steps takes seven searches with the parts of maxon; stronger motors are left out to save time.
     known = LEAST_TORQUE[name]["cobotic"]
@@ -135,6 +143,20 @@ def test_smallest_cobotic_motor(page, name):
     weakest, _ = page["smallest"](search, parts.pairs, near)
     assert weakest.drive.motor.continuous_torque == pytest.approx(known, rel=0.01)
     assert_covers(weakest.drive)
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_lightest_whole_drives(page, name):
+    """The geared ones are exact; the search over cobotic ones finds its own mass again, as the same seed does."""
+    parts = parts_of(name)
+    found = [page["searches"](parts, radius=(low, 0.05))["geared"](parts.pairs).best for low in (0.001, 0.005)]
+    found.append(page["searches"](parts)["cobotic"](parts.pairs).best)
+    assert [one.mass for one in found] == pytest.approx(WHOLE[name], abs=1e-3)
+    for one in found:
+        assert_covers(one.drive)
+        assert one.mass > 1.2 * (one.drive.motor.mass + one.drive.gearhead.mass)
+    cells = next(line for line in PAGE.splitlines() if line.lower().startswith(f"| {name} |") and line.endswith(" g |"))
+    assert re.findall(r"(\d+) g", cells) == [f"{1e3 * mass:.0f}" for mass in WHOLE[name]]
 
 
 @pytest.mark.parametrize("architecture", ["geared", "cobotic"])
@@ -149,7 +171,8 @@ def test_smallest_motor_with_a_slow_gear_input(page, name, architecture):
     near = np.where(size < 1.1 * mass, size, np.inf)
     best, _ = page["smallest"](page["searches"](parts)[architecture], parts.pairs, near)
     assert best.drive.motor.mass == pytest.approx(mass, abs=1e-6)
-    assert best.drive.motor.continuous_torque == pytest.approx(torque, rel=0.01)
+    # The winding is that with the lightest whole drive; those of one motor differ by up to 6 %.
+    assert best.drive.motor.continuous_torque == pytest.approx(torque, rel=0.06)
     assert best.drive.gearhead.max_input_speed == pytest.approx(fastest)
     assert_covers(best.drive)
 

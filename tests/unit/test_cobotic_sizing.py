@@ -150,7 +150,7 @@ def test_demands_are_those_of_duty_cycle_and_compare(template, loss_model):
             for key, values in group.items()
         }
         for limit, expected in drive.transmission.utilisation.items():
-            part = {Limit.BEARING: AXLE, Limit.AXLE: "axle"}.get(limit, "wheel")
+            part = {Limit.BEARING: AXLE, Limit.CLEARANCE: AXLE, Limit.AXLE: "axle"}.get(limit, "wheel")
             assert total[CONTACT, limit, part] == pytest.approx(expected, rel=1e-9)
         power, slips = 0.0, False
         for task in evaluation.tasks:

@@ -352,6 +352,12 @@ def test_the_front_of_mass_and_power(free):
     assert pruned.evaluated.sum() < whole.evaluated.sum()
     motors, gearheads, pairs = tables
     mass = np.broadcast_to(motors["mass"][pairs[:, 0]] + gearheads["mass"][pairs[:, 1]], whole.power.shape)
+    service = service_of(PULLEY, options["duty"])
+    if free:  # a pulley of the best radius, which the designs state
+        mass = np.where(np.isfinite(whole.mass), whole.mass, mass)
+    else:
+        own = [own_mass(replace(PULLEY, pulley=stage).bodies(service)) for stage in where["stages"]]
+        mass = mass + np.array(own)[:, None]
     able = whole.feasible & np.isfinite(whole.power)
     values = np.stack([mass[able], whole.power[able]], axis=-1)
     beaten = [np.any(np.all(values <= one, axis=1) & np.any(values < one, axis=1)) for one in values]

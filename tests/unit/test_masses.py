@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.analysis.whole_mass import DOUBT, whole_mass
+from infinivar.analysis import whole_mass
 from infinivar.parts import Guideway, Structure
+from internals import MASS_DOUBT as DOUBT
 from internals import Service, own_mass, service_of, thinnest, total, with_tube
 from made import loaded
 

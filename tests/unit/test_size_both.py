@@ -249,7 +249,7 @@ def test_records_as_plain_numbers(found):
     assert {one["template"] for one in stated["best_of"].values()} == {"geared", "cobotic"}
     assert not record["compiled"]
     assert list(found.to_dataframe()["template"]) == [one.template for one in found.designs]
-    assert found.plot().axes[0].get_xlabel() == "mass of motors and gearhead [g]"
+    assert found.plot().axes[0].get_xlabel() == "mass of the whole drive [g]"
 
 
 @pytest.mark.slow

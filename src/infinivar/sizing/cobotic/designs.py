@@ -44,7 +44,7 @@ def front_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task])
     every = [found[place] for place in front(mass, power)] if found else []
     kept = every[:1]
     for one in every[1:]:
-        if one.mass < kept[-1].mass * _APART or one is every[-1]:
+        if one.mass < kept[-1].mass * (1.0 if one is every[-1] else _APART):
             kept.append(one)
     return tuple(kept)
 
