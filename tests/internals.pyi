@@ -153,7 +153,8 @@ from infinivar.drivetrain.graphs import bandwidths, compliances
 from infinivar.drivetrain.graphs import plants as plant_graphs
 from infinivar.drivetrain.graphs.closed_loop import _passed as passed_both_ways
 from infinivar.drivetrain.graphs.compliances import hardening, hardening_energy
-from infinivar.drivetrain.masses import Service, cobotic_bodies, own_mass, service_of, total, with_tube
+from infinivar.drivetrain.masses import cobotic_bodies, own_mass, total, with_tube
+from infinivar.drivetrain.service import Service, service_of
 from infinivar.figures import arm as arm_figure
 from infinivar.figures import bond_graph as bond_graph_figure
 from infinivar.figures import calibration as calibration_figure

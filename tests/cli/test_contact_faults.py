@@ -43,7 +43,7 @@ def test_every_law_by_name(write, tmp_path, law):
     [
         'viscosity = "200 mm^2/s"',
         'part = "608"',
-        'part = "6004"\nfriction_model = "coefficient"',
+        'part = "6000"\nfriction_model = "coefficient"',
         'type = "angular_contact"',
     ],
 )

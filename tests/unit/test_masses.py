@@ -154,7 +154,7 @@ def test_compare_states_what_drives_weigh():
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        (lambda: Structure(strength_margin=0.0), "strength_margin must be > 0, got 0"),
+        (lambda: Structure(strength_margin=0.0), "strength_margin must be > 0 and <= 100, got 0"),
         (lambda: Structure(frame_mass=-1.0), "frame_mass must be > 0 kg"),
         (
             lambda: replace(COBOTIC, guideway=Guideway(rail=iv.rails()["mgn5c-o"])),
@@ -167,6 +167,74 @@ def test_compare_states_what_drives_weigh():
 def test_what_cannot_be_is_refused(wrong, message):
     with pytest.raises((iv.ParameterError, TypeError), match=message):
         wrong()
+
+
+def test_a_load_that_no_part_carries_is_said():
+    """Never a nan: bearings of the catalogue end at 11 kN, rails at 72 kN."""
+    heavy = replace(COBOTIC, cylinder_bearings=None, transmission=COBOTIC.transmission.pressed(40e3))
+    found = {body.name: body for body in heavy.bodies(SERVICE)}
+    assert found["cylinder bearings"].basis == "no bearing of the catalogue carries 40000 N"
+    assert found["carriage"].basis == "no rail of the catalogue carries 80000 N"
+    assert all(body.mass is None or body.mass > 0.0 for body in found.values())
+    assert {"cylinder bearings", "carriage", "rail", "frame"} <= {
+        name for name, body in found.items() if body.mass is None
+    }
+    crushed = replace(heavy, transmission=replace(heavy.transmission, preload=4e6))
+    assert {body.name: body.basis for body in crushed.bodies(SERVICE)}["cylinder"] == "no wall carries 4000000 N"
+
+
+def geometry(**changes):
+    element = COBOTIC.transmission
+    return replace(COBOTIC, transmission=replace(element, geometry=replace(element.geometry, **changes)))
+
+
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        (
+            lambda: replace(COBOTIC, transmission=replace(COBOTIC.transmission, wheel_radius=0.005)),
+            r"geometry\.axle_bearing\.bore must be < 10 mm, the wheel's diameter, got 10 mm",
+        ),
+        (lambda: geometry(crown_radius=0.016, wheel_width=0.032), r"geometry\.wheel_width must be less"),
+        (lambda: geometry(bearing_span=0.005), r"geometry\.bearing_span must be > 10 mm, the wheel's width, got 5 mm"),
+        (lambda: replace(COBOTIC, structure=Structure(least_wall=0.05)), r"structure\.least_wall must be <= 45 mm"),
+        (
+            lambda: replace(
+                COBOTIC, transmission=replace(COBOTIC.transmission, cylinder_wall=0.005, cylinder_length=0.06)
+            ),
+            r"transmission\.cylinder_length must be > 80 mm, the travel, got 60 mm",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_refused_by_the_study(made, message):
+    with pytest.raises(
+        iv.ParameterError, match=rf"^drives\.cobotic\.{'' if 'structure' in message else '.*'}{message}"
+    ):
+        replace(KNEE, drives={**KNEE.drives, "cobotic": made()})
+
+
+def test_a_rail_weaker_than_the_load_of_a_geared_drive_is_refused():
+    weak = replace(iv.rails()["mgn9c"], static_rating=100.0)
+    bare = replace(GEARED, guideway=replace(GEARED.guideway, rail=weak))
+    with pytest.raises(iv.ParameterError, match=r"drives\.geared\.guideway\.rail\.static_rating must be >= 175 N"):
+        replace(KNEE, drives={**KNEE.drives, "geared": bare})
+
+
+@pytest.mark.parametrize(
+    ("drive", "name"),
+    [(COBOTIC, "stage"), (COBOTIC, "linkage"), (COBOTIC, "springs"), (GEARED, "bell"), (GEARED, "springs")],
+)
+def test_a_mass_of_what_a_drive_has_not_is_refused(drive, name):
+    with pytest.raises(iv.ParameterError, match=rf"structure\.{name}_mass does not apply: the drive has no {name}"):
+        replace(drive, structure=Structure(**{f"{name}_mass": 1.0}))
+
+
+def test_the_angle_of_a_joint_is_travel_behind_its_lever():
+    lever = ANKLE.drives["cobotic"]
+    stated = iv.study.JointRequirement(moment=100.0, angular_speed=1.0, angle=0.6).requirement
+    found = service_of(lever, {}, stated, 0.6)
+    assert found.travel == pytest.approx(0.1 * 0.6, rel=1e-12)
+    assert found.force == pytest.approx(100.0 / 0.1, rel=1e-12)
 
 
 def test_limits_of_axle_and_clearance():
@@ -184,6 +252,9 @@ def test_limits_of_axle_and_clearance():
 def test_a_sized_design_weighs_the_same_as_a_study():
     """Whole mass of a design by the search, of its drive, and by `compare` of its study."""
     found = iv.size(KNEE, generations=4, top=2)
+    axle = found.best_of["cobotic"].drive.transmission.geometry.axle_bearing
+    known = iv.bearings()[axle.name]
+    assert (axle.width, axle.mass, axle.bore) == (known.width, known.mass, known.bore)
     for design in found.best_of.values():
         study = found.study_of(design)
         (name,) = study.drives

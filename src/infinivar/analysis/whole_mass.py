@@ -13,7 +13,8 @@ from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, result
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.masses import Body, Service, open_bodies, service_of, total
+from infinivar.drivetrain.masses import Body, open_bodies, total
+from infinivar.drivetrain.service import Service, service_of
 from infinivar.study.study import Study
 from infinivar.units import show
 
@@ -87,7 +88,8 @@ class WholeMass(Frozen):
             return f"more than {show(self.known, 'kg', 3)}: not known are {', '.join(self.open)}"
         low, high = (show(end, "kg", 3) for end in self.range)
         motors = "" if math.isnan(self.motors) else f", of it motors and gearheads {show(self.motors, 'kg', 3)}"
-        return f"{show(self.total, 'kg', 3)} ({low} to {high} as one assumed factor is wrong by {DOUBT:g}){motors}"
+        spread = f" ({low} to {high} as one assumed factor is wrong by {DOUBT:g})" if self.factors else ""
+        return f"{show(self.total, 'kg', 3)}{spread}{motors}"
 
 
 def whole_mass(study: Study, drive: str) -> WholeMass | None:

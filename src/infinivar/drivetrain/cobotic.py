@@ -16,11 +16,13 @@ from infinivar.axis import LINEAR, Axis
 from infinivar.contact import creep
 from infinivar.contact.friction import STICK_SPEED
 from infinivar.drivetrain import chain
+from infinivar.drivetrain.buildable import check_stated
 from infinivar.drivetrain.chain import Inward
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.drive import DrivePoint, MotorSide, MovingPoint, motor_side, needed, placed, shaft_inertia
-from infinivar.drivetrain.masses import Body, Service, bell_inertia, cobotic_bodies, link_mass
+from infinivar.drivetrain.masses import Body, bell_inertia, cobotic_bodies, link_mass
 from infinivar.drivetrain.output import Output
+from infinivar.drivetrain.service import Service
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
@@ -128,10 +130,12 @@ class CoboticDrive(TurnedCylinder):
         if self.cylinder_bearings is not None and self.cylinder_bearings.backing_rollers and type(follows) is float:
             allowed = "0 with cylinder_bearings.backing_rollers, which carry the preload; state guideway.friction"
             require(follows == 0.0, "guideway.coefficient", follows, allowed)
+        check_stated(self)
         rail, preload = getattr(self.guideway, "rail", None), self.transmission.preload
         if rail is not None and isinstance(preload, float) and isinstance(rail.static_rating, float):
             allowed = f">= transmission.preload, {preload:g} N, which the carriage carries"
-            require(rail.static_rating >= preload, "guideway.rail.static_rating", rail.static_rating, allowed)
+            rated = f"{rail.static_rating:g} N"
+            require(rail.static_rating >= preload, "guideway.rail.static_rating", rated, allowed)
         if self.steering is None:
             return
         if self.steering.bell_inertia is None and self.transmission.geometry is not None:

@@ -13,10 +13,12 @@ from infinivar._core.fields import brief, check, component, quantity
 from infinivar._core.labels import labelled
 from infinivar.axis import Axis
 from infinivar.drivetrain import chain
+from infinivar.drivetrain.buildable import check_stated
 from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint, motor_side, needed, placed
-from infinivar.drivetrain.masses import Body, Service, geared_bodies
+from infinivar.drivetrain.masses import Body, geared_bodies
 from infinivar.drivetrain.output import Output, Place
+from infinivar.drivetrain.service import Service
 from infinivar.errors import ParameterError
 from infinivar.motion.course import Course
 from infinivar.parts.amplifier import Amplifier
@@ -84,6 +86,7 @@ class ConventionalDrive:
                 "leave the guideway out, or without friction"
             )
         self.output.check_axis(self.own_axis)
+        check_stated(self)
 
     @property
     def stage(self) -> OutputStage:

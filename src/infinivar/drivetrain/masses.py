@@ -12,81 +12,23 @@ from typing import Any, NamedTuple
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import given
-from infinivar.drivetrain import chain
 from infinivar.drivetrain.output import Output
+from infinivar.drivetrain.service import NO_SERVICE, Service
 from infinivar.errors import ParameterError
-from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.parts import catalogue
 from infinivar.parts.bearing import FILLED, Bearing
 from infinivar.parts.spring import TorsionSpring
 from infinivar.parts.structure import beams, bodies
 from infinivar.parts.structure.beams import STEEL_DENSITY, STEEL_MODULUS
 from infinivar.parts.structure.structure import Structure
-from infinivar.parts.structure.tube import Tube, thinnest
-from infinivar.units import show_in
+from infinivar.parts.structure.tube import THICKEST, Tube, thinnest
+from infinivar.units import show, show_in
 
 _SHEAR_MODULUS = STEEL_MODULUS / 2.6
 _SECTION, _THIN = 6e-3, 7e-3
 """Radial and axial size of a thin bearing around the bell: series 618 from 20 to 45 mm of bore. [m]"""
 _RAIL = ("carriage_mass", "rail_density", "width", "height", "carriage_length")
 _BEARING = ("weight", "breadth", "outside_diameter", "bore")
-
-
-class Service(NamedTuple):
-    """What the output of a drive, on its own side of springs and linkage, has to do; arrays that broadcast."""
-
-    travel: Array | None
-    """From end to end; None: not known. [m]"""
-    force: Array | None
-    """Largest. [N]; of a drive that turns a shaft [N m]"""
-    energies: Mapping[str, float] = {}
-    """Largest energy in each spring, by the name of its place in the output; what is missing is not known. [J]"""
-
-
-NO_SERVICE = Service(None, None)
-"""Nothing is known."""
-
-
-def service_of(
-    drive: Any, duty: Mapping[str, DutyCycle], requirement: Any = None, travel: float | None = None
-) -> Service:
-    """What the motions and the required region of a study ask of a drive's own output.
-
-    Parameters
-    ----------
-    drive : CoboticDrive or ConventionalDrive
-    duty : mapping of DutyCycle
-    requirement : Requirement   Required region.
-    travel : float              Of the load, where no linkage lies between it and the drive. [m]
-
-    Returns
-    -------
-    Service   The largest of all; out of reach of a linkage, what can be reached.
-    """
-    import numpy as np
-
-    own, axis = drive.output.chain, drive.axis
-    travels: list[float] = []
-    forces: list[float] = []
-    energies: dict[str, float] = {}
-    for cycle in duty.values():
-        _, _, course = cycle.instants(orders=6 if drive.output.has_series_spring else 4)
-        load = chain.inward(own, course, given(cycle.moved_mass, 0.0), axis, (2, 0))
-        position = np.asarray(load.course.position, dtype=float)
-        step = cycle.period / position.size
-        travels.append(float(np.nanmax(position) - np.nanmin(position)))
-        forces.append(float(np.nanmax(np.abs(load.course.driving_force(load.mass).value))))
-        for place in own:
-            if place.name in load.stored:
-                energy = np.append(0.0, np.cumsum(load.stored[place.name]) * step)
-                energies[place.name] = max(energies.get(place.name, 0.0), float(np.ptp(energy)))
-    if requirement is not None:
-        for speed, force in requirement.corners().values():
-            at = chain.steady(own, position=0.0, speed=speed, force=force, axis=axis)
-            forces.append(abs(float(at.force)))
-    if travel is not None and drive.output.linkage is None:
-        travels.append(travel)
-    return Service(max(travels, default=drive.structure.travel), max(forces, default=None), energies)
 
 
 class Body(NamedTuple):
@@ -202,28 +144,40 @@ class _Bodies:
         stated = getattr(self.structure, f"{key or name}_mass")
         if stated is not None:
             return Body(name, stated, "stated", "as stated", moving)
+        # Of many designs alike those that no part carries are nan; one design says so.
+        if mass is not None and namespace(mass).__name__ == "numpy" and getattr(mass, "ndim", 0) == 0:
+            mass = float(mass)
+            if math.isnan(mass):
+                return Body(name, None, "derived", "what it depends on is not known", moving)
         return Body(name, mass, "derived", basis, moving)
 
-    def bearings(self, name: str, count: int, held: Mapping[str, Array], own: Bearing | None) -> Body:
+    def bearings(self, name: str, count: int, held: Mapping[str, Any], own: Bearing | None, load: Array) -> Body:
         """Equal bearings that a drive states, or not."""
-        made = self.body(name, count * held["weight"], f"{count} of {_mm(held['bore'])} bore", key="bearings")
-        return made if own is None or made.kind == "stated" else made._replace(kind=_kind(own), basis=own.name)
+        made = self.body(name, count * held["weight"], f"{count} x {held.get('name')}", key="bearings")
+        if made.kind == "stated":
+            return made
+        if own is not None:
+            return made._replace(kind=_kind(own), basis=f"{count} x {own.name}")
+        return _chosen_part(made, held, "bearing", load)
 
     def guideway(self, load: Array) -> Iterator[Body]:
         """Rail and carriage."""
         rail, travel = self.rail(load), self.service.travel
-        yield self.body("carriage", rail["carriage_mass"], f"{_mm(rail['width'])} wide", moving=True)
+        words = f"{rail.get('name')}, {_mm(rail['width'])} wide"
+        needed = self.structure.rail_margin * load
+        yield _chosen_part(self.body("carriage", rail["carriage_mass"], words, moving=True), rail, "rail", needed)
         if travel is None:
             yield self.body("rail", None, _UNKNOWN)
             return
         length = travel + rail["carriage_length"] + 2.0 * self.room
-        yield self.body("rail", rail["rail_density"] * length, f"{_mm(length)} long")
+        words = f"{_mm(length)} of {rail.get('name')}"
+        yield _chosen_part(self.body("rail", rail["rail_density"] * length, words), rail, "rail", needed)
 
-    def rail(self, load: Array) -> Mapping[str, Array]:
+    def rail(self, load: Array) -> Mapping[str, Any]:
         """Sizes of the rail: as stated for the guideway, else the lightest that carries the load."""
         own = getattr(self.drive.guideway, "rail", None)
         if own is not None:
-            return {name: getattr(own, name) for name in _RAIL}
+            return {name: getattr(own, name) for name in (*_RAIL, "name")}
         return catalogue.lightest("rails", self.structure.rail_margin * load, _RAIL)
 
     def frame(self, force: Array, moment: Array, span: Array, width: Array, plates: Array, basis: str) -> Body:
@@ -269,7 +223,7 @@ class _Bodies:
 
 
 _OPEN = "its arm or its load is not known"
-_UNKNOWN = "travel is missing: state it in [requirement], or as structure.travel"
+_UNKNOWN = "travel is missing: state it in [requirement] (angle about a joint), or as structure.travel"
 
 
 class _Cobotic(_Bodies):
@@ -285,18 +239,16 @@ class _Cobotic(_Bodies):
         tube = self.tube()
         own = None if drive.cylinder_bearings is None else drive.cylinder_bearings.bearing
         held = _held(own, element.preload)  # the wheel may stand beside one of them
-        yield self.body("cylinder", None if tube is None else tube.mass, _tube_words(tube))
-        yield self.bearings("cylinder bearings", 2, held, own)
+        yield self.body("cylinder", None if tube is None else tube.mass, self._words(tube))
+        yield self.bearings("cylinder bearings", 2, held, own, element.preload)
         bell = self.bell()
         rod = math.pi * 0.25 * axle.bore**2 * (bell.span + axle.breadth - geometry.wheel_width)
         density = geometry.wheel_material.density
         solid = bodies.crowned_volume(element.wheel_radius, geometry.crown_radius, geometry.wheel_width)
-        yield self.body(
-            "wheel",
-            None if density is None else density * (solid + rod),
-            f"{_mm(2.0 * element.wheel_radius)} x {_mm(geometry.wheel_width)}, and its axle",
-            moving=True,
-        )
+        words = f"{_mm(2.0 * element.wheel_radius)} x {_mm(geometry.wheel_width)}, and its axle"
+        if density is None:
+            words = "density of transmission.geometry.wheel_material is missing"
+        yield self.body("wheel", None if density is None else density * (solid + rod), words, moving=True)
         yield Body("axle bearings", 2.0 * axle.weight, _kind(axle), axle.name, True)
         metal = structure.metal
         yield self.body(
@@ -310,10 +262,11 @@ class _Cobotic(_Bodies):
         yield Body("preload spring", self._wire(energy), "derived", "wire for the energy stored", True)
         yield from self.guideway(element.preload)
         if tube is None:
-            yield self.body("frame", None, _tube_words(tube))
+            yield self.body("frame", None, self._words(tube))
             return
         rail = self.rail(element.preload)
-        span = tube.length + 2.0 * tube.end_plate + held["breadth"]
+        stated = None if drive.cylinder_bearings is None else drive.cylinder_bearings.span
+        span = given(stated, tube.length + 2.0 * tube.end_plate + held["breadth"])
         # From the axis of the cylinder to the back of the rail.
         reach = element.cylinder_radius + element.wheel_radius + 0.5 * bell.height + rail["height"]
         across = held["outside_diameter"] + 4.0 * structure.least_wall
@@ -353,7 +306,9 @@ class _Cobotic(_Bodies):
         patch = (contact.patch.a * contact.patch.b) ** 0.5
         wall = thinnest(tube, element.preload, patch, self.structure.strength_margin)
         xp = namespace(wall)
-        wall = xp.minimum(xp.maximum(wall, xp.asarray(self.structure.least_wall)), 0.9 * element.cylinder_radius)
+        wall = xp.minimum(xp.maximum(wall, xp.asarray(self.structure.least_wall)), THICKEST * element.cylinder_radius)
+        if wall.ndim == 0 and math.isnan(wall):
+            return None
         return Tube(
             radius=tube.radius,
             wall=float(wall) if wall.ndim == 0 else wall,
@@ -361,6 +316,22 @@ class _Cobotic(_Bodies):
             end_plate=tube.end_plate,
             material=material,
         )
+
+    def _words(self, tube: Tube | None) -> str:
+        """What the cylinder is, or what is missing."""
+        if tube is not None:
+            return _tube_words(tube)
+        if self.service.travel is None:
+            return _UNKNOWN
+        lacking = [
+            name
+            for name in ("density", "yield_strength")
+            if getattr(self.drive.transmission.geometry.cylinder_material, name) is None
+        ]
+        if lacking:
+            verb = "are" if len(lacking) > 1 else "is"
+            return f"{' and '.join(lacking)} of transmission.geometry.cylinder_material {verb} missing"
+        return f"no wall carries {show(float(self.drive.transmission.preload), 'N', 3)}"
 
     def bell(self) -> bodies.Bell:
         """The bell around the wheel."""
@@ -403,7 +374,7 @@ class _Geared(_Bodies):
         yield self._stage(rail)
         bearing = None if own is None else own.bearing
         count, held = (4 if belted else 2), _held(bearing, 0.5 * pull)
-        yield self.bearings(f"{stage.title} bearings", count, held, bearing)
+        yield self.bearings(f"{stage.title} bearings", count, held, bearing, 0.5 * pull)
         yield from self.guideway(force)
         offset = 0.5 * stage.diameter if stage.title == "screw" else stage.travel_per_radian
         reach, across = offset + rail["height"], held["outside_diameter"] + 4.0 * structure.least_wall
@@ -431,7 +402,7 @@ class _Geared(_Bodies):
             return self.body("rack", STEEL_DENSITY * (width**2 * length + disc), basis, key="stage")
         if structure.metal.density is None:
             return self.body(stage.title, None, "density of structure.material is missing", key="stage")
-        strand = structure.belt_density * (2.0 * length + 4.0 * math.pi * radius)
+        strand = structure.belt_density * (2.0 * length + 2.0 * math.pi * radius)
         basis = f"two of {_mm(2.0 * radius)}, and belt or cable"
         return self.body(stage.title, 2.0 * disc * structure.metal.density + strand, basis, key="stage")
 
@@ -450,13 +421,20 @@ def _bought(name: str, part: Any, *, moving: bool = False) -> Body:
     return Body(name, mass, "catalogue", basis, moving, chosen=True)
 
 
+def _chosen_part(made: Body, part: Mapping[str, Any], what: str, load: Array) -> Body:
+    """A body that is a part of the catalogue, where it is for a single load."""
+    if "name" not in part or made.kind == "stated":
+        return made
+    if part["name"] is None:
+        return made._replace(mass=None, basis=f"no {what} of the catalogue carries {show(float(load), 'N', 3)}")
+    return made if made.mass is None else made._replace(kind="catalogue")
+
+
 def _kind(bearing: Bearing) -> str:
     return "derived" if bearing.mass is None else "catalogue"
 
 
-def _tube_words(tube: Tube | None) -> str:
-    if tube is None:
-        return f"{_UNKNOWN}; or density and yield strength of the cylinder's material are missing"
+def _tube_words(tube: Tube) -> str:
     return f"tube of {_mm(2.0 * tube.radius)}, wall {_mm(tube.wall)}, {_mm(tube.length)} long"
 
 

@@ -83,7 +83,7 @@ def _read(value: Any, unit: str) -> float:
     return parse(stated, unit) if isinstance(stated, str) else float(stated)
 
 
-def lightest(kind: Literal["rails", "bearings"], load: Array, sizes: tuple[str, ...]) -> dict[str, Array]:
+def lightest(kind: Literal["rails", "bearings"], load: Array, sizes: tuple[str, ...]) -> dict[str, Any]:
     """What the lightest rail or bearing of the catalogue measures whose static rating reaches a load.
 
     Parameters
@@ -93,11 +93,13 @@ def lightest(kind: Literal["rails", "bearings"], load: Array, sizes: tuple[str, 
 
     Returns
     -------
-    dict   By name, arrays of the shape of `load`, in SI; nan where no part carries it.
+    dict   By name, arrays of the shape of `load`, in SI; nan where no part carries it. For a single load also "name", that of
+        the part, or None.
     """
     if isinstance(load, (int, float)):
         part = next((part for part in reversed(_parts(kind)) if part.static_rating >= load), None)
-        return {name: math.nan if part is None else float(getattr(part, name)) for name in sizes}
+        found = {name: math.nan if part is None else float(getattr(part, name)) for name in sizes}
+        return {**found, "name": None if part is None else part.name}
     xp = namespace(load)
     (load,) = as_floats(xp, load)
     found = dict.fromkeys(sizes, xp.nan + 0.0 * load)

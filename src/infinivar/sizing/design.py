@@ -9,7 +9,8 @@ from infinivar._core.described import derived, reported, rows
 from infinivar._core.result import Frozen, result
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive
-from infinivar.drivetrain.masses import NO_SERVICE, total
+from infinivar.drivetrain.masses import total
+from infinivar.drivetrain.service import NO_SERVICE
 from infinivar.limits import Demand, Limit
 from infinivar.sizing.geared.tally import SPARE
 from infinivar.sizing.margins import TaskDemand, margin_of, tightest_of

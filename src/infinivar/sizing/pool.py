@@ -27,6 +27,7 @@ _OF_BEARING = (
     "series",
     "bore",
     "outside_diameter",
+    "width",
     "dynamic_rating",
     "static_rating",
     "calculation_factor",

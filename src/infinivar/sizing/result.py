@@ -13,7 +13,8 @@ from infinivar.analysis.hanging import Hanging
 from infinivar.analysis.whole_mass import WholeMass, mass_of
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.masses import service_of, without_tube
+from infinivar.drivetrain.masses import without_tube
+from infinivar.drivetrain.service import service_of
 from infinivar.drivetrain.uncounted import not_counted
 from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import SizedDrive, demand_words, exceeded_words, path_words

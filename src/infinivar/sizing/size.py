@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,8 @@ from infinivar.analysis.hanging import Hanging, Judged, hang
 from infinivar.analysis.region import covers
 from infinivar.analysis.whole_mass import DOUBT, factor_names
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.masses import service_of, total, without_tube
+from infinivar.drivetrain.masses import total, without_tube
+from infinivar.drivetrain.service import service_of
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.structure.structure import Structure
 from infinivar.sizing.design import SizedDrive
@@ -38,6 +39,7 @@ from infinivar.sizing.tables import equal_shares
 from infinivar.sizing.what_if import what_if
 from infinivar.study.choices import Variant, variants
 from infinivar.study.study import Study
+from infinivar.units import show
 
 _WORK = {geared: 1.0, cobotic: 4.0}
 """Parts of the time that the searches take, for the progress."""
@@ -232,7 +234,8 @@ def _structures(sizing: Sizing, study: Study) -> Iterator[Variant]:
         for by in (1.0 / DOUBT, DOUBT):
             drives = {of: _with_factor(drive, sizing.study.drives[of], name, by) for of, drive in study.drives.items()}
             values = dict.fromkeys(getattr(value_at(drive, "structure"), name) for drive in study.drives.values())
-            used, instead = (" or ".join(f"{factor * value:.4g}" for value in values) for factor in (1.0, by))
+            unit = next(one.metadata["unit"] for one in fields(Structure) if one.name == name)
+            used, instead = (" or ".join(show(factor * value, unit) for value in values) for factor in (1.0, by))
             yield Variant(f"structure: {name.replace('_', ' ')}", used, instead, drives, "run")
 
 

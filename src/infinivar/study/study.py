@@ -13,8 +13,11 @@ import numpy as np
 from infinivar._core.result import Frozen, result
 from infinivar.axis import LINEAR, Axis
 from infinivar.contact import creep
+from infinivar.drivetrain.buildable import impossible
 from infinivar.drivetrain.cobotic import CoboticDrive, legs_of
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, check_drive, is_machine
+from infinivar.drivetrain.service import service_of
 from infinivar.errors import InputError, ParameterError, nearest, require
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.motion.machine_tasks import MachinePath, MachineTask, named
@@ -141,6 +144,12 @@ class Study(Frozen):
         for name, drive in self.drives.items():
             if not is_machine(drive):
                 check_drive(drive, f"drives.{name}")
+            if isinstance(drive, CoboticDrive | ConventionalDrive):
+                fault = impossible(
+                    drive, lambda drive=drive: service_of(drive, self.duty, self.requirement, self.travel)
+                )
+                if fault is not None:
+                    raise ParameterError(f"drives.{name}.{fault}")
         kinds = {
             "scenarios": Scenario,
             "duty": DutyCycle,

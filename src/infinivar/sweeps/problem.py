@@ -77,7 +77,7 @@ class Best:
     def _front(self, rows: Columns, places: np.ndarray) -> np.ndarray:
         """Places of the front, by the second of its columns, then in the order of the chunks."""
         found = places[front(*(rows[name][places] for name in self.front))]
-        return _first_of_each(rows, (), found)
+        return _first_of_each(rows, (*self.same, *self.front) if self.same else (), found)
 
     def to_dict(self) -> dict[str, Any]:
         """See `Reducer`."""

@@ -39,7 +39,7 @@ def ring_volume(inner: Array, wall: Array, length: Array) -> Array:
 
 
 class Bell(NamedTuple):
-    """A ring around a wheel, with two bosses that hold its axle and a disc that closes it; arrays that broadcast."""
+    """A ring around a wheel, closed by a disc, with square bosses for the bearings of its axle; arrays that broadcast."""
 
     wheel_radius: Array
     """[m]"""
@@ -96,7 +96,8 @@ class Bell(NamedTuple):
     @property
     def _volumes(self) -> tuple[Array, Array, Array]:
         ring = ring_volume(self.inner, self.wall, self.height)
-        return ring, math.pi * self.outer**2 * self.wall, 2.0 * self.bearing_width * self.height**2
+        boss = self.bearing_width * (self.height**2 - 0.25 * math.pi * self.bearing_diameter**2)
+        return ring, math.pi * self.outer**2 * self.wall, 2.0 * boss
 
 
 def bar_height(

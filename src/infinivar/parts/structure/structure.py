@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from annotated_types import Ge, Gt
+from annotated_types import Gt, Interval
 
 from infinivar._core.fields import check, component, given, quantity
 from infinivar.contact.bodies import Material
@@ -21,6 +21,7 @@ _ALUMINIUM = Material(
 )
 """As in the catalogue: al-7075-t6."""
 
+_FACTOR = Interval(gt=0, le=100)
 _WEIGHED = "Mass, from a scale or CAD; by default derived"
 
 
@@ -46,23 +47,25 @@ class Structure:
         default=None,
     )
     strength_margin: float = quantity(
-        "1", Gt(0), "Yield strength over stress of cylinder, frame and linkage, under loads that pulsate", default=3.0
+        "1", _FACTOR, "Yield strength over stress of cylinder, frame and linkage, under loads that pulsate", default=3.0
     )
     frame_deflection: float = quantity(
-        "1", Gt(0), "Deflection of the frame under the largest load, over its span", default=1e-3
+        "1", Interval(gt=0, le=0.1), "Deflection of the frame under the largest load, over its span", default=1e-3
     )
-    least_wall: float = quantity("m", Gt(0), "Thinnest wall that can be made; also that of the bell", default=2e-3)
-    room: float = quantity("m", Ge(0), "Free length at each end of the travel", default=5e-3)
-    rail_margin: float = quantity("1", Gt(0), "Static rating of the rail over its load", default=2.0)
+    least_wall: float = quantity(
+        "m", Interval(gt=0, le=0.1), "Thinnest wall that can be made, and that of the bell", default=2e-3
+    )
+    room: float = quantity("m", Interval(ge=0, le=1), "Free length at each end of the travel", default=5e-3)
+    rail_margin: float = quantity("1", _FACTOR, "Static rating of the rail over its load", default=2.0)
     pull_ratio: float = quantity(
         "1",
-        Gt(0),
+        _FACTOR,
         "Sum of the tensions of belt or cable over its largest force, where its pull is not stated",
         default=2.5,
     )
-    pulley_width: float = quantity("m", Gt(0), "Width of pulleys, pinions and racks", default=10e-3)
+    pulley_width: float = quantity("m", Interval(gt=0, le=1), "Width of pulleys, pinions and racks", default=10e-3)
     belt_density: float = quantity("kg/m", Gt(0), "Mass of belt or cable over its length", default=0.03)
-    nut_ratio: float = quantity("1", Gt(0), "Length of a nut over the diameter of its screw", default=3.0)
+    nut_ratio: float = quantity("1", _FACTOR, "Length of a nut over the diameter of its screw", default=3.0)
     spring_deflection: float = quantity("m", Gt(0), "Deflection of the preload spring under the preload", default=1e-3)
     spring_strength: float = quantity("Pa", Gt(0), "Permissible stress in the wire of springs", default=700e6)
     cylinder_mass: float | None = quantity("kg", Gt(0), f"Cylinder. {_WEIGHED}", default=None)

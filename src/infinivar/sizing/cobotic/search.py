@@ -11,7 +11,8 @@ import numpy as np
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import orders_of
-from infinivar.drivetrain.masses import check_known, service_of
+from infinivar.drivetrain.masses import check_known
+from infinivar.drivetrain.service import service_of
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
 from infinivar.motion.duty_cycles import DutyCycle

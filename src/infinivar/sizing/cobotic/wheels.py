@@ -21,7 +21,8 @@ from infinivar.contact.creep import EXACT
 from infinivar.contact.exact_law import NARROWEST, WIDEST
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import GEAR_LIMITS, MOTOR_LIMITS, MotorSide
-from infinivar.drivetrain.masses import Service, own_mass
+from infinivar.drivetrain.masses import own_mass
+from infinivar.drivetrain.service import Service
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import InputError, ParameterError
 from infinivar.limits import Demand, Limit

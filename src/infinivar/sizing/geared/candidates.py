@@ -13,7 +13,8 @@ import numpy as np
 
 from infinivar._core.bounds import within, words
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.masses import NO_SERVICE, Service, own_mass
+from infinivar.drivetrain.masses import own_mass
+from infinivar.drivetrain.service import NO_SERVICE, Service
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.parts.gearhead import LAWS, PARTS_OF_LAWS, Gearhead, LossModel

@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.masses import check_known, service_of
+from infinivar.drivetrain.masses import check_known
+from infinivar.drivetrain.service import service_of
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.stage import OutputStage
