@@ -47,9 +47,9 @@ LEAST_TORQUE = {
 }
 """Least continuous torque: of geared drives by the least radius of the pulley, and of cobotic drives. [N m]"""
 WHOLE = {
-    "shipped": (0.231, 0.266, 0.786),
-    "maxon": (0.157, 0.174, 0.697),
-    "faulhaber": (0.217, 0.268, 0.744),
+    "shipped": (0.231, 0.264, 0.781),
+    "maxon": (0.157, 0.173, 0.692),
+    "faulhaber": (0.217, 0.267, 0.738),
 }
 """Mass of the lightest whole drive: geared with pulleys from 1 mm and from 5 mm on, cobotic. [kg]"""
 SLOW_INPUT = {
