@@ -185,7 +185,13 @@ def gearheads() -> str:
 
 
 def bearings() -> str:
-    return _catalogue("bearings", ("bore", "outside_diameter", "dynamic_rating", "static_rating", "series"))
+    return _catalogue(
+        "bearings", ("bore", "outside_diameter", "width", "dynamic_rating", "static_rating", "mass", "series")
+    )
+
+
+def rails() -> str:
+    return _catalogue("rails", ("width", "height", "dynamic_rating", "static_rating", "carriage_mass", "rail_density"))
 
 
 def materials() -> str:
@@ -260,6 +266,7 @@ def write(app) -> None:
         "motors": motors(),
         "gearheads": gearheads(),
         "bearings": bearings(),
+        "rails": rails(),
         "materials": materials(),
         "references": references(),
         "set_drives": set_drives(),
