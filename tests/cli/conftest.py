@@ -48,8 +48,9 @@ def compared():
 @pytest.fixture(scope="session")
 def reproduced():
     """One `infinivar reproduce` of everything, of the claims as they are kept: outcome, folder, and the printed JSON."""
+    claims = made("reproduce")  # before the patch, which it would call itself
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("infinivar.paper.reproduce.reproduce", lambda *_, **__: made("reproduce"))
+        patch.setattr("infinivar.paper.reproduce.reproduce", lambda *_, **__: claims)
         outcome, folder = made_run("reproduce", "--json")
     return outcome, folder, json.loads(outcome.out)
 

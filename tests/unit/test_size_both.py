@@ -52,8 +52,9 @@ def test_designs_of_both_are_in_one_order(found, said):
         assert two.mass < one.mass
     clouds = np.concatenate([record.cloud for record in found.searches.values()])
     for mass, power in clouds[np.isfinite(clouds).all(axis=1)]:
-        # The cloud has links with the steering motor of the template, designs of the front with their own.
-        reached = any(one.mass <= mass * 1.01 and one.power <= power * 1.01 for one in found.front)
+        # The cloud has links with the steering motor of the template, designs of the front with their own; of those within 3 %
+        # of the mass of another, the front lists one.
+        reached = any(one.mass <= mass * 1.05 and one.power <= power * 1.02 for one in found.front)
         assert reached, (mass, power)
     shares = [share for _, share in said]
     assert shares == sorted(shares)
@@ -180,6 +181,7 @@ def test_spreads_of_nested_parts_are_left_out(found):
     text = (ROOT / "studies" / "knee_walking.toml").read_text("utf-8")
     lines = "\n".join(f'"{path}" = "{value}"' for path, value in spread.items())
     study = iv.Study.from_dict(tomllib.loads(f"{text}\n[uncertainty.cobotic]\n{lines}\n"), name="spread")
+    study = replace(study, requirement=None)  # its travel is longer than the cylinder of a design for the motion alone
     kept = replace(found, study=study).study_of(best).uncertainty.spreads["cobotic"]
     assert [one.path for one in kept] == ["transmission.friction"]
 

@@ -53,8 +53,9 @@ def service_of(
         load = chain.inward(own, course, given(cycle.moved_mass, 0.0), axis, (2, 0))
         position = np.asarray(load.course.position, dtype=float)
         step = cycle.period / position.size
-        travels.append(float(np.nanmax(position) - np.nanmin(position)))
-        forces.append(float(np.nanmax(np.abs(load.course.driving_force(load.mass).value))))
+        force = np.abs(load.course.driving_force(load.mass).value)
+        travels += [float(np.ptp(some))] if (some := position[np.isfinite(position)]).size else []
+        forces += [float(np.max(some))] if (some := force[np.isfinite(force)]).size else []
         for place in own:
             if place.name in load.stored:
                 energy = np.append(0.0, np.cumsum(load.stored[place.name]) * step)
