@@ -67,6 +67,11 @@ CASES = {
 }
 
 
+def options_of(duty, region, loss_model):
+    shared = {"samples": 60, "travel": 0.5, "objective": "mass"}
+    return {"duty": duty, "requirement": region, "loss_model": loss_model, **shared}
+
+
 @sampled("name", CASES, every=3)
 @sampled("prune", [True, False], every=2)
 def test_counts_add_up_over_radii(name, prune):
@@ -74,14 +79,7 @@ def test_counts_add_up_over_radii(name, prune):
     template, duty, region, loss_model = CASES[name]
     tables = part_tables(17, motors=6, gearheads=5, thermal=0.7)
     tables[0]["mass"][0] = np.nan
-    options = {
-        "duty": duty,
-        "requirement": region,
-        "loss_model": loss_model,
-        "samples": 60,
-        "travel": 0.5,
-        "objective": "mass",
-    }
+    options = options_of(duty, region, loss_model)
     found = size_geared(template, *tables, radius=RADII, top=1000, prune=prune, **options)
     assert found.excluded == {"motor mass not stated": 5}
     first = sum(count.first for count in found.counts)
@@ -100,14 +98,7 @@ def test_counts_add_up_at_given_stages(name):
     template, duty, region, loss_model = CASES[name]
     tables = part_tables(18, motors=6, gearheads=5, thermal=0.7)
     stages = [replace(template.pulley, radius=radius) for radius in (0.004, 0.009, 0.016)]
-    options = {
-        "duty": duty,
-        "requirement": region,
-        "loss_model": loss_model,
-        "samples": 60,
-        "travel": 0.5,
-        "objective": "mass",
-    }
+    options = options_of(duty, region, loss_model)
     found = size_geared(template, *tables, stages=stages, top=1000, **options)
     assert sum(count.first for count in found.counts) + len(found.designs) == found.candidates == 90
     assert found.feasible.sum() == len(found.designs)

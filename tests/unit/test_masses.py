@@ -58,6 +58,21 @@ def test_what_is_not_known_is_named_and_never_zero():
     assert found.words.startswith("more than 2.0")
 
 
+def test_a_measured_contact_leaves_the_link_mass_open():
+    """Of a wheel without geometry nothing is known but its groups: the steering motor alone is no link."""
+    measured = {"geometry": None, "creep_stiffness": 6e4, "rolling_torque": 1e-3, "bearing_torque": 1e-3}
+    bare = replace(
+        COBOTIC,
+        transmission=replace(COBOTIC.transmission, **measured),
+        steering=replace(COBOTIC.steering, patch_half_length=1e-3),
+        link_mass=None,
+    )
+    assert bare.mass_of_link is None
+    assert replace(bare, steering=None).mass_of_link is None
+    with pytest.raises(iv.ParameterError, match="link_mass is missing"):
+        iv.duty_cycle(bare, KNEE.duty["walking"])
+
+
 def test_a_search_for_mass_needs_the_travel():
     region = iv.Requirement(force=60.0, speed=0.2, power=6.0)
     study = replace(KNEE.with_drives("geared"), duty={}, requirement=region)

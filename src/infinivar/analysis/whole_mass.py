@@ -14,7 +14,7 @@ from infinivar._core.result import Frozen, result
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.masses import Body, open_bodies, total
-from infinivar.drivetrain.service import Service, service_of
+from infinivar.drivetrain.service import Service
 from infinivar.study.study import Study
 from infinivar.units import show
 
@@ -107,7 +107,7 @@ def whole_mass(study: Study, drive: str) -> WholeMass | None:
     made = study.drives[drive]
     if not isinstance(made, CoboticDrive | ConventionalDrive):
         return None
-    return mass_of(made, service_of(made, study.duty, study.requirement, study.travel))
+    return mass_of(made, study.service(made))
 
 
 def mass_of(drive: CoboticDrive | ConventionalDrive, service: Service) -> WholeMass:
@@ -115,14 +115,15 @@ def mass_of(drive: CoboticDrive | ConventionalDrive, service: Service) -> WholeM
     bodies = drive.bodies(service)
     whole, factors = total(bodies), {}
     for name in factor_names(drive.structure):
-        value = getattr(drive.structure, name)
-        ends = [
-            total(replace(drive, structure=replace(drive.structure, **{name: value * by})).bodies(service))
-            for by in (1.0 / DOUBT, DOUBT)
-        ]
+        ends = [total(with_factor(drive, name, by).bodies(service)) for by in (1.0 / DOUBT, DOUBT)]
         if any(abs(end - whole) > _NEGLIGIBLE * whole for end in ends):
             factors[name] = ends[0], ends[1]
     return WholeMass(bodies=bodies, service=service, factors=FrozenDict(factors))
+
+
+def with_factor(drive: Any, name: str, by: float) -> Any:
+    """A drive with an assumed factor of its structure multiplied."""
+    return replace(drive, structure=replace(drive.structure, **{name: by * getattr(drive.structure, name)}))
 
 
 def factor_names(structure: Any) -> Iterable[str]:

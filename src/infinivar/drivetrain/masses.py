@@ -12,11 +12,12 @@ from typing import Any, NamedTuple
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import given
+from infinivar.contact.bodies import Material
 from infinivar.drivetrain.output import Output
 from infinivar.drivetrain.service import NO_SERVICE, Service
 from infinivar.errors import ParameterError
 from infinivar.parts import catalogue
-from infinivar.parts.bearing import FILLED, Bearing
+from infinivar.parts.bearing import Bearing, ring_mass
 from infinivar.parts.spring import TorsionSpring
 from infinivar.parts.structure import beams, bodies
 from infinivar.parts.structure.beams import STEEL_DENSITY, STEEL_MODULUS
@@ -77,7 +78,8 @@ def geared_bodies(drive: Any, service: Service) -> tuple[Body, ...]:
 
 def link_mass(drive: Any) -> Array | None:
     """Mass of what moves with the link of a cobotic drive; None if it is not known. [kg]"""
-    moving = [body for body in _Cobotic(drive, NO_SERVICE) if body.moving]
+    made = _Cobotic(drive, NO_SERVICE)
+    moving = [*(body for body in made.motors() if body.moving), *made.moving()]
     return None if open_bodies(moving) else total(moving)
 
 
@@ -96,8 +98,10 @@ def with_tube(drive: Any, service: Service) -> Any:
     return replace(drive, transmission=replace(drive.transmission, **sizes), cylinder_inertia=None)
 
 
-def without_tube(drive: Any) -> Any:
-    """The drive with a cylinder that is derived anew."""
+def tube_as_of(drive: Any, template: Any) -> Any:
+    """A design with its cylinder derived anew, where that of its template is derived; else the design itself."""
+    if getattr(template, "transmission", None) is None or template.transmission.tube is not None:
+        return drive
     bare = {"cylinder_wall": None, "cylinder_length": None, "cylinder_end_plate": 0.0}
     return replace(drive, transmission=replace(drive.transmission, **bare))
 
@@ -125,15 +129,23 @@ class _Bodies:
     def __init__(self, drive: Any, service: Service) -> None:
         self.drive, self.service = drive, service
         self.structure: Structure = drive.structure
-        self.room: float = self.structure.room
+
+    @property
+    def metal(self) -> Material:
+        """Material of frame, bell, pulleys and linkage."""
+        return given(self.structure.material, catalogue.parts("materials")["al-7075-t6"])
 
     def __iter__(self) -> Iterator[Body]:
-        for role, motor in self.drive.motors.items():
-            name = "motor" if role == "motor" else f"{role} motor"
-            yield _bought(name, motor, moving=role == "steering")
+        yield from self.motors()
         yield _bought("gearhead", self.drive.gearhead)
         yield from self.own()
         yield from self.output(self.drive.output)
+
+    def motors(self) -> Iterator[Body]:
+        """The motors; that which steers moves with the link."""
+        for role, motor in self.drive.motors.items():
+            name = "motor" if role == "motor" else f"{role} motor"
+            yield _bought(name, motor, moving=role == "steering")
 
     def own(self) -> Iterator[Body]:
         """Bodies of the architecture."""
@@ -160,18 +172,26 @@ class _Bodies:
             return made._replace(kind=_kind(own), basis=f"{count} x {own.name}")
         return _chosen_part(made, held, "bearing", load)
 
-    def guideway(self, load: Array) -> Iterator[Body]:
-        """Rail and carriage."""
-        rail, travel = self.rail(load), self.service.travel
-        words = f"{rail.get('name')}, {_mm(rail['width'])} wide"
-        needed = self.structure.rail_margin * load
-        yield _chosen_part(self.body("carriage", rail["carriage_mass"], words, moving=True), rail, "rail", needed)
-        if travel is None:
-            yield self.body("rail", None, _UNKNOWN)
-            return
-        length = travel + rail["carriage_length"] + 2.0 * self.room
-        words = f"{_mm(length)} of {rail.get('name')}"
-        yield _chosen_part(self.body("rail", rail["rail_density"] * length, words), rail, "rail", needed)
+    def carriage(self, load: Array) -> Body:
+        """That of the guideway."""
+        rail = self.rail(load)
+        made = self.body(
+            "carriage", rail["carriage_mass"], f"{rail.get('name')}, {_mm(rail['width'])} wide", moving=True
+        )
+        return _chosen_part(made, rail, "rail", self.structure.rail_margin * load)
+
+    def rail_body(self, load: Array) -> Body:
+        """The rail of the guideway."""
+        if self.service.travel is None:
+            return self.body("rail", None, _UNKNOWN)
+        rail = self.rail(load)
+        length = self.rail_length(rail)
+        made = self.body("rail", rail["rail_density"] * length, f"{_mm(length)} of {rail.get('name')}")
+        return _chosen_part(made, rail, "rail", self.structure.rail_margin * load)
+
+    def rail_length(self, rail: Mapping[str, Array]) -> Array:
+        """Travel, carriage, and room at both ends. [m]"""
+        return given(self.service.travel, math.nan) + rail["carriage_length"] + 2.0 * self.structure.room
 
     def rail(self, load: Array) -> Mapping[str, Any]:
         """Sizes of the rail: as stated for the guideway, else the lightest that carries the load."""
@@ -182,7 +202,7 @@ class _Bodies:
 
     def frame(self, force: Array, moment: Array, span: Array, width: Array, plates: Array, basis: str) -> Body:
         """A bar under the rail, and plates at its ends. [N], [N m], [m], [m], [m^3]"""
-        metal = self.structure.metal
+        metal = self.metal
         if metal.density is None or metal.yield_strength is None:
             return self.body("frame", None, "density and yield strength of structure.material are missing")
         height = bodies.bar_height(
@@ -201,7 +221,7 @@ class _Bodies:
 
     def output(self, output: Output) -> Iterator[Body]:
         """Linkage and springs between drive and load."""
-        structure, metal, force = self.structure, self.structure.metal, self.service.force
+        structure, metal, force = self.structure, self.metal, self.service.force
         if output.linkage is not None:
             arm, mass = output.linkage.arm, None
             if arm is not None and force is not None and metal.density and metal.yield_strength:
@@ -222,6 +242,7 @@ class _Bodies:
         return bodies.wire_mass(energy, self.structure.spring_strength, modulus, STEEL_DENSITY, bent=bent)
 
 
+_NO_GEOMETRY = "transmission.geometry is missing"
 _OPEN = "its arm or its load is not known"
 _UNKNOWN = "travel is missing: state it in [requirement] (angle about a joint), or as structure.travel"
 
@@ -231,36 +252,18 @@ class _Cobotic(_Bodies):
         drive, structure, element = self.drive, self.structure, self.drive.transmission
         geometry = element.geometry
         if geometry is None:
-            lacking = "transmission.geometry is missing"
-            for name in ("cylinder", "wheel", "bell", "rail", "frame"):
-                yield self.body(name, None, lacking)
+            yield self.body("cylinder", None, _NO_GEOMETRY)
+            yield from self.moving()
+            yield self.body("rail", None, _NO_GEOMETRY)
+            yield self.body("frame", None, _NO_GEOMETRY)
             return
-        axle: Bearing = geometry.axle_bearing
         tube = self.tube()
         own = None if drive.cylinder_bearings is None else drive.cylinder_bearings.bearing
         held = _held(own, element.preload)  # the wheel may stand beside one of them
         yield self.body("cylinder", None if tube is None else tube.mass, self._words(tube))
         yield self.bearings("cylinder bearings", 2, held, own, element.preload)
-        bell = self.bell()
-        rod = math.pi * 0.25 * axle.bore**2 * (bell.span + axle.breadth - geometry.wheel_width)
-        density = geometry.wheel_material.density
-        solid = bodies.crowned_volume(element.wheel_radius, geometry.crown_radius, geometry.wheel_width)
-        words = f"{_mm(2.0 * element.wheel_radius)} x {_mm(geometry.wheel_width)}, and its axle"
-        if density is None:
-            words = "density of transmission.geometry.wheel_material is missing"
-        yield self.body("wheel", None if density is None else density * (solid + rod), words, moving=True)
-        yield Body("axle bearings", 2.0 * axle.weight, _kind(axle), axle.name, True)
-        metal = structure.metal
-        yield self.body(
-            "bell",
-            None if metal.density is None else metal.density * bell.volume,
-            f"ring of {_mm(2.0 * bell.outer)}, {_mm(bell.height)} high",
-            moving=True,
-        )
-        yield self._bell_bearing(bell)
-        energy = 0.5 * element.preload * structure.spring_deflection
-        yield Body("preload spring", self._wire(energy), "derived", "wire for the energy stored", True)
-        yield from self.guideway(element.preload)
+        yield from self.moving()
+        yield self.rail_body(element.preload)
         if tube is None:
             yield self.body("frame", None, self._words(tube))
             return
@@ -268,19 +271,54 @@ class _Cobotic(_Bodies):
         stated = None if drive.cylinder_bearings is None else drive.cylinder_bearings.span
         span = given(stated, tube.length + 2.0 * tube.end_plate + held["breadth"])
         # From the axis of the cylinder to the back of the rail.
-        reach = element.cylinder_radius + element.wheel_radius + 0.5 * bell.height + rail["height"]
+        reach = element.cylinder_radius + element.wheel_radius + 0.5 * self.bell().height + rail["height"]
         across = held["outside_diameter"] + 4.0 * structure.least_wall
         plates = 2.0 * held["breadth"] * across * reach
         yield self.frame(
             element.preload, 0.0, span, rail["width"], plates, f"two plates from cylinder to rail, {_mm(reach)} high"
         )
 
+    def moving(self) -> Iterator[Body]:
+        """What moves with the link, but the steering motor."""
+        element = self.drive.transmission
+        geometry = element.geometry
+        if geometry is None:
+            yield self.body("wheel", None, _NO_GEOMETRY, moving=True)
+            yield self.body("bell", None, _NO_GEOMETRY, moving=True)
+            return
+        axle: Bearing = geometry.axle_bearing
+        yield self._wheel()
+        yield Body("axle bearings", 2.0 * axle.weight, _kind(axle), axle.name, True)
+        yield self._ring()
+        yield self._bell_bearing()
+        energy = 0.5 * element.preload * self.structure.spring_deflection
+        yield Body("preload spring", self._wire(energy), "derived", "wire for the energy stored", True)
+        yield self.carriage(element.preload)
+
+    def _wheel(self) -> Body:
+        """Wheel and axle."""
+        element, bell = self.drive.transmission, self.bell()
+        geometry = element.geometry
+        axle: Bearing = geometry.axle_bearing
+        rod = math.pi * 0.25 * axle.bore**2 * (bell.span + axle.breadth - geometry.wheel_width)
+        density = geometry.wheel_material.density
+        solid = bodies.crowned_volume(element.wheel_radius, geometry.crown_radius, geometry.wheel_width)
+        words = f"{_mm(2.0 * element.wheel_radius)} x {_mm(geometry.wheel_width)}, and its axle"
+        if density is None:
+            words = "density of transmission.geometry.wheel_material is missing"
+        return self.body("wheel", None if density is None else density * (solid + rod), words, moving=True)
+
+    def _ring(self) -> Body:
+        """The bell itself."""
+        metal, bell = self.metal, self.bell()
+        mass = None if metal.density is None else metal.density * bell.volume
+        return self.body("bell", mass, f"ring of {_mm(2.0 * bell.outer)}, {_mm(bell.height)} high", moving=True)
+
     @property
     def inertia(self) -> Array | None:
         """See `bell_inertia`."""
-        geometry, bell = self.drive.transmission.geometry, self.bell()
-        axle, masses = geometry.axle_bearing, {body.name: body.mass for body in self}
-        wheel, ring = masses["wheel"], masses["bell"]
+        axle, bell = self.drive.transmission.geometry.axle_bearing, self.bell()
+        wheel, ring = self._wheel().mass, self._ring().mass
         if wheel is None or ring is None:
             return None
         # The axle is a small part of what it carries, and counts as if it were the wheel.
@@ -299,7 +337,7 @@ class _Cobotic(_Bodies):
         tube = Tube(
             radius=element.cylinder_radius,
             wall=self.structure.least_wall,
-            length=travel + geometry.wheel_width + 2.0 * self.room,
+            length=travel + geometry.wheel_width + 2.0 * self.structure.room,
             end_plate=self.structure.least_wall,
             material=material,
         )
@@ -345,12 +383,13 @@ class _Cobotic(_Bodies):
             wall=self.structure.least_wall,
         )
 
-    def _bell_bearing(self, bell: bodies.Bell) -> Body:
+    def _bell_bearing(self) -> Body:
         own = None if self.drive.steering is None else self.drive.steering.bell_bearing
         if own is not None:
             return Body("bell bearing", own.weight, _kind(own), own.name, True)
-        ring = bodies.ring_volume(bell.outer, _SECTION, _THIN)
-        return Body("bell bearing", FILLED * STEEL_DENSITY * ring, "derived", "thin, around the bell", True)
+        bore = 2.0 * self.bell().outer
+        mass = ring_mass(bore, bore + 2.0 * _SECTION, _THIN)
+        return Body("bell bearing", mass, "derived", "thin, around the bell", True)
 
 
 class _Geared(_Bodies):
@@ -375,20 +414,17 @@ class _Geared(_Bodies):
         bearing = None if own is None else own.bearing
         count, held = (4 if belted else 2), _held(bearing, 0.5 * pull)
         yield self.bearings(f"{stage.title} bearings", count, held, bearing, 0.5 * pull)
-        yield from self.guideway(force)
+        yield self.carriage(force)
+        yield self.rail_body(force)
         offset = 0.5 * stage.diameter if stage.title == "screw" else stage.travel_per_radian
         reach, across = offset + rail["height"], held["outside_diameter"] + 4.0 * structure.least_wall
         plates = 2.0 * held["breadth"] * across * (reach + 0.5 * held["outside_diameter"])
         words = "two plates that hold the stage's bearings"
-        yield self.frame(0.0, pull * reach, self._length(rail), rail["width"], plates, words)
-
-    def _length(self, rail: Mapping[str, Array]) -> Array:
-        """Of rail and frame. [m]"""
-        return given(self.service.travel, math.nan) + rail["carriage_length"] + 2.0 * self.room
+        yield self.frame(0.0, pull * reach, self.rail_length(rail), rail["width"], plates, words)
 
     def _stage(self, rail: Mapping[str, Array]) -> Body:
         """Pulleys and cable, belt, rack and pinion, or screw and nut."""
-        stage, structure, length = self.drive.stage, self.structure, self._length(rail)
+        stage, structure, length = self.drive.stage, self.structure, self.rail_length(rail)
         if stage.title == "screw":
             nut = structure.nut_ratio * stage.diameter
             thread = beams.Section(0.5 * stage.diameter).area * given(stage.length, length + nut)
@@ -400,11 +436,11 @@ class _Geared(_Bodies):
         if stage.title == "rack":
             basis = f"pinion of {_mm(2.0 * radius)}, and rack"
             return self.body("rack", STEEL_DENSITY * (width**2 * length + disc), basis, key="stage")
-        if structure.metal.density is None:
+        if self.metal.density is None:
             return self.body(stage.title, None, "density of structure.material is missing", key="stage")
         strand = structure.belt_density * (2.0 * length + 2.0 * math.pi * radius)
         basis = f"two of {_mm(2.0 * radius)}, and belt or cable"
-        return self.body(stage.title, 2.0 * disc * structure.metal.density + strand, basis, key="stage")
+        return self.body(stage.title, 2.0 * disc * self.metal.density + strand, basis, key="stage")
 
 
 def _held(own: Bearing | None, load: Array) -> Mapping[str, Array]:

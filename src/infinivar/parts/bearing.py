@@ -44,7 +44,7 @@ COEFFICIENTS = {
 SIZE_POWERS = {"bore": 1.0, "outside_diameter": 1.0, "dynamic_rating": 2.0, "static_rating": 2.0}
 """Exponent with which each field scales with bearing size; the ratings scale with area."""
 
-WIDTH_OVER_SECTION, FILLED = 0.5, 0.67
+_WIDTH_OVER_SECTION, _FILLED = 0.5, 0.67
 """Width over the difference of the diameters, and share of a solid ring of steel that a ball bearing weighs.
 
 Fitted to the catalogue of deep groove bearings, whose rows deviate by up to 20 % in width and 10 % in mass.
@@ -91,6 +91,14 @@ def _power(xp: Any, base: Array, exponent: float) -> Array:
     """`base ** exponent` for base >= 0, with a finite gradient (0) at 0 for an exponent below 1."""
     positive = base > 0
     return xp.where(positive, xp.where(positive, base, 1.0) ** exponent, 0.0)
+
+
+def ring_mass(bore: Array, outside_diameter: Array, width: Array) -> Array:
+    """Estimate of the mass of a ball bearing by its size. [m], [m], [m] -> [kg]
+
+    Source: `_FILLED`, fitted to the catalogue.
+    """
+    return _FILLED * STEEL_DENSITY * 0.25 * math.pi * (outside_diameter**2 - bore**2) * width
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -185,18 +193,14 @@ class Bearing:
     def breadth(self) -> Array:
         """Width B: as stated, else estimated. [m]
 
-        Source: `WIDTH_OVER_SECTION`, fitted to the catalogue.
+        Source: `_WIDTH_OVER_SECTION`, fitted to the catalogue.
         """
-        return given(self.width, WIDTH_OVER_SECTION * (self.outside_diameter - self.bore))
+        return given(self.width, _WIDTH_OVER_SECTION * (self.outside_diameter - self.bore))
 
     @property
     def weight(self) -> Array:
-        """Mass: as stated, else estimated. [kg]
-
-        Source: `FILLED`, fitted to the catalogue.
-        """
-        ring = 0.25 * math.pi * (self.outside_diameter**2 - self.bore**2) * self.breadth
-        return given(self.mass, FILLED * STEEL_DENSITY * ring)
+        """Mass: as stated, else estimated; see `ring_mass`. [kg]"""
+        return given(self.mass, ring_mass(self.bore, self.outside_diameter, self.breadth))
 
     def moment(self, radial: Array, axial: Array, speed: Array) -> BearingMoment:
         """Frictional moment under a load at a speed.

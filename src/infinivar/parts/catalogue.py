@@ -67,15 +67,22 @@ def entries(name: str) -> dict[str, dict[str, Any]]:
 
 
 @functools.cache
-def _parts(kind: str) -> tuple[Any, ...]:
-    """Every part of a catalogue of plain parts, the heaviest first."""
+def parts(kind: Literal["bearings", "rails", "materials"]) -> Mapping[str, Any]:
+    """Every part of a catalogue of plain parts, by key: without the provenance that studies record."""
     fields = {field.name: field.metadata.get("unit") for field in dataclasses.fields(PARTS[kind])}
-    rows = [{name: row[name] for name in fields if name in row} for row in entries(kind).values()]
-    found = [
-        PARTS[kind](**{name: one if (unit := fields[name]) is None else _read(one, unit) for name, one in row.items()})
-        for row in rows
-    ]
-    return tuple(sorted(found, key=lambda part: -part.weight))
+    found = {}
+    for key, row in entries(kind).items():
+        stated = {name: row[name] for name in fields if name in row}
+        found[key] = PARTS[kind](
+            **{name: one if (unit := fields[name]) is None else _read(one, unit) for name, one in stated.items()}
+        )
+    return found
+
+
+@functools.cache
+def _by_weight(kind: Literal["bearings", "rails"]) -> tuple[Any, ...]:
+    """The parts of a catalogue, the heaviest first."""
+    return tuple(sorted(parts(kind).values(), key=lambda part: -part.weight))
 
 
 def _read(value: Any, unit: str) -> float:
@@ -97,13 +104,13 @@ def lightest(kind: Literal["rails", "bearings"], load: Array, sizes: tuple[str, 
         the part, or None.
     """
     if isinstance(load, (int, float)):
-        part = next((part for part in reversed(_parts(kind)) if part.static_rating >= load), None)
+        part = next((part for part in reversed(_by_weight(kind)) if part.static_rating >= load), None)
         found = {name: math.nan if part is None else float(getattr(part, name)) for name in sizes}
         return {**found, "name": None if part is None else part.name}
     xp = namespace(load)
     (load,) = as_floats(xp, load)
     found = dict.fromkeys(sizes, xp.nan + 0.0 * load)
-    for part in _parts(kind):
+    for part in _by_weight(kind):
         carries = part.static_rating >= load
         found = {name: xp.where(carries, getattr(part, name), value) for name, value in found.items()}
     return found

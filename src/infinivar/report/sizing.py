@@ -69,11 +69,12 @@ def save(sizing: Sizing, directory: Path) -> list[Path]:
         studies = dict(_studies(sizing, directory, scratch, motions))
         for name, text_of in studies.items():
             (scratch / name).write_text(text_of, "utf-8", newline="\n")
-        bills = {bill_file(name): (mass, sizing.best_of[name].parts) for name, mass in sizing.masses.items()}
+        masses = sizing.masses
+        bills = {bill_file(name): (mass, sizing.best_of[name].parts) for name, mass in masses.items()}
         for name, (mass, parts) in bills.items():
             write_bill(mass, parts, scratch / name)
         (scratch / "sizing.json").write_text(to_json(sizing.to_dict()), "utf-8")
-        (scratch / "sizing.html").write_text(html(sizing, style.inline_svg(drawn) if drawn else ""), "utf-8")
+        (scratch / "sizing.html").write_text(html(sizing, masses, style.inline_svg(drawn) if drawn else ""), "utf-8")
         names = [
             "sizing.html",
             "sizing.json",
@@ -318,7 +319,7 @@ def _without_unit(value: float, unit: str) -> str:
     return plain(1e3 * value if unit == "m" else value, 3)
 
 
-def html(sizing: Sizing, image: str) -> str:
+def html(sizing: Sizing, masses: Mapping[str, WholeMass], image: str) -> str:
     """The report as one self-contained page."""
     known = [*sizing.designs, *sizing.front, *sizing.best_of.values()]
     return render(
@@ -340,7 +341,7 @@ def html(sizing: Sizing, image: str) -> str:
         unchecked=_unchecked,
         limit_words=limit_words,
         **whole_mass.words(),
-        masses=sizing.masses,
+        masses=masses,
         mass_titles={name: f"like {name}" for name in sizing.best_of},
         doubt=sizing.doubt,
         percent=percent,

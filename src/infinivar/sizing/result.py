@@ -11,10 +11,7 @@ from infinivar._core.described import derived, named, reported
 from infinivar._core.result import Result, result
 from infinivar.analysis.hanging import Hanging
 from infinivar.analysis.whole_mass import WholeMass, mass_of
-from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.masses import without_tube
-from infinivar.drivetrain.service import service_of
+from infinivar.drivetrain.masses import tube_as_of
 from infinivar.drivetrain.uncounted import not_counted
 from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import SizedDrive, demand_words, exceeded_words, path_words
@@ -82,11 +79,8 @@ class Sizing(Result):
         """What the best design like each template weighs, by template."""
         study, found = self.study, {}
         for name, design in self.best_of.items():
-            if isinstance(design.drive, CoboticDrive | ConventionalDrive):
-                drive, own = design.drive, study.drives[name]
-                if isinstance(own, CoboticDrive) and own.transmission.tube is None:
-                    drive = without_tube(drive)  # so that its wall follows the factors
-                found[name] = mass_of(drive, service_of(drive, study.duty, study.requirement, study.travel))
+            drive = tube_as_of(design.drive, study.drives[name])  # so that its wall follows the factors
+            found[name] = mass_of(drive, study.service(drive))
         return found
 
     @property

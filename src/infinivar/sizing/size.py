@@ -19,10 +19,9 @@ from infinivar.analysis.cycles.duty_cycle import energy_and_feasibility
 from infinivar.analysis.deciding import best_speeds
 from infinivar.analysis.hanging import Hanging, Judged, hang
 from infinivar.analysis.region import covers
-from infinivar.analysis.whole_mass import DOUBT, factor_names
+from infinivar.analysis.whole_mass import DOUBT, factor_names, with_factor
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.masses import total, without_tube
-from infinivar.drivetrain.service import service_of
+from infinivar.drivetrain.masses import total, tube_as_of
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.structure.structure import Structure
 from infinivar.sizing.design import SizedDrive
@@ -206,9 +205,7 @@ def hanging_designs(sizing: Sizing) -> Hanging:
     study = _designs(sizing)
     by_mass = sizing.objective[0] == "mass"
     shares = equal_shares(study.duty)
-    services = {
-        name: service_of(drive, study.duty, study.requirement, study.travel) for name, drive in study.drives.items()
-    }
+    services = {name: study.service(one.drive) for name, one in sizing.best_of.items()} if by_mass else {}
 
     def judge(name: str, drive: Any, variant: Variant) -> Judged:
         cycles = {task: energy_and_feasibility(drive, duty, study.travel, SPARE) for task, duty in study.duty.items()}
@@ -230,22 +227,14 @@ def hanging_designs(sizing: Sizing) -> Hanging:
 
 def _structures(sizing: Sizing, study: Study) -> Iterator[Variant]:
     """Yield the designs with each assumed factor of their structures wrong by `DOUBT`, in all of them alike."""
+    anew = {name: tube_as_of(drive, sizing.study.drives[name]) for name, drive in study.drives.items()}
     for name in factor_names(Structure()):
         for by in (1.0 / DOUBT, DOUBT):
-            drives = {of: _with_factor(drive, sizing.study.drives[of], name, by) for of, drive in study.drives.items()}
+            drives = {of: with_factor(drive, name, by) for of, drive in anew.items()}
             values = dict.fromkeys(getattr(value_at(drive, "structure"), name) for drive in study.drives.values())
             unit = next(one.metadata["unit"] for one in fields(Structure) if one.name == name)
             used, instead = (" or ".join(show(factor * value, unit) for value in values) for factor in (1.0, by))
             yield Variant(f"structure: {name.replace('_', ' ')}", used, instead, drives, "run")
-
-
-def _with_factor(drive: Any, template: Any, name: str, by: float) -> Any:
-    """A design with another factor; its cylinder is derived anew if that of the template was."""
-    structure = replace(drive.structure, **{name: by * getattr(drive.structure, name)})
-    drive = replace(drive, structure=structure)
-    if isinstance(drive, CoboticDrive) and template.transmission.tube is None:
-        return without_tube(drive)
-    return drive
 
 
 def _designs(sizing: Sizing) -> Study:

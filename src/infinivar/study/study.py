@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field, replace
 from importlib import import_module
@@ -17,7 +18,7 @@ from infinivar.drivetrain.buildable import impossible
 from infinivar.drivetrain.cobotic import CoboticDrive, legs_of
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, check_drive, is_machine
-from infinivar.drivetrain.service import service_of
+from infinivar.drivetrain.service import Service, service_of
 from infinivar.errors import InputError, ParameterError, nearest, require
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.motion.machine_tasks import MachinePath, MachineTask, named
@@ -109,6 +110,10 @@ class Study(Frozen):
         """Travel of the load from end to end, or the angle of the joint; None if not required. [m] or [rad]"""
         return None if self.requirement is None else self.requirement.travel
 
+    def service(self, drive: Any) -> Service:
+        """What motions and requirement ask of the output of a drive, by which its structure is sized."""
+        return service_of(drive, self.duty, self.requirement, self.travel)
+
     @property
     def load_mass(self) -> float | None:
         """Mass of the load, or its moment of inertia, by the requirement; None if not stated. [kg] or [kg m^2]"""
@@ -145,9 +150,7 @@ class Study(Frozen):
             if not is_machine(drive):
                 check_drive(drive, f"drives.{name}")
             if isinstance(drive, CoboticDrive | ConventionalDrive):
-                fault = impossible(
-                    drive, lambda drive=drive: service_of(drive, self.duty, self.requirement, self.travel)
-                )
+                fault = impossible(drive, functools.partial(self.service, drive))
                 if fault is not None:
                     raise ParameterError(f"drives.{name}.{fault}")
         kinds = {

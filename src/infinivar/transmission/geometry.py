@@ -21,7 +21,7 @@ from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.bearing import Bearing, BearingPair
 from infinivar.parts.structure.beams import Section, stress
-from infinivar.parts.structure.bodies import GAP
+from infinivar.parts.structure.bodies import close_span
 from infinivar.transmission import creepage
 
 SurfaceShape = Literal["cylinder", "sphere", "plane"]
@@ -368,7 +368,7 @@ class ContactGeometry:
     @property
     def axle_span(self) -> Array:
         """Between the middles of the axle's bearings: as stated, else that of bearings close to the wheel. [m]"""
-        return given(self.bearing_span, self.wheel_width + self.axle_bearing.breadth + 2.0 * GAP)
+        return given(self.bearing_span, close_span(self.wheel_width, self.axle_bearing.breadth))
 
     def axle_stress(self, preload: Array, moment: Array) -> Array:
         """Bending stress of the axle beside the wheel, with shear, for the bore of its bearings.

@@ -7,8 +7,13 @@ from typing import NamedTuple
 
 from infinivar._core.array_namespace import Array, as_floats, namespace
 
-GAP = 1e-3
+_GAP = 1e-3
 """Between parts that move. [m]"""
+
+
+def close_span(wheel_width: Array, bearing_width: Array) -> Array:
+    """Distance of the middles of two bearings that stand close to a wheel. [m]"""
+    return wheel_width + bearing_width + 2.0 * _GAP
 
 
 def crowned_volume(radius: Array, crown: Array, width: Array) -> Array:
@@ -55,7 +60,7 @@ class Bell(NamedTuple):
     @property
     def span(self) -> Array:
         """Between the middles of the axle's bearings. [m]"""
-        return self.wheel_width + self.bearing_width + 2.0 * GAP
+        return close_span(self.wheel_width, self.bearing_width)
 
     @property
     def inner(self) -> Array:
@@ -65,7 +70,7 @@ class Bell(NamedTuple):
             xp, self.wheel_radius, self.wheel_width, self.bearing_diameter, self.span + self.bearing_width
         )
         wheel, bearings = xp.sqrt(radius**2 + 0.25 * width**2), 0.5 * xp.sqrt(ends**2 + diameter**2)
-        return xp.maximum(wheel, bearings) + GAP
+        return xp.maximum(wheel, bearings) + _GAP
 
     @property
     def outer(self) -> Array:

@@ -6,20 +6,8 @@ from dataclasses import dataclass
 
 from annotated_types import Gt, Interval
 
-from infinivar._core.fields import check, component, given, quantity
+from infinivar._core.fields import check, component, quantity
 from infinivar.contact.bodies import Material
-
-_ALUMINIUM = Material(
-    name="aluminium 7075-T6",
-    youngs_modulus=71.7e9,
-    poisson=0.33,
-    density=2810.0,
-    yield_strength=503e6,
-    hardness=1.7e9,
-    conductivity=130.0,
-    heat_capacity=2.7e6,
-)
-"""As in the catalogue: al-7075-t6."""
 
 _FACTOR = Interval(gt=0, le=100)
 _WEIGHED = "Mass, from a scale or CAD; by default derived"
@@ -86,8 +74,3 @@ class Structure:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
-
-    @property
-    def metal(self) -> Material:
-        """Material of frame, bell, pulleys and linkage."""
-        return given(self.material, _ALUMINIUM)

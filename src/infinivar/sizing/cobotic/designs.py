@@ -39,7 +39,7 @@ def best_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task], 
 def front_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task]) -> tuple[CoboticDesign, ...]:
     """Feasible designs of which no other has both less mass and less power, by power."""
     keys = record.front() if evaluation.request.moving else []
-    found = _feasible(evaluation, (((*key,)[:3], record.light[key]) for key in keys), whole, len(keys))  # type: ignore[misc]
+    found = _feasible(evaluation, ((key[0], record.light[key]) for key in keys), whole, len(keys))
     mass, power = (np.array([getattr(one, name) for one in found]) for name in ("mass", "power"))
     every = [found[place] for place in front(mass, power)] if found else []
     kept = every[:1]

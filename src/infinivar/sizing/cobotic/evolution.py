@@ -91,7 +91,7 @@ class Record:
         """Nothing is known yet."""
         self.best: dict[Key, Entry] = {}
         """By the objective."""
-        self.light: dict[tuple[int, int, int, int], Entry] = {}
+        self.light: dict[tuple[Key, int], Entry] = {}
         """By power in each step of the mass; and by mass, as step `_LIGHTEST`."""
         self.nearest: tuple[float, np.ndarray, int] | None = None
         """Value, values and bearing."""
@@ -114,18 +114,18 @@ class Record:
     def _add_light(self, key: Key, one: Entry) -> None:
         """Keep a design if it needs the least power of its step, or is the lightest of its parts."""
         step = math.floor(math.log(one.mass) / _STEPS) if one.mass > 0.0 else 0
-        if (*key, step) not in self.light or one.power < self.light[*key, step].power:
-            self.light[*key, step] = one
-        known = self.light.get((*key, _LIGHTEST))
+        if (key, step) not in self.light or one.power < self.light[key, step].power:
+            self.light[key, step] = one
+        known = self.light.get((key, _LIGHTEST))
         if known is None or (one.mass, one.power) < (known.mass, known.power):
-            self.light[*key, _LIGHTEST] = one
+            self.light[key, _LIGHTEST] = one
 
     @property
     def least(self) -> float:
         """Least value of a feasible design; inf if there is none. [W] or [kg]"""
         return min((one.value for one in self.best.values()), default=np.inf)
 
-    def front(self) -> list[tuple[int, int, int, int]]:
+    def front(self) -> list[tuple[Key, int]]:
         """Keys of `light` of which no other has less mass and less power, by power."""
         keys = sorted(self.light)
         mass, power = (np.array([getattr(self.light[key], name) for key in keys]) for name in ("mass", "power"))
@@ -135,7 +135,7 @@ class Record:
 
     def points(self, most: int) -> Points:
         """Wheel designs of the front, and of the best combinations."""
-        entries = [(key[1], self.light[key].values) for key in self.front()]
+        entries = [(key[0][1], self.light[key].values) for key in self.front()]
         best = sorted(self.best, key=lambda key: (self.best[key].value, key))[:most]
         return _points([*entries, *((key[1], self.best[key].values) for key in best)])
 
@@ -144,7 +144,7 @@ class Record:
         nearest = sorted(self.front(), key=lambda key: (abs(self.light[key].mass - mass), key))[: most // 2]
         lighter = [key for key, one in self.light.items() if one.mass <= mass and key not in nearest]
         lighter.sort(key=lambda key: (self.light[key].power, key))
-        return _points([(key[1], self.light[key].values) for key in (*nearest, *lighter)][:most])
+        return _points([(key[0][1], self.light[key].values) for key in (*nearest, *lighter)][:most])
 
     def merge_best(self, other: Record) -> None:
         """Add the designs of another record, found with the same objective."""
@@ -157,16 +157,15 @@ class Record:
         """All designs by their power."""
         made = Record()
         made.light = {key: one._replace(value=one.power) for key, one in self.light.items()}
-        for (*key, _), one in made.light.items():
-            known = made.best.get((key[0], key[1], key[2]))
-            if known is None or one.power < known.power:
-                made.best[key[0], key[1], key[2]] = one
+        for (key, _), one in made.light.items():
+            if key not in made.best or one.power < made.best[key].power:
+                made.best[key] = one
         return made
 
     def merge(self, other: Record) -> None:
         """Add the designs of another record, found with another objective: they count by power and mass alone."""
-        for (*key, _), one in other.light.items():
-            self._add_light((key[0], key[1], key[2]), one)
+        for (key, _), one in other.light.items():
+            self._add_light(key, one)
 
 
 def _points(entries: Sequence[tuple[int, np.ndarray]]) -> Points:
