@@ -84,6 +84,7 @@ from infinivar.analysis.sphere_efficiency import efficiency_by_ratio
 from infinivar.analysis.steering_step import RELAXED
 from infinivar.analysis.tightest import tightest_of as tightest_of_drives
 from infinivar.analysis.whole_mass import DOUBT as MASS_DOUBT
+from infinivar.analysis.whole_mass import mass_of
 from infinivar.axis import LINEAR, PLANE, ROTARY, Axis, force_axis, speed_axis
 from infinivar.bondgraph import audit as bond_graph_audit
 from infinivar.bondgraph import graph as bond_graph_elements
@@ -147,13 +148,16 @@ from infinivar.displays.rounds import DISPLAYS as DISPLAY_ROUNDS
 from infinivar.displays.rounds import RESTING, STOPPED, TURNING, round_of
 from infinivar.displays.sampled_loop import impedance, run_in_time, sampled_loop
 from infinivar.drivetrain import chain
+from infinivar.drivetrain.body import own_mass, total
 from infinivar.drivetrain.control import CoboticControl, ConventionalControl
 from infinivar.drivetrain.drive import GEAR_LIMITS, MovingDrive, is_machine, operated, refuse_machine, with_rated_gear
+from infinivar.drivetrain.envelope import Envelope
 from infinivar.drivetrain.graphs import bandwidths, compliances
 from infinivar.drivetrain.graphs import plants as plant_graphs
 from infinivar.drivetrain.graphs.closed_loop import _passed as passed_both_ways
 from infinivar.drivetrain.graphs.compliances import hardening, hardening_energy
-from infinivar.drivetrain.masses import cobotic_bodies, own_mass, total, with_tube
+from infinivar.drivetrain.layout import estimated_size
+from infinivar.drivetrain.masses import cobotic_bodies, with_tube
 from infinivar.drivetrain.service import Service, service_of
 from infinivar.figures import arm as arm_figure
 from infinivar.figures import bond_graph as bond_graph_figure

@@ -76,6 +76,10 @@ class Limit(IntEnum):
     """The bending stress of the wheel's axle exceeds what is permitted."""
     CLEARANCE = 29
     """The bearings of the wheel's axle are larger than the wheel, and touch what it rolls on."""
+    SPACE = 30
+    """The drive is larger than its envelope."""
+    MASS = 31
+    """The drive is heavier than its envelope permits."""
 
     @property
     def words(self) -> str:
@@ -155,6 +159,8 @@ _WORDS = {
     Limit.WALL: "cylinder wall",
     Limit.AXLE: "axle strength",
     Limit.CLEARANCE: "clearance of the axle bearings",
+    Limit.SPACE: "envelope",
+    Limit.MASS: "mass limit",
 }
 
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.parts import Belt, Guideway, Screw
+from infinivar.parts import Belt, Guideway, Screw, Structure
 from internals import MASS_DOUBT as DOUBT
-from internals import Service, bar_height, crowned_volume, own_mass, ring_volume, wire_mass
+from internals import Service, bar_height, crowned_volume, estimated_size, own_mass, ring_volume, wire_mass
 from made import loaded
 
 GEARED = loaded("knee_walking").drives["geared"]
@@ -130,6 +130,33 @@ def test_mass_over_length_is_that_of_a_module():
         assert weighed / DOUBT < made < weighed * DOUBT
 
 
-def test_the_tube_of_the_issue_of_sizes():
+def test_a_tube_by_hand():
     """Steel tube of 50 mm radius, 5 mm wall, 100 mm long, of 7850 kg/m^3: 1.17 kg, as by hand."""
     assert 7850.0 * ring_volume(0.045, 0.005, 0.1) == pytest.approx(1.171, rel=1e-3)
+
+
+MOTORS = {
+    "0615 S": 2.0, "0816 SR": 4.5, "1016 SR": 6.5, "1224 SR": 13.5, "1331 SR": 19.0, "1516 S": 10.0, "1628 B": 30.0,
+    "1727 CXR": 28.0, "2036 B": 56.0, "2057 BA": 100.0, "2224 SR": 46.0, "2232 BX4": 65.0, "2250 BX4": 105.0, "2264 BP4": 140.0,
+    "2342 CR": 88.0, "2444 B": 98.0, "2607 SR": 16.1, "2642 CXR": 114.0, "2657 CXR": 156.0, "3056 B": 192.0, "3242 CR": 175.0,
+    "3257 CR": 242.0, "3268 BX4": 290.0, "3564 B": 311.0, "3863 CR": 390.0, "3890 CR": 550.0,
+    "4221 BXTH": 142.0, "4490 BS": 742.0,
+}  # fmt: skip
+"""Mass of motors, of whose type the first two digits are the diameter and the next two the length. [g], [mm]"""
+
+
+@pytest.mark.source("faulhaber2020", "data sheets")
+def test_sizes_of_motors_from_their_masses():
+    """The median is what is assumed; of steel, copper and air, no motor is a third off. Slenderness is hardly common to them."""
+    assumed = Structure()
+    density, slenderness = [], []
+    for name, mass in MOTORS.items():
+        diameter, length = 1e-3 * int(name[:2]), 1e-3 * int(name[2:4])
+        estimated, _ = estimated_size(1e-3 * mass, diameter, None, assumed)
+        density.append(estimated / length * assumed.motor_density)
+        slenderness.append(length / diameter)
+    print(f"{min(density):.0f} to {max(density):.0f} kg/m3, median {np.median(density):.0f}")
+    assert np.median(density) == pytest.approx(assumed.motor_density, rel=0.04)
+    assert max(density) < DOUBT * assumed.motor_density
+    assert min(density) > assumed.motor_density / DOUBT
+    assert np.median(slenderness) == pytest.approx(assumed.motor_slenderness, rel=0.1)

@@ -13,6 +13,7 @@ from infinivar._core.described import at, derived, named, reported
 from infinivar._core.engine import Engine
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
+from infinivar._core.text import joined
 from infinivar.analysis import sampled_springs
 from infinivar.analysis.cycles.cylinder_policy import Policy, policies
 from infinivar.analysis.cycles.duty_comparison import FEW, DutyComparison, over_all
@@ -106,7 +107,8 @@ class Comparison(Result):
     """Results of all drives of a study, for its duty cycles and its requirement.
 
     Duty cycles lead where the study has any: `verdict`, `best` and reports begin with them. A requirement counts as well, if
-    stated: a drive is able if it is feasible in every duty cycle and covers the whole required region.
+    stated: a drive is able if it is feasible in every duty cycle, covers the whole required region, and fits the
+    envelope, if one is stated.
     """
 
     study: Study = reported(convert=named)
@@ -126,8 +128,13 @@ class Comparison(Result):
     _also = (at("study.warnings"),)
 
     def able(self, name: str) -> bool:
-        """Whether a drive covers the whole requirement, if one is stated, and every duty cycle is feasible."""
-        return self.results[name].covers and self._follows(name)
+        """Whether a drive covers the whole requirement, if one is stated, every duty cycle is feasible, and the drive fits."""
+        return self.results[name].covers and self._follows(name) and self.fits(name)
+
+    def fits(self, name: str) -> bool:
+        """Whether what is known of a drive is within the envelope, if the study states one."""
+        mass = self.masses.get(name)
+        return mass is None or mass.within(self.study.envelope)
 
     def _follows(self, name: str) -> bool:
         """Whether every duty cycle is feasible."""
@@ -193,6 +200,8 @@ def verdicts(comparison: Comparison) -> Iterator[str]:
         if len(comparison.duty) <= FEW:
             for found in comparison.duty.values():
                 yield f"{found.duty.title}: {found.verdict}."
+    if comparison.study.envelope is not None:
+        yield _envelope_words(comparison)
     if comparison.study.requirement is None:
         return
     covering = [result for result in comparison.results.values() if result.covers]
@@ -207,6 +216,25 @@ def verdicts(comparison: Comparison) -> Iterator[str]:
     best = min(covering, key=lambda result: result.mean_loss)
     lowest = f"lowest mean loss over the required region: {best.title} with {plain(best.mean_loss, 3)} W"
     yield f"{able} the requirement; {lowest}."
+
+
+def _envelope_words(comparison: Comparison) -> str:
+    """Which drives fit, and the best of those that do all that is required."""
+    envelope = comparison.study.envelope
+    fitting = [one.title for name, one in comparison.results.items() if comparison.fits(name)]
+    unknown = [
+        one.title
+        for name, one in comparison.results.items()
+        if envelope is not None and name in comparison.masses and not comparison.masses[name].known_within(envelope)
+    ]
+    known = f", as far as the bodies of {joined(unknown)} are known" if unknown else ""
+    if len(fitting) == len(comparison.results):
+        return f"{'All drives are' if len(fitting) > 1 else 'The drive is'} within the envelope{known}."
+    if not fitting:
+        return "None of the drives is within the envelope."
+    best = comparison.best
+    also = "" if best is None else f"; best of those that meet all requirements: {best.title}"
+    return f"Within the envelope{known}: {joined(fitting)}{also}."
 
 
 def _in_motion_too(comparison: Comparison) -> str:
@@ -300,7 +328,9 @@ def compare(
     check_duty(study)
     made = compare_drives(study, options, progress)
     covers = {name: one.covers for name, one in made.results.items()}
-    return replace(made, hangs_on=hanging_drives(study, made._judged, covers, made.duty))
+    fits = {name: made.fits(name) for name in made.results}
+    free = replace(made, study=replace(study, envelope=None))._judged
+    return replace(made, hangs_on=hanging_drives(study, free, covers, fits, made.duty))
 
 
 def compare_drives(

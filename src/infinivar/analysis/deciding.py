@@ -17,7 +17,9 @@ from infinivar.analysis.hanging import Answered, Hanging, Judged, hang
 from infinivar.analysis.machine_tasks import Prepared
 from infinivar.analysis.machines import MachineComparison, decided_machine, judged_machine, tasks_and_paths
 from infinivar.analysis.region import covers, covers_with_loss
+from infinivar.analysis.whole_mass import DOUBT, factor_names, mass_of, with_factor
 from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.parts.structure.structure import Structure
 from infinivar.study.choices import STANDBY_PER_AMPLIFIER, Variant, variants
 from infinivar.study.study import Study
 from infinivar.units import plain
@@ -37,9 +39,17 @@ SLOW_FRICTION = "friction at low speed"
 
 
 def hanging_drives(
-    study: Study, used: Mapping[str, Judged], covers: Mapping[str, bool], duty: Mapping[str, DutyComparison]
+    study: Study,
+    free: Mapping[str, Judged],
+    covers: Mapping[str, bool],
+    fits: Mapping[str, bool],
+    duty: Mapping[str, DutyComparison],
 ) -> Hanging:
-    """What the verdict on drives of one axis hangs on, from what decides between them and whether each covers the requirement."""
+    """What the verdict on drives of one axis hangs on.
+
+    Known are what decides between them without the envelope, and whether each covers the requirement and is within the envelope.
+    """
+    used = {name: one._replace(able=one.able and fits[name]) for name, one in free.items()}
     figure, unit = _figure(study)
 
     def judge(name: str, drive: Any, variant: Variant) -> Judged:
@@ -47,11 +57,35 @@ def hanging_drives(
             # It is drawn at all times, and no limit depends on it.
             beside = drive.amplifier.standby_power - study.drives[name].amplifier.standby_power  # type: ignore[attr-defined]
             return Judged(used[name].able, (used[name].figure + beside,))
-        return _judge_drive(study, drive, variant, covers[name])
+        found = _judge_drive(study, drive, variant, covers[name])
+        return found._replace(able=found.able and fits[name])
 
     applicable = [one for one in variants(study) if study.duty or one.scope != "motion"]
     answers = [*applicable, *best_speeds(study)]
-    return hang(answers, judge, used, study.titles, figure, unit, _simulated(study, used, duty))
+    return hang(
+        answers,
+        judge,
+        used,
+        study.titles,
+        figure,
+        unit,
+        [*_simulated(study, used, duty), *_structures(study, free, fits)],
+    )
+
+
+def _structures(study: Study, free: Mapping[str, Judged], fits: Mapping[str, bool]) -> Iterator[Answered]:
+    """Yield what decides if an assumed factor is wrong by `DOUBT`, where that changes which drives are within the envelope."""
+    if study.envelope is None:
+        return
+    for name in factor_names(Structure(), space=True):
+        for by in (1.0 / DOUBT, DOUBT):
+            now = dict(fits)
+            for of, drive in study.drives.items():
+                if hasattr(drive, "structure"):
+                    now[of] = mass_of(with_factor(drive, name, by), study.service(drive)).within(study.envelope)
+            if now != fits:
+                judged = {of: one._replace(able=one.able and now[of]) for of, one in free.items()}
+                yield (f"structure: {name.replace('_', ' ')}", "as stated", f"times {by:.3g}"), judged
 
 
 def _simulated(study: Study, used: Mapping[str, Judged], duty: Mapping[str, DutyComparison]) -> Iterator[Answered]:

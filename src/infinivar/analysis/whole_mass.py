@@ -11,12 +11,15 @@ from typing import Any
 from infinivar._core.described import derived, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, result
+from infinivar.drivetrain.body import Body, open_bodies, total
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.masses import Body, open_bodies, total
+from infinivar.drivetrain.envelope import Envelope
+from infinivar.drivetrain.layout import SIDES, Layout
 from infinivar.drivetrain.service import Service
+from infinivar.limits import Demand
 from infinivar.study.study import Study
-from infinivar.units import show
+from infinivar.units import show, show_in
 
 LEFT_OUT = "mounts, couplings, fasteners, covers, cables, sensors and electronics"
 """What is not counted in any drive."""
@@ -25,6 +28,7 @@ DOUBT = 1.5
 """Factor by which an assumed factor may be wrong, either way."""
 
 _NEGLIGIBLE = 1e-3
+_ROUNDING = 1e-9
 
 
 def _rows(bodies: tuple[Body, ...]) -> list[dict[str, Any]]:
@@ -34,6 +38,12 @@ def _rows(bodies: tuple[Body, ...]) -> list[dict[str, Any]]:
     ]
 
 
+def _space(layout: Layout) -> dict[str, Any]:
+    space = layout.space
+    sides = {f"{name}_m": float(side) for name, side in zip(SIDES, space, strict=True)}
+    return {**sides, "diameter_m": float(space.diameter), "open": list(layout.open)}
+
+
 @result
 class WholeMass(Frozen):
     """What a drive weighs.
@@ -41,12 +51,14 @@ class WholeMass(Frozen):
     Attributes
     ----------
     bodies    Every body, with its mass or what is missing.
+    layout    Where the bodies are.
     service   Travel and largest force of the drive's own output, for which the structure is sized.
     factors   Whole mass with an assumed factor divided, and multiplied, by `DOUBT`, by factor; without those that change it by
         less than 0.1 %. [kg]
     """
 
     bodies: tuple[Body, ...] = reported(convert=_rows)
+    layout: Layout = reported(key="space", convert=_space)
     service: Service
     factors: Mapping[str, tuple[float, float]] = reported("kg")
 
@@ -75,6 +87,36 @@ class WholeMass(Frozen):
         """Bodies whose mass is not known, and why."""
         return tuple(open_bodies(self.bodies))
 
+    def within(self, envelope: Envelope | None) -> bool:
+        """Whether what is known of the drive is within an envelope, if there is one."""
+        return envelope is None or not self.exceeded(envelope)
+
+    def exceeded(self, envelope: Envelope) -> dict[Demand, float]:
+        """Demands over allowance above 1 of an envelope; of what is known, at least these. [-]"""
+        found = envelope.demands(self.layout.space, self.known)
+        return {key: float(demand) for key, demand in found.items() if demand > 1.0 + _ROUNDING}
+
+    def words_on(self, envelope: Envelope) -> str:
+        """Whether the drive is within an envelope, in one line."""
+        weighs = f"more than {show(self.known, 'kg', 3)}" if self.open else show(self.total, "kg", 3)
+        size = f"{self.space_words}; {weighs}"
+        beyond = self.exceeded(envelope)
+        if beyond:
+            return f"{size}; exceeds the envelope: {exceeded_words(beyond)}"
+        return f"{size}; within the envelope{'' if self.known_within(envelope) else ', as far as known'}"
+
+    def known_within(self, envelope: Envelope) -> bool:
+        """Whether all is known that an envelope limits."""
+        return not (self.layout.open or (envelope.mass is not None and self.open))
+
+    @property
+    def space_words(self) -> str:
+        """Size in one line."""
+        if not self.layout.solids:
+            return f"not known: {', '.join(self.layout.open)}"
+        sides = " x ".join(show_in(float(side), "m", "mm", 3).removesuffix(" mm") for side in self.layout.space)
+        return f"{sides} mm" + (f" without {', '.join(self.layout.open)}" if self.layout.open else "")
+
     @property
     def range(self) -> tuple[float, float]:
         """Least and largest whole mass as each factor is wrong by `DOUBT`, alone. [kg]"""
@@ -90,6 +132,11 @@ class WholeMass(Frozen):
         motors = "" if math.isnan(self.motors) else f", of it motors and gearheads {show(self.motors, 'kg', 3)}"
         spread = f" ({low} to {high} as one assumed factor is wrong by {DOUBT:g})" if self.factors else ""
         return f"{show(self.total, 'kg', 3)}{spread}{motors}"
+
+
+def exceeded_words(beyond: Mapping[Demand, float]) -> str:
+    """Demands on an envelope in words: "length 131 % of what it allows"."""
+    return ", ".join(f"{what} {100.0 * demand:.3g} % of what it allows" for (_, what), demand in beyond.items())
 
 
 def whole_mass(study: Study, drive: str) -> WholeMass | None:
@@ -118,7 +165,7 @@ def mass_of(drive: CoboticDrive | ConventionalDrive, service: Service) -> WholeM
         ends = [total(with_factor(drive, name, by).bodies(service)) for by in (1.0 / DOUBT, DOUBT)]
         if any(abs(end - whole) > _NEGLIGIBLE * whole for end in ends):
             factors[name] = ends[0], ends[1]
-    return WholeMass(bodies=bodies, service=service, factors=FrozenDict(factors))
+    return WholeMass(bodies=bodies, layout=drive.layout(service), service=service, factors=FrozenDict(factors))
 
 
 def with_factor(drive: Any, name: str, by: float) -> Any:
@@ -126,8 +173,13 @@ def with_factor(drive: Any, name: str, by: float) -> Any:
     return replace(drive, structure=replace(drive.structure, **{name: by * getattr(drive.structure, name)}))
 
 
-def factor_names(structure: Any) -> Iterable[str]:
-    """Assumed factors of a structure."""
+def factor_names(structure: Any, *, space: bool = False) -> Iterable[str]:
+    """Assumed factors that size the bodies of a structure; for the space also those on the size of motors."""
     for field in dataclasses.fields(structure):
-        if "unit" in field.metadata and field.name != "travel" and not field.name.endswith("_mass"):
+        if (
+            "unit" in field.metadata
+            and field.name != "travel"
+            and (space or not field.name.startswith("motor_"))
+            and not field.name.endswith("_mass")
+        ):
             yield field.name

@@ -150,6 +150,7 @@ def _of_drives(comparison: Comparison) -> Iterator[str]:
             yield f"  {done.title:<{width}}  {done.verdict}"
             if name in comparison.builds:
                 yield f"  {'':<{width}}  {comparison.builds[name].duty[task].verdict}"
+    yield from _on_envelope(comparison, width)
     if comparison.study.requirement is None:
         return
     if comparison.duty:
@@ -160,6 +161,15 @@ def _of_drives(comparison: Comparison) -> Iterator[str]:
             yield f"{indent}{'':<{width}}  {comparison.builds[name].verdict}"
     if not answered and comparison.not_counted:
         yield comparison.not_counted
+
+
+def _on_envelope(comparison: Comparison, width: int) -> Iterator[str]:
+    """Yield the size and mass of each drive, and what exceeds the envelope, if the study states one."""
+    envelope = comparison.study.envelope
+    if envelope is not None:
+        yield "Envelope:"
+        for name, mass in comparison.masses.items():
+            yield f"  {comparison.results[name].title:<{width}}  {mass.words_on(envelope)}"
 
 
 @with_options

@@ -16,11 +16,13 @@ from infinivar.axis import LINEAR, Axis
 from infinivar.contact import creep
 from infinivar.contact.friction import STICK_SPEED
 from infinivar.drivetrain import chain
+from infinivar.drivetrain.body import Body
 from infinivar.drivetrain.buildable import check_stated
 from infinivar.drivetrain.chain import Inward
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.drive import DrivePoint, MotorSide, MovingPoint, motor_side, needed, placed, shaft_inertia
-from infinivar.drivetrain.masses import Body, bell_inertia, cobotic_bodies, link_mass
+from infinivar.drivetrain.layout import Layout, cobotic_layout
+from infinivar.drivetrain.masses import bell_inertia, cobotic_bodies, link_mass
 from infinivar.drivetrain.output import Output
 from infinivar.drivetrain.service import Service
 from infinivar.drivetrain.steering import SteeringPlant
@@ -190,6 +192,10 @@ class CoboticDrive(TurnedCylinder):
     def bodies(self, service: Service) -> tuple[Body, ...]:
         """What it weighs, body by body, where its output has to do a service; see `masses.cobotic_bodies`."""
         return cobotic_bodies(self, service)
+
+    def layout(self, service: Service) -> Layout:
+        """Where its bodies are, and the space that they fill."""
+        return cobotic_layout(self, service)
 
     @labelled
     def operate(self, *, speed: Array, force: Array, position: Array = 0.0) -> DrivePoint:

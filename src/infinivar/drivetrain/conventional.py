@@ -13,10 +13,12 @@ from infinivar._core.fields import brief, check, component, quantity
 from infinivar._core.labels import labelled
 from infinivar.axis import Axis
 from infinivar.drivetrain import chain
+from infinivar.drivetrain.body import Body
 from infinivar.drivetrain.buildable import check_stated
 from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint, motor_side, needed, placed
-from infinivar.drivetrain.masses import Body, geared_bodies
+from infinivar.drivetrain.layout import Layout, geared_layout
+from infinivar.drivetrain.masses import geared_bodies
 from infinivar.drivetrain.output import Output, Place
 from infinivar.drivetrain.service import Service
 from infinivar.errors import ParameterError
@@ -138,6 +140,10 @@ class ConventionalDrive:
     def bodies(self, service: Service) -> tuple[Body, ...]:
         """What it weighs, body by body, where its output has to do a service; see `masses.geared_bodies`."""
         return geared_bodies(self, service)
+
+    def layout(self, service: Service) -> Layout:
+        """Where its bodies are, and the space that they fill."""
+        return geared_layout(self, service)
 
     @labelled
     def operate(self, *, speed: Array, force: Array, position: Array = 0.0) -> DrivePoint:

@@ -1,61 +1,16 @@
-"""What a drive weighs: every body of both architectures, bought or derived from what it has to carry.
-
-Left out of both alike: mounts, couplings, fasteners, covers, cables, sensors and electronics.
-"""
+"""What a drive weighs, and which of its values follow from its bodies."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
-from infinivar._core.array_namespace import Array, namespace
-from infinivar._core.fields import given
-from infinivar.contact.bodies import Material
-from infinivar.drivetrain.output import Output
+from infinivar._core.array_namespace import Array
+from infinivar.drivetrain.body import Body, open_bodies, total
+from infinivar.drivetrain.building import CoboticBuilding, GearedBuilding
 from infinivar.drivetrain.service import NO_SERVICE, Service
 from infinivar.errors import ParameterError
-from infinivar.parts import catalogue
-from infinivar.parts.bearing import Bearing, ring_mass
-from infinivar.parts.spring import TorsionSpring
-from infinivar.parts.structure import beams, bodies
-from infinivar.parts.structure.beams import STEEL_DENSITY, STEEL_MODULUS
-from infinivar.parts.structure.structure import Structure
-from infinivar.parts.structure.tube import THICKEST, Tube, thinnest
-from infinivar.units import show, show_in
-
-_SHEAR_MODULUS = STEEL_MODULUS / 2.6
-_SECTION, _THIN = 6e-3, 7e-3
-"""Radial and axial size of a thin bearing around the bell: series 618 from 20 to 45 mm of bore. [m]"""
-_RAIL = ("carriage_mass", "rail_density", "width", "height", "carriage_length")
-_BEARING = ("weight", "breadth", "outside_diameter", "bore")
-
-
-class Body(NamedTuple):
-    """A body of a drive."""
-
-    name: str
-    mass: Array | None
-    """None: not known. [kg]"""
-    kind: str
-    """catalogue, stated or derived."""
-    basis: str
-    """What it is, or what is missing."""
-    moving: bool = False
-    """Whether it moves with the link or load."""
-    chosen: bool = False
-    """Whether it is a motor or gearhead, which searches choose."""
-
-
-def total(found: Iterable[Body]) -> Array:
-    """Mass of all bodies; nan if one is not known. [kg]"""
-    return sum((math.nan if body.mass is None else body.mass for body in found), start=0.0)
-
-
-def own_mass(found: Iterable[Body]) -> Array:
-    """Mass of all bodies but motors and gearheads; nan if one is not known. [kg]"""
-    return total(body for body in found if not body.chosen)
 
 
 def cobotic_bodies(drive: Any, service: Service) -> tuple[Body, ...]:
@@ -68,29 +23,29 @@ def cobotic_bodies(drive: Any, service: Service) -> tuple[Body, ...]:
 
     Source: `infinivar.parts.structure`, and the rows of the catalogue.
     """
-    return tuple(_Cobotic(drive, service))
+    return tuple(CoboticBuilding(drive, service))
 
 
 def geared_bodies(drive: Any, service: Service) -> tuple[Body, ...]:
     """Bodies of a conventional drive; see `cobotic_bodies`."""
-    return tuple(_Geared(drive, service))
+    return tuple(GearedBuilding(drive, service))
 
 
 def link_mass(drive: Any) -> Array | None:
     """Mass of what moves with the link of a cobotic drive; None if it is not known. [kg]"""
-    made = _Cobotic(drive, NO_SERVICE)
+    made = CoboticBuilding(drive, NO_SERVICE)
     moving = [*(body for body in made.motors() if body.moving), *made.moving()]
     return None if open_bodies(moving) else total(moving)
 
 
 def bell_inertia(drive: Any) -> Array | None:
     """Inertia of bell, wheel, axle and its bearings about the steering axis; None if it is not known. [kg m^2]"""
-    return _Cobotic(drive, NO_SERVICE).inertia
+    return CoboticBuilding(drive, NO_SERVICE).inertia
 
 
 def with_tube(drive: Any, service: Service) -> Any:
     """The drive with a cylinder that is known: as stated, else derived; unchanged where that is not possible."""
-    made = _Cobotic(drive, service)
+    made = CoboticBuilding(drive, service)
     tube = None if drive.transmission.geometry is None else made.tube()
     if tube is None or drive.transmission.tube is not None or not math.isfinite(tube.wall):
         return drive
@@ -106,11 +61,6 @@ def tube_as_of(drive: Any, template: Any) -> Any:
     return replace(drive, transmission=replace(drive.transmission, **bare))
 
 
-def open_bodies(found: Iterable[Body]) -> list[str]:
-    """Bodies whose mass is not known, and why."""
-    return [f"{body.name} ({body.basis})" for body in found if body.mass is None]
-
-
 def open_structure(drive: Any, service: Service) -> list[str]:
     """Reasons why the mass of all but motors and gearheads is not known; empty if it is."""
     return list(dict.fromkeys(one.basis for one in drive.bodies(service) if one.mass is None and not one.chosen))
@@ -121,359 +71,3 @@ def check_known(drive: Any, service: Service) -> None:
     reasons = open_structure(drive, service)
     if reasons:
         raise ParameterError(f"whole masses are not known: {'; '.join(reasons)}")
-
-
-class _Bodies:
-    """Makes the bodies of a drive; what depends on missing values is not known."""
-
-    def __init__(self, drive: Any, service: Service) -> None:
-        self.drive, self.service = drive, service
-        self.structure: Structure = drive.structure
-
-    @property
-    def metal(self) -> Material:
-        """Material of frame, bell, pulleys and linkage."""
-        return given(self.structure.material, catalogue.parts("materials")["al-7075-t6"])
-
-    def __iter__(self) -> Iterator[Body]:
-        yield from self.motors()
-        yield _bought("gearhead", self.drive.gearhead)
-        yield from self.own()
-        yield from self.output(self.drive.output)
-
-    def motors(self) -> Iterator[Body]:
-        """The motors; that which steers moves with the link."""
-        for role, motor in self.drive.motors.items():
-            name = "motor" if role == "motor" else f"{role} motor"
-            yield _bought(name, motor, moving=role == "steering")
-
-    def own(self) -> Iterator[Body]:
-        """Bodies of the architecture."""
-        raise NotImplementedError
-
-    def body(self, name: str, mass: Array | None, basis: str, *, key: str | None = None, moving: bool = False) -> Body:
-        """A derived body, unless its mass is stated."""
-        stated = getattr(self.structure, f"{key or name}_mass")
-        if stated is not None:
-            return Body(name, stated, "stated", "as stated", moving)
-        # Of many designs alike those that no part carries are nan; one design says so.
-        if mass is not None and namespace(mass).__name__ == "numpy" and getattr(mass, "ndim", 0) == 0:
-            mass = float(mass)
-            if math.isnan(mass):
-                return Body(name, None, "derived", "what it depends on is not known", moving)
-        return Body(name, mass, "derived", basis, moving)
-
-    def bearings(self, name: str, count: int, held: Mapping[str, Any], own: Bearing | None, load: Array) -> Body:
-        """Equal bearings that a drive states, or not."""
-        made = self.body(name, count * held["weight"], f"{count} x {held.get('name')}", key="bearings")
-        if made.kind == "stated":
-            return made
-        if own is not None:
-            return made._replace(kind=_kind(own), basis=f"{count} x {own.name}")
-        return _chosen_part(made, held, "bearing", load)
-
-    def carriage(self, load: Array) -> Body:
-        """That of the guideway."""
-        rail = self.rail(load)
-        made = self.body(
-            "carriage", rail["carriage_mass"], f"{rail.get('name')}, {_mm(rail['width'])} wide", moving=True
-        )
-        return _chosen_part(made, rail, "rail", self.structure.rail_margin * load)
-
-    def rail_body(self, load: Array) -> Body:
-        """The rail of the guideway."""
-        if self.service.travel is None:
-            return self.body("rail", None, _UNKNOWN)
-        rail = self.rail(load)
-        length = self.rail_length(rail)
-        made = self.body("rail", rail["rail_density"] * length, f"{_mm(length)} of {rail.get('name')}")
-        return _chosen_part(made, rail, "rail", self.structure.rail_margin * load)
-
-    def rail_length(self, rail: Mapping[str, Array]) -> Array:
-        """Travel, carriage, and room at both ends. [m]"""
-        return given(self.service.travel, math.nan) + rail["carriage_length"] + 2.0 * self.structure.room
-
-    def rail(self, load: Array) -> Mapping[str, Any]:
-        """Sizes of the rail: as stated for the guideway, else the lightest that carries the load."""
-        own = getattr(self.drive.guideway, "rail", None)
-        if own is not None:
-            return {name: getattr(own, name) for name in (*_RAIL, "name")}
-        return catalogue.lightest("rails", self.structure.rail_margin * load, _RAIL)
-
-    def frame(self, force: Array, moment: Array, span: Array, width: Array, plates: Array, basis: str) -> Body:
-        """A bar under the rail, and plates at its ends. [N], [N m], [m], [m], [m^3]"""
-        metal = self.metal
-        if metal.density is None or metal.yield_strength is None:
-            return self.body("frame", None, "density and yield strength of structure.material are missing")
-        height = bodies.bar_height(
-            force,
-            moment,
-            span,
-            width,
-            modulus=metal.youngs_modulus,
-            sag=self.structure.frame_deflection * span,
-            strength=metal.yield_strength / self.structure.strength_margin,
-        )
-        xp = namespace(height)
-        height = xp.maximum(height, xp.asarray(self.structure.least_wall))
-        mass = metal.density * (width * height * span + plates)
-        return self.body("frame", mass, f"bar of {_mm(span)}, {_mm(width)} x {_mm(height)}, and {basis}")
-
-    def output(self, output: Output) -> Iterator[Body]:
-        """Linkage and springs between drive and load."""
-        structure, metal, force = self.structure, self.metal, self.service.force
-        if output.linkage is not None:
-            arm, mass = output.linkage.arm, None
-            if arm is not None and force is not None and metal.density and metal.yield_strength:
-                # A bar twice as high as wide: W = h^3/12.
-                height = (12.0 * force * arm * structure.strength_margin / metal.yield_strength) ** (1.0 / 3.0)
-                mass = metal.density * 0.5 * height**2 * arm
-            yield self.body("linkage", mass, "an arm that carries the largest force" if mass is not None else _OPEN)
-        springs = [place for place in output.chain if place.kind in ("series", "parallel")]
-        if springs:
-            stored = self.service.energies
-            known = all(place.name in stored for place in springs)
-            mass = sum(self._wire(stored[place.name], place.part) for place in springs) if known else None
-            yield self.body("springs", mass, "wire for the energy stored" if known else "no motion states their energy")
-
-    def _wire(self, energy: Array, spring: Any = None) -> Array:
-        bent = isinstance(spring, TorsionSpring)
-        modulus = STEEL_MODULUS if bent else _SHEAR_MODULUS
-        return bodies.wire_mass(energy, self.structure.spring_strength, modulus, STEEL_DENSITY, bent=bent)
-
-
-_NO_GEOMETRY = "transmission.geometry is missing"
-_OPEN = "its arm or its load is not known"
-_UNKNOWN = "travel is missing: state it in [requirement] (angle about a joint), or as structure.travel"
-
-
-class _Cobotic(_Bodies):
-    def own(self) -> Iterator[Body]:
-        drive, structure, element = self.drive, self.structure, self.drive.transmission
-        geometry = element.geometry
-        if geometry is None:
-            yield self.body("cylinder", None, _NO_GEOMETRY)
-            yield from self.moving()
-            yield self.body("rail", None, _NO_GEOMETRY)
-            yield self.body("frame", None, _NO_GEOMETRY)
-            return
-        tube = self.tube()
-        own = None if drive.cylinder_bearings is None else drive.cylinder_bearings.bearing
-        held = _held(own, element.preload)  # the wheel may stand beside one of them
-        yield self.body("cylinder", None if tube is None else tube.mass, self._words(tube))
-        yield self.bearings("cylinder bearings", 2, held, own, element.preload)
-        yield from self.moving()
-        yield self.rail_body(element.preload)
-        if tube is None:
-            yield self.body("frame", None, self._words(tube))
-            return
-        rail = self.rail(element.preload)
-        stated = None if drive.cylinder_bearings is None else drive.cylinder_bearings.span
-        span = given(stated, tube.length + 2.0 * tube.end_plate + held["breadth"])
-        # From the axis of the cylinder to the back of the rail.
-        reach = element.cylinder_radius + element.wheel_radius + 0.5 * self.bell().height + rail["height"]
-        across = held["outside_diameter"] + 4.0 * structure.least_wall
-        plates = 2.0 * held["breadth"] * across * reach
-        yield self.frame(
-            element.preload, 0.0, span, rail["width"], plates, f"two plates from cylinder to rail, {_mm(reach)} high"
-        )
-
-    def moving(self) -> Iterator[Body]:
-        """What moves with the link, but the steering motor."""
-        element = self.drive.transmission
-        geometry = element.geometry
-        if geometry is None:
-            yield self.body("wheel", None, _NO_GEOMETRY, moving=True)
-            yield self.body("bell", None, _NO_GEOMETRY, moving=True)
-            return
-        axle: Bearing = geometry.axle_bearing
-        yield self._wheel()
-        yield Body("axle bearings", 2.0 * axle.weight, _kind(axle), axle.name, True)
-        yield self._ring()
-        yield self._bell_bearing()
-        energy = 0.5 * element.preload * self.structure.spring_deflection
-        yield Body("preload spring", self._wire(energy), "derived", "wire for the energy stored", True)
-        yield self.carriage(element.preload)
-
-    def _wheel(self) -> Body:
-        """Wheel and axle."""
-        element, bell = self.drive.transmission, self.bell()
-        geometry = element.geometry
-        axle: Bearing = geometry.axle_bearing
-        rod = math.pi * 0.25 * axle.bore**2 * (bell.span + axle.breadth - geometry.wheel_width)
-        density = geometry.wheel_material.density
-        solid = bodies.crowned_volume(element.wheel_radius, geometry.crown_radius, geometry.wheel_width)
-        words = f"{_mm(2.0 * element.wheel_radius)} x {_mm(geometry.wheel_width)}, and its axle"
-        if density is None:
-            words = "density of transmission.geometry.wheel_material is missing"
-        return self.body("wheel", None if density is None else density * (solid + rod), words, moving=True)
-
-    def _ring(self) -> Body:
-        """The bell itself."""
-        metal, bell = self.metal, self.bell()
-        mass = None if metal.density is None else metal.density * bell.volume
-        return self.body("bell", mass, f"ring of {_mm(2.0 * bell.outer)}, {_mm(bell.height)} high", moving=True)
-
-    @property
-    def inertia(self) -> Array | None:
-        """See `bell_inertia`."""
-        axle, bell = self.drive.transmission.geometry.axle_bearing, self.bell()
-        wheel, ring = self._wheel().mass, self._ring().mass
-        if wheel is None or ring is None:
-            return None
-        # The axle is a small part of what it carries, and counts as if it were the wheel.
-        wheel = wheel * (0.25 * bell.wheel_radius**2 + bell.wheel_width**2 / 12.0)
-        return ring * bell.second_moment / bell.volume + wheel + 0.5 * axle.weight * bell.span**2
-
-    def tube(self) -> Tube | None:
-        """The cylinder: as stated, else the thinnest tube as long as the travel needs; None where this is not known."""
-        element, travel = self.drive.transmission, self.service.travel
-        if element.tube is not None or travel is None:
-            return element.tube
-        geometry, contact = element.geometry, element.contact
-        material = geometry.cylinder_material
-        if contact is None or material.yield_strength is None or material.density is None:
-            return None
-        tube = Tube(
-            radius=element.cylinder_radius,
-            wall=self.structure.least_wall,
-            length=travel + geometry.wheel_width + 2.0 * self.structure.room,
-            end_plate=self.structure.least_wall,
-            material=material,
-        )
-        patch = (contact.patch.a * contact.patch.b) ** 0.5
-        wall = thinnest(tube, element.preload, patch, self.structure.strength_margin)
-        xp = namespace(wall)
-        wall = xp.minimum(xp.maximum(wall, xp.asarray(self.structure.least_wall)), THICKEST * element.cylinder_radius)
-        if wall.ndim == 0 and math.isnan(wall):
-            return None
-        return Tube(
-            radius=tube.radius,
-            wall=float(wall) if wall.ndim == 0 else wall,
-            length=tube.length,
-            end_plate=tube.end_plate,
-            material=material,
-        )
-
-    def _words(self, tube: Tube | None) -> str:
-        """What the cylinder is, or what is missing."""
-        if tube is not None:
-            return _tube_words(tube)
-        if self.service.travel is None:
-            return _UNKNOWN
-        lacking = [
-            name
-            for name in ("density", "yield_strength")
-            if getattr(self.drive.transmission.geometry.cylinder_material, name) is None
-        ]
-        if lacking:
-            verb = "are" if len(lacking) > 1 else "is"
-            return f"{' and '.join(lacking)} of transmission.geometry.cylinder_material {verb} missing"
-        return f"no wall carries {show(float(self.drive.transmission.preload), 'N', 3)}"
-
-    def bell(self) -> bodies.Bell:
-        """The bell around the wheel."""
-        element = self.drive.transmission
-        geometry = element.geometry
-        return bodies.Bell(
-            wheel_radius=element.wheel_radius,
-            wheel_width=geometry.wheel_width,
-            bearing_diameter=geometry.axle_bearing.outside_diameter,
-            bearing_width=geometry.axle_bearing.breadth,
-            wall=self.structure.least_wall,
-        )
-
-    def _bell_bearing(self) -> Body:
-        own = None if self.drive.steering is None else self.drive.steering.bell_bearing
-        if own is not None:
-            return Body("bell bearing", own.weight, _kind(own), own.name, True)
-        bore = 2.0 * self.bell().outer
-        mass = ring_mass(bore, bore + 2.0 * _SECTION, _THIN)
-        return Body("bell bearing", mass, "derived", "thin, around the bell", True)
-
-
-class _Geared(_Bodies):
-    def own(self) -> Iterator[Body]:
-        stage, force = self.drive.stage, self.service.force
-        names = {stage.title: "stage", f"{stage.title} bearings": "bearings", "rail": "rail", "frame": "frame"}
-        if stage.title == "shaft":  # what turns a joint is bought whole
-            return
-        lacking = _UNKNOWN if self.service.travel is None or force is None else None
-        if stage.title not in ("pulley", "belt", "rack", "screw"):
-            lacking = f"what a {stage.title} weighs is not known"
-        if lacking is not None or force is None:
-            for name, key in names.items():
-                yield self.body(name, None, lacking or _UNKNOWN, key=key)
-            return
-        own, structure, rail = getattr(stage, "bearings", None), self.structure, self.rail(force)
-        belted = stage.title in ("pulley", "belt")
-        pull = force
-        if belted:
-            pull = structure.pull_ratio * force if own is None or own.pull is None else own.pull
-        yield self._stage(rail)
-        bearing = None if own is None else own.bearing
-        count, held = (4 if belted else 2), _held(bearing, 0.5 * pull)
-        yield self.bearings(f"{stage.title} bearings", count, held, bearing, 0.5 * pull)
-        yield self.carriage(force)
-        yield self.rail_body(force)
-        offset = 0.5 * stage.diameter if stage.title == "screw" else stage.travel_per_radian
-        reach, across = offset + rail["height"], held["outside_diameter"] + 4.0 * structure.least_wall
-        plates = 2.0 * held["breadth"] * across * (reach + 0.5 * held["outside_diameter"])
-        words = "two plates that hold the stage's bearings"
-        yield self.frame(0.0, pull * reach, self.rail_length(rail), rail["width"], plates, words)
-
-    def _stage(self, rail: Mapping[str, Array]) -> Body:
-        """Pulleys and cable, belt, rack and pinion, or screw and nut."""
-        stage, structure, length = self.drive.stage, self.structure, self.rail_length(rail)
-        if stage.title == "screw":
-            nut = structure.nut_ratio * stage.diameter
-            thread = beams.Section(0.5 * stage.diameter).area * given(stage.length, length + nut)
-            around = beams.Section(stage.diameter, 0.5 * stage.diameter).area * nut
-            basis = f"thread of {_mm(stage.diameter)}, and nut"
-            return self.body("screw", STEEL_DENSITY * (thread + around), basis, key="stage")
-        radius, width = stage.travel_per_radian, structure.pulley_width
-        disc = math.pi * radius**2 * width
-        if stage.title == "rack":
-            basis = f"pinion of {_mm(2.0 * radius)}, and rack"
-            return self.body("rack", STEEL_DENSITY * (width**2 * length + disc), basis, key="stage")
-        if self.metal.density is None:
-            return self.body(stage.title, None, "density of structure.material is missing", key="stage")
-        strand = structure.belt_density * (2.0 * length + 2.0 * math.pi * radius)
-        basis = f"two of {_mm(2.0 * radius)}, and belt or cable"
-        return self.body(stage.title, 2.0 * disc * self.metal.density + strand, basis, key="stage")
-
-
-def _held(own: Bearing | None, load: Array) -> Mapping[str, Array]:
-    """Sizes of a bearing: its own, else of the lightest that carries the load."""
-    if own is not None:
-        return {name: getattr(own, name) for name in _BEARING}
-    return catalogue.lightest("bearings", load, _BEARING)
-
-
-def _bought(name: str, part: Any, *, moving: bool = False) -> Body:
-    # Parts of other packages need not have a mass or a name.
-    mass, title = getattr(part, "mass", None), getattr(part, "name", type(part).__name__)
-    basis = title if mass is not None else f"{title}: the mass is not stated"
-    return Body(name, mass, "catalogue", basis, moving, chosen=True)
-
-
-def _chosen_part(made: Body, part: Mapping[str, Any], what: str, load: Array) -> Body:
-    """A body that is a part of the catalogue, where it is for a single load."""
-    if "name" not in part or made.kind == "stated":
-        return made
-    if part["name"] is None:
-        return made._replace(mass=None, basis=f"no {what} of the catalogue carries {show(float(load), 'N', 3)}")
-    return made if made.mass is None else made._replace(kind="catalogue")
-
-
-def _kind(bearing: Bearing) -> str:
-    return "derived" if bearing.mass is None else "catalogue"
-
-
-def _tube_words(tube: Tube) -> str:
-    return f"tube of {_mm(2.0 * tube.radius)}, wall {_mm(tube.wall)}, {_mm(tube.length)} long"
-
-
-def _mm(value: Array) -> str:
-    """A length in words; "" for many designs."""
-    return show_in(float(value), "m", "mm", 3) if getattr(value, "ndim", 0) == 0 else ""

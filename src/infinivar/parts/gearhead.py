@@ -127,6 +127,8 @@ class Gearhead:
         "rad", Ge(0), "Free angle at the output between both flanks, for simulation; needs `stiffness`", default=None
     )
     mass: float | None = quantity("kg", Gt(0), "Mass", default=None)
+    diameter: float | None = quantity("m", Gt(0), "Outer diameter", default=None)
+    length: float | None = quantity("m", Gt(0), "Length without shafts", default=None)
 
     def __post_init__(self) -> None:
         """Validate the fields."""

@@ -98,6 +98,7 @@ class Motor:
     max_speed: float | None = quantity("rad/s", Gt(0), "Permissible speed", default=None)
     mass: float | None = quantity("kg", Gt(0), "Mass", default=None)
     diameter: float | None = quantity("m", Gt(0), "Outer diameter", default=None)
+    length: float | None = quantity("m", Gt(0), "Length without the shaft", default=None)
     winding_to_housing: float | None = quantity("K/W", Gt(0), "Thermal resistance winding to housing", default=None)
     housing_to_ambient: float | None = quantity("K/W", Gt(0), "Thermal resistance housing to ambient", default=None)
     winding_time_constant: float | None = quantity("s", Gt(0), "Thermal time constant of the winding", default=None)
@@ -164,11 +165,11 @@ class Motor:
     def scaled(self, factor: float) -> Motor:
         """`factor` such motors on one shaft: torque, currents, inertia and mass scale; speed and voltage do not; see `multiple`.
 
-        No other scaling preserves efficiency, speed and voltage. The result has no diameter.
+        No other scaling preserves efficiency, speed and voltage. The result has no diameter and no length.
         """
 
         values = {name: getattr(self, name) for name in SCALED}
-        return replace(self, name=f"{factor:g} x {self.name}", diameter=None, **multiple(values, factor))
+        return replace(self, name=f"{factor:g} x {self.name}", diameter=None, length=None, **multiple(values, factor))
 
     def with_resistance(self, resistance: float) -> Motor:
         """The motor with another winding resistance [ohm] and the same friction: the no-load current follows the speed."""

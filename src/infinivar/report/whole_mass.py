@@ -5,14 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from infinivar.analysis.whole_mass import DOUBT, LEFT_OUT, WholeMass
-from infinivar.drivetrain.masses import Body
+from infinivar.analysis.whole_mass import DOUBT, LEFT_OUT, WholeMass, exceeded_words
+from infinivar.drivetrain.body import Body
 from infinivar.units import show_in
 
 
 def words() -> dict[str, Any]:
     """What the macro of the tables needs, by name."""
-    return {"mass_rows": rows, "mass_cell": cell, "mass_left_out": LEFT_OUT, "mass_doubt": f"{DOUBT:g}"}
+    return {
+        "mass_rows": rows,
+        "mass_cell": cell,
+        "mass_left_out": LEFT_OUT,
+        "mass_doubt": f"{DOUBT:g}",
+        "exceeded_envelope": exceeded_words,
+    }
 
 
 def rows(found: Mapping[str, WholeMass]) -> list[tuple[str, list[str]]]:

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 from infinivar._core.described import derived, reported, rows
 from infinivar._core.result import Frozen, result
+from infinivar.drivetrain.body import total
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive
-from infinivar.drivetrain.masses import total
 from infinivar.drivetrain.service import NO_SERVICE
 from infinivar.limits import Demand, Limit
 from infinivar.sizing.geared.tally import SPARE
@@ -154,6 +154,8 @@ class SizedDrive(Frozen):
 def limit_words(key: TaskDemand) -> str:
     """Limit and part of a motion or the requirement, such as "motor continuous torque, walking"."""
     task, limit, part = key
+    if limit in (Limit.SPACE, Limit.MASS):
+        return f"{part} of the envelope"
     return f"{demand_words(limit, part)}, {task}"
 
 

@@ -107,6 +107,7 @@ class StudyRequest:
             duty=study.duty,
             requirement=study.requirement,
             travel=study.travel,
+            envelope=study.envelope,
             loss_model=self.loss_model,
             top=self.top,
             **own,

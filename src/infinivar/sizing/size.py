@@ -20,8 +20,9 @@ from infinivar.analysis.deciding import best_speeds
 from infinivar.analysis.hanging import Hanging, Judged, hang
 from infinivar.analysis.region import covers
 from infinivar.analysis.whole_mass import DOUBT, factor_names, with_factor
+from infinivar.drivetrain.body import total
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.masses import total, tube_as_of
+from infinivar.drivetrain.masses import tube_as_of
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.structure.structure import Structure
 from infinivar.sizing.design import SizedDrive

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.envelope import Envelope
 from infinivar.errors import ParameterError, require
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.parts.bearing import Bearing
@@ -35,6 +36,7 @@ class Request:
     loss_model    Of all gearheads; None for that of the template's.
     samples       Instants of a motion; None for as many as `duty_cycle` has by default.
     top           Number of designs to return.
+    envelope      Largest size and mass; None for any.
     prune         Whether bounds spare candidates the evaluation at every instant.
     """
 
@@ -49,6 +51,7 @@ class Request:
     loss_model: LossModel | None = None
     samples: int | None = None
     top: int = 20
+    envelope: Envelope | None = None
     prune: bool = True
 
     def __post_init__(self) -> None:
@@ -65,7 +68,7 @@ class Request:
     @property
     def weighed(self) -> bool:
         """Whether masses must be stated."""
-        return self.objective != "energy"
+        return self.objective != "energy" or self.envelope is not None
 
     @property
     def gear_law(self) -> LossModel:

@@ -25,6 +25,7 @@ from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.parts.amplifier import Amplifier
 from infinivar.sizing.design import DEMAND_ROWS, SizedDrive, beyond_words
+from infinivar.sizing.geared.candidates import ENVELOPE
 from infinivar.sizing.geared.tasks import REQUIREMENT, RegionTask, judging_points
 from infinivar.sizing.levers import Lever, allowances, levers, weighed
 from infinivar.sizing.margins import TaskDemand
@@ -232,6 +233,9 @@ class Judge:
         if isinstance(drive, CoboticDrive):
             static = drive.transmission.utilisation
             demands |= {("contact", limit, "wheel"): float(np.max(one)) for limit, one in static.items()}
+        if self._study.envelope is not None:
+            own = self._study.envelope.of(drive, self._study.service(drive))
+            demands |= {(ENVELOPE, *key): float(demand) for key, demand in own.items()}
         return Judgement(
             power,
             {key: demand * (self._slip_margin if key[1] == Limit.SLIP else 1.0) for key, demand in demands.items()},

@@ -16,14 +16,14 @@ from infinivar.study.spreads import is_group, leaves
 
 _DEEPEST = 8
 KEYS = (
-    "title", "description", "extends", "requirement", "drives", "scenarios", "duty", "tasks", "paths", "rig", "uncertainty",
-    "correlations", "reconstruction", "name", "parts",
+    "title", "description", "extends", "requirement", "envelope", "drives", "scenarios", "duty", "tasks", "paths", "rig",
+    "uncertainty", "correlations", "reconstruction", "name", "parts",
 )  # fmt: skip
 """Keys of a study at the top level."""
 PARTS_FOLDER = "parts"
 """Folder beside a study in which sets of parts are looked up."""
 
-_TABLES = ("requirement", "rig")
+_TABLES = ("requirement", "envelope", "rig")
 _GROUPS = ("drives", "scenarios", "duty", "tasks", "paths")
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from infinivar._core.fields import in_kinds
+from infinivar.drivetrain.envelope import Envelope
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.motion.scenario import Scenario
@@ -221,6 +222,7 @@ def _schema(tables: _Tables) -> Schema:
                 {"if": {"required": ["type"]}, "then": tables.of(SessionTask), "else": tables.of(MachineTask)},
             ),
             "paths": _named("Motions of the end point of machines, by name", tables.of(MachinePath)),
+            "envelope": tables.of(Envelope),
             "rig": tables.of(Rig),
             "uncertainty": _object(
                 "Spreads of the drives' values: one table per drive, with the keys of that drive",

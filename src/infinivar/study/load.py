@@ -11,6 +11,7 @@ from typing import Any
 
 from infinivar._core import files, plugins, toml
 from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.envelope import Envelope
 from infinivar.errors import InputError, nearest, path_of, printable
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.motion.files.fields import FILE_KEYS
@@ -157,6 +158,7 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None, fo
     sessions = {name: one for name, one in tasks.items() if isinstance(one, SessionTask)}
     tasks = {name: one for name, one in tasks.items() if name not in sessions}
     paths = loading.tasks("paths", MachinePath)
+    envelope = loading.envelope()
     rig = loading.rig()
     with loading.collecting():
         if len(duty) == len(loading.raw.get("duty", {})):  # the share of an invalid table is not known
@@ -179,6 +181,7 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None, fo
         tasks=tasks,
         paths=paths,
         sessions=sessions,
+        envelope=envelope,
         rig=rig,
         uncertainty=uncertainty,
         provenance=tuple(loading.rows),
@@ -211,7 +214,7 @@ def _faults_at_top(raw: Raw) -> Iterator[tuple[str, str]]:
 
 def _what_is_missing(raw: Raw) -> Iterator[tuple[str, str]]:
     """Yield what a study lacks at its top level, or has beside what excludes it."""
-    required = [key for key in ("requirement", "duty", "scenarios") if raw.get(key)]
+    required = [key for key in ("requirement", "duty", "scenarios", "envelope") if raw.get(key)]
     of_machines = [key for key in ("tasks", "paths") if raw.get(key)]
     if of_machines:
         for key in required:
@@ -367,6 +370,14 @@ class _Loading:
                 rows = self.rows if group in ("tasks", "paths") else []
                 made[task] = _task(description, group, kind, task, self.origin, self.folder, rows)
         return made
+
+    def envelope(self) -> Envelope | None:
+        """Build the envelope; None if the study states none."""
+        with self.collecting():
+            if "envelope" in self.raw:
+                tree = annotated(_table(self.raw["envelope"], "envelope"), "envelope", self.origin)
+                return built(Envelope, tree, "envelope", "envelope", self.rows)
+        return None
 
     def rig(self) -> Rig:
         with self.collecting():

@@ -27,7 +27,7 @@ class Provenance:
     """Provenance of one value."""
 
     owner: str
-    """Drive that the value belongs to, "requirement" or "rig"."""
+    """Drive that the value belongs to, "requirement", "envelope" or "rig"."""
     field: str
     """Path of the field in the owner's table, such as "transmission.preload"."""
     written: str

@@ -146,6 +146,8 @@ class _Writing:
             made["reconstruction"] = list(study.reconstruction)
         if study.requirement is not None:
             made["requirement"] = self._sourced(study.requirement.stated, "requirement", "requirement")
+        if study.envelope is not None:
+            made["envelope"] = self._sourced(study.envelope, "envelope", "envelope")
         made["drives"] = {name: self._drive(name) for name in study.drives}
         for group in ("scenarios", "duty", "tasks", "paths"):
             if tasks := getattr(study, group):

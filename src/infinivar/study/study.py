@@ -18,6 +18,7 @@ from infinivar.drivetrain.buildable import impossible
 from infinivar.drivetrain.cobotic import CoboticDrive, legs_of
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, check_drive, is_machine
+from infinivar.drivetrain.envelope import Envelope
 from infinivar.drivetrain.service import Service, service_of
 from infinivar.errors import InputError, ParameterError, nearest, require
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
@@ -46,6 +47,7 @@ class Study(Frozen):
     name : str            Stem of the file name, or a given name.
     title, description    Headline and explanation for reports.
     requirement           Required region of force, speed and power; None if only motions are required.
+    envelope              Largest size and mass of a drive; None if the study states none.
     drives                Drive-trains (`Drive`) and machines (`Machine`) by name, in the order of the file.
     titles                Titles of the drives in reports.
     scenarios             Runs to simulate, by name.
@@ -64,6 +66,7 @@ class Study(Frozen):
     title: str = ""
     drives: Mapping[str, Drive]
     requirement: Requirement | None = None
+    envelope: Envelope | None = None
     description: str = ""
     titles: Mapping[str, str] = field(default_factory=dict)
     scenarios: Mapping[str, Scenario] = field(default_factory=dict)
@@ -168,6 +171,7 @@ class Study(Frozen):
         values = {
             "rig": (self.rig, Rig),
             **({"requirement": (self.requirement, Requirement)} if self.requirement else {}),
+            **({"envelope": (self.envelope, Envelope)} if self.envelope else {}),
         }
         for where, (value, kind) in {**tasks, **values}.items():
             require(isinstance(value, kind), where, repr(value), f"a {kind.__name__}")
@@ -181,6 +185,7 @@ class Study(Frozen):
         """What has values with a provenance, by name; the usual rig only if its values are recorded already."""
         rig = self.rig != Rig() or any(row.owner == "rig" for row in self.provenance)
         required = {"requirement": self.requirement.stated} if self.requirement else {}
+        required |= {"envelope": self.envelope} if self.envelope else {}
         tasks = {f"tasks.{name}": task for name, task in self.tasks.items()}
         tasks |= {f"tasks.{name}": one for name, one in self.sessions.items()}
         paths = {f"paths.{name}": path for name, path in self.paths.items()}
@@ -415,7 +420,7 @@ def _frictions(rows: tuple[Provenance, ...]) -> Iterator[str]:
     """Yield a phrase for each friction coefficient too large to be one."""
     for row in rows:
         if row.unit == "1" and row.field.rpartition(".")[2] == "friction" and row.value > LARGEST_FRICTION:
-            where = row.owner if row.owner in ("requirement", "rig") else f"drives.{row.owner}"
+            where = row.owner if row.owner in ("requirement", "envelope", "rig") else f"drives.{row.owner}"
             yield (
                 f"{where}.{row.field} = {row.value:g} is a coefficient, of 0.05 to {LARGEST_FRICTION:g} in rolling contacts: a "
                 "wheel would slip far earlier"

@@ -182,6 +182,7 @@ class CoboticStudySweep(Problem):
                 chosen,
                 power=float(row["power_W"]),
                 demands=demands_of(row),
+                envelope=self.study_request.study.envelope if chosen else None,
             )
 
     @property

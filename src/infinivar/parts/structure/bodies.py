@@ -79,8 +79,22 @@ class Bell(NamedTuple):
 
     @property
     def height(self) -> Array:
-        """Of ring and bosses. [m]"""
+        """Of the bosses. [m]"""
         return self.bearing_diameter + 2.0 * self.wall
+
+    @property
+    def drop(self) -> Array:
+        """From the axis of the wheel to the lower edge of the ring, which clears what the wheel rolls on. [m]"""
+        xp = namespace(*self)
+        height, radius = as_floats(xp, self.height, self.wheel_radius)
+        return xp.minimum(0.5 * height, radius - _GAP)
+
+    @property
+    def rise(self) -> Array:
+        """From the axis of the wheel to the outer face of the disc, which clears wheel and bosses. [m]"""
+        xp = namespace(*self)
+        height, radius, wall = as_floats(xp, self.height, self.wheel_radius, self.wall)
+        return xp.maximum(0.5 * height, radius + _GAP) + wall
 
     @property
     def volume(self) -> Array:
@@ -100,7 +114,7 @@ class Bell(NamedTuple):
 
     @property
     def _volumes(self) -> tuple[Array, Array, Array]:
-        ring = ring_volume(self.inner, self.wall, self.height)
+        ring = ring_volume(self.inner, self.wall, self.drop + self.rise - self.wall)
         boss = self.bearing_width * (self.height**2 - 0.25 * math.pi * self.bearing_diameter**2)
         return ring, math.pi * self.outer**2 * self.wall, 2.0 * boss
 

@@ -56,6 +56,12 @@ class Structure:
     nut_ratio: float = quantity("1", _FACTOR, "Length of a nut over the diameter of its screw", default=3.0)
     spring_deflection: float = quantity("m", Gt(0), "Deflection of the preload spring under the preload", default=1e-3)
     spring_strength: float = quantity("Pa", Gt(0), "Permissible stress in the wire of springs", default=700e6)
+    motor_density: float = quantity(
+        "kg/m^3", Gt(0), "Mass over volume of motors and gearheads whose length is not stated", default=5000.0
+    )
+    motor_slenderness: float = quantity(
+        "1", _FACTOR, "Length over diameter of motors and gearheads of which neither is stated", default=1.7
+    )
     cylinder_mass: float | None = quantity("kg", Gt(0), f"Cylinder. {_WEIGHED}", default=None)
     wheel_mass: float | None = quantity("kg", Gt(0), f"Wheel and axle. {_WEIGHED}", default=None)
     bell_mass: float | None = quantity("kg", Gt(0), f"Bell. {_WEIGHED}", default=None)

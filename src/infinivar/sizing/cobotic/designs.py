@@ -9,7 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from infinivar._core.pareto import front
-from infinivar.drivetrain.masses import total, with_tube
+from infinivar.drivetrain.body import total
+from infinivar.drivetrain.envelope import Envelope
+from infinivar.drivetrain.masses import with_tube
 from infinivar.limits import Limit
 from infinivar.sizing.cobotic.bounds import MOTOR, Side
 from infinivar.sizing.cobotic.choice import NOT_CHOSEN
@@ -18,7 +20,7 @@ from infinivar.sizing.cobotic.evolution import Entry, Key, Record
 from infinivar.sizing.cobotic.sampled import sample
 from infinivar.sizing.cobotic.wheels import CONTACT, FREE, Points, Space, Wheels, evaluate, static_demands
 from infinivar.sizing.found import CoboticDesign
-from infinivar.sizing.geared.candidates import LIMIT_FIELDS
+from infinivar.sizing.geared.candidates import ENVELOPE, LIMIT_FIELDS
 from infinivar.sizing.geared.sampled import UNCHECKED
 from infinivar.sizing.geared.tasks import RegionTask, Task
 from infinivar.sizing.margins import TaskDemand
@@ -59,7 +61,8 @@ def _feasible(
             break
         made = _design(evaluation, entry.values, bearing, (pair, steered), whole)
         # Limits of motions were judged at the same instants, with their own allowances for rounding.
-        beyond = [demand for (task, *_), demand in made.demands.items() if task in _regions(whole)]
+        judged = {ENVELOPE, *_regions(whole)}
+        beyond = [demand for (task, *_), demand in made.demands.items() if task in judged]
         if all(demand <= 1.0 + _ROUNDING for demand in beyond):
             found.append(made)
     return tuple(found)
@@ -78,7 +81,7 @@ def nearest_design(evaluation: Evaluation, record: Record, whole: Sequence[Task]
     wheels = evaluate(evaluation.space, points, evaluation.tasks, life=evaluation.request.life)
     rows: list[int] = []
     if not wheels.slipping[0]:
-        rows = [evaluation.nearest(side, wheels) for side in evaluation.sides]
+        rows = [evaluation.nearest(side, points, wheels) for side in evaluation.sides]
     return _design(evaluation, values, bearing, rows, whole)
 
 
@@ -107,6 +110,7 @@ def _design(
         chosen,
         power=power,
         demands={name: float(demand[0]) for name, demand in demands.items()},
+        envelope=evaluation.envelope if chosen else None,
     )
 
 
@@ -127,6 +131,7 @@ def design_of(
     *,
     power: float,
     demands: Mapping[TaskDemand, float],
+    envelope: Envelope | None = None,
 ) -> CoboticDesign:
     """A wheel design with a candidate of each side, or without motors, as a study would have it.
 
@@ -151,6 +156,8 @@ def design_of(
     drive = with_tube(drive, space.service)
     walls = static_demands(drive, 1)
     own = {key: float(walls[key][0]) for key in ((CONTACT, Limit.WALL, "cylinder"),) if key in walls}
+    if envelope is not None:
+        own |= {(ENVELOPE, *key): float(demand) for key, demand in envelope.of(drive, space.service).items()}
     return CoboticDesign(
         pair=pair,
         motor=motor_row,

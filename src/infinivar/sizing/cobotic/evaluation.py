@@ -122,6 +122,7 @@ class Evaluation:
         self.look_at(tasks, tasks)
         self.heaviest = np.inf
         """Largest whole mass, where the objective is the energy. [kg]"""
+        self.envelope = request.envelope
         self.wheels = self.rolled = self.sampled = 0
         self.blocked: dict[TaskDemand, int] = {}
 
@@ -217,10 +218,15 @@ class Evaluation:
         structure = structure[np.isfinite(structure)]
         if not able.size:
             return result
-        if np.isfinite(self.heaviest):
-            self._choose_under(result, wheels, able, structure)
+        heaviest = self.heaviest
+        if self.envelope is not None and self.envelope.mass is not None:
+            heaviest = min(heaviest, self.envelope.mass)
+        if np.isfinite(heaviest) and self.objective == "energy":
+            self._choose_under(result, points, wheels, able, heaviest - structure)
+            result.mass[able] += structure
+            self._keep_within(result, points, able)
             return result
-        chosen = [self._best(side, wheels, able) for side in self.sides]
+        chosen = [self._best(side, points, wheels, able) for side in self.sides]
         excess = np.max([one[0].excess for one in chosen], axis=0)
         feasible = np.all([one[0].row != NOT_CHOSEN for one in chosen], axis=0)
         total = np.sum([one[1] for one in chosen], axis=0) + (structure if self.objective == "mass" else 0.0)
@@ -230,7 +236,26 @@ class Evaluation:
         result.power[able] = np.where(feasible, np.sum([one.power for one, _ in chosen], axis=0), np.nan)
         masses = [side.found.mass(np.maximum(one.row, 0)) for side, (one, _) in zip(self.sides, chosen, strict=True)]
         result.mass[able] = np.where(feasible, np.sum(masses, axis=0) + structure, np.nan)
+        self._keep_within(result, points, able)
         return result
+
+    def _keep_within(self, result: Value, points: Points, able: np.ndarray) -> None:
+        """Take out the feasible ones of some designs that are too large or too heavy with both motors together."""
+        held = able[result.feasible[able]]
+        if self.envelope is None or not held.size:
+            return
+        rows, structure = (result.pair[held], result.steering[held]), self.space.template.structure
+        parts = [side.found.sizes(one, structure) for side, one in zip(self.sides, rows, strict=False)]
+        sizes = {"motor": parts[0][0], "gearhead": parts[0][1]}
+        if len(parts) > 1:
+            sizes["steering"] = parts[1][0]
+        demands = self.space.sized(points.of(held), self.envelope, mass=result.mass[held][:, None], **sizes)
+        excess = np.max([np.ravel(np.broadcast_to(one, (len(held), 1))) for one in demands.values()], axis=0)
+        beyond = excess > 1.0
+        lost = held[beyond]
+        result.value[lost] = State.WITHOUT_MOTORS.value_of(excess[beyond])
+        result.pair[lost] = result.steering[lost] = NOT_CHOSEN
+        result.power[lost] = result.mass[lost] = np.nan
 
     def _structure(self, points: Points, able: np.ndarray, result: Value) -> np.ndarray:
         """Mass of all but motors and gearheads; where no part carries it, nan, and its value is put in. [kg]"""
@@ -246,21 +271,23 @@ class Evaluation:
             self.blocked[key] = self.blocked.get(key, 0) + len(beyond)
         return found
 
-    def _choose_under(self, result: Value, wheels: Wheels, able: np.ndarray, structure: np.ndarray) -> None:
-        """Put in the motors of the least power with which the whole is not too heavy."""
-        cylinder, steering = (self._behind(side, wheels, able) for side in self.sides)
-        found = least_power(cylinder, steering, self.heaviest - structure, prune=self.request.prune)
+    def _choose_under(
+        self, result: Value, points: Points, wheels: Wheels, able: np.ndarray, heaviest: np.ndarray
+    ) -> None:
+        """Put in the motors of the least power that are together not heavier than wheel designs permit. (k,) [kg]"""
+        cylinder, steering = (self._behind(side, points, wheels, able) for side in self.sides)
+        found = least_power(cylinder, steering, heaviest, prune=self.request.prune)
         self.sampled += found.evaluated
         feasible = found.cylinder != NOT_CHOSEN
         result.value[able] = np.where(feasible, found.power, State.WITHOUT_MOTORS.value_of(found.excess))
         result.pair[able], result.steering[able] = found.cylinder, found.steering
-        result.mass[able] = found.mass + structure
+        result.mass[able] = found.mass
         result.power[able] = np.where(feasible, found.power, np.nan)
 
-    def nearest(self, side: Side, wheels: Wheels) -> int:
+    def nearest(self, side: Side, points: Points, wheels: Wheels) -> int:
         """Candidate of a side behind the first of some wheels that is nearest to feasible; the best if some are feasible."""
         shafts = {name: shaft.of(np.array([0])) for name, shaft in wheels.shafts.items()}
-        chosen, _ = self._best(side, wheels, np.array([0]))
+        chosen, _ = self._best(side, points, wheels, np.array([0]))
         if chosen.row[0] != NOT_CHOSEN:
             return int(chosen.row[0])
         bounds = [np.max(list(one.demands.values()), axis=0)[:, 0] for _, one in self._bounds(side, shafts)]
@@ -269,12 +296,12 @@ class Evaluation:
         done = sample(side, first, none, self.tasks, shafts, self.shares, self.space.template.steering)
         return int(first[nearest_of(list(done.demands.values()), side.found.mass(first))])
 
-    def _best(self, side: Side, wheels: Wheels, able: np.ndarray) -> tuple[ChosenMotors, np.ndarray]:
+    def _best(self, side: Side, points: Points, wheels: Wheels, able: np.ndarray) -> tuple[ChosenMotors, np.ndarray]:
         """Best candidate of a side behind wheels that roll, and its part of the value."""
         by_mass = self.objective == "mass"
 
         def choose(some: np.ndarray) -> tuple[ChosenMotors, np.ndarray]:
-            behind = self._behind(side, wheels, some)
+            behind = self._behind(side, points, wheels, some)
             chosen = best_behind(behind, by_mass=by_mass, prune=self.request.prune)
             return chosen, towards_lighter(behind.mass, behind.worst, chosen.value) if by_mass else chosen.value
 
@@ -283,25 +310,45 @@ class Evaluation:
         self.sampled += sum(one.evaluated for one in parts)
         return together(parts), np.concatenate(values)
 
-    def _behind(self, side: Side, wheels: Wheels, able: np.ndarray) -> Behind:
+    def _behind(self, side: Side, points: Points, wheels: Wheels, able: np.ndarray) -> Behind:
         """Candidates of a side behind wheels that roll."""
         shafts = {name: shaft.of(able) for name, shaft in wheels.shafts.items()}
         bounds = self._bounds(side, shafts)
         nothing = np.zeros((len(side.rows), len(able)))
         drawn = [self.shares[name] * one.power for name, one in bounds if name in self.shares]
+        sized = self._sized(side, points.of(able))
+        worst = functools.reduce(np.maximum, (demand for _, one in bounds for demand in one.demands.values()), nothing)
+        worst = functools.reduce(np.maximum, sized.values(), worst)
 
         def evaluate_some(tried: np.ndarray, places: np.ndarray) -> SideSampled:
-            return sample(side, tried, places, self.tasks, shafts, self.shares, self.space.template.steering)
+            done = sample(side, tried, places, self.tasks, shafts, self.shares, self.space.template.steering)
+            rows = np.searchsorted(side.rows, tried)
+            own = {key: demand[rows, places] for key, demand in sized.items()}
+            fits = [demand <= 1.0 for demand in own.values()]
+            return done._replace(
+                demands={**done.demands, **own}, feasible=np.logical_and.reduce([done.feasible, *fits])
+            )
 
         return Behind(
             rows=side.rows,
             mass=side.found.mass(side.rows),
             power=np.sum([nothing, *drawn], axis=0),
-            worst=functools.reduce(
-                np.maximum, (demand for _, one in bounds for demand in one.demands.values()), nothing
-            ),
+            worst=worst,
             evaluate=evaluate_some,
         )
+
+    def _sized(self, side: Side, points: Points) -> dict[TaskDemand, np.ndarray]:
+        """Demand over allowance of the envelope of wheel designs with candidates of one side alone. (p, k)"""
+        if self.envelope is None:
+            return {}
+        motor, gearhead = (
+            {name: one.T for name, one in part.items()}
+            for part in side.found.sizes(side.rows, self.space.template.structure)
+        )
+        parts = {"motor": motor, "gearhead": gearhead} if side.name == MOTOR else {"steering": motor}
+        shape = len(points.bearing), len(side.rows)
+        found = self.space.sized(points, self.envelope, **parts)
+        return {key: np.broadcast_to(demand, shape).T for key, demand in found.items()}
 
     def _bounds(self, side: Side, shafts: Mapping[str, Shaft]) -> list[tuple[str, MotorBounds]]:
         found, plant = [], self.space.template.steering

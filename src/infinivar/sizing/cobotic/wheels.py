@@ -19,15 +19,17 @@ from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.threads import in_order
 from infinivar.contact.creep import EXACT
 from infinivar.contact.exact_law import NARROWEST, WIDEST
+from infinivar.drivetrain.body import own_mass
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import GEAR_LIMITS, MOTOR_LIMITS, MotorSide
-from infinivar.drivetrain.masses import own_mass
+from infinivar.drivetrain.envelope import Envelope
 from infinivar.drivetrain.service import Service
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import InputError, ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.motor import Motor
+from infinivar.sizing.geared.candidates import ENVELOPE
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
 from infinivar.sizing.margins import TaskDemand
 
@@ -42,6 +44,10 @@ AXLE = "axle bearing"
 
 _DIRECTIONS = 12
 """In the plane of force and speed, in each of which the farthest point is looked at first for slip."""
+
+
+WITHOUT: Mapping[str, Any] = {"mass": 1e-300, "diameter": None, "length": None}
+"""Sizes of a part that is not there."""
 
 
 class Points(NamedTuple):
@@ -176,6 +182,28 @@ class Space:
         """
         carried = own_mass(self.columns(points).bodies(self.service))
         return np.broadcast_to(np.ravel(carried), points.bearing.shape)
+
+    def sized(
+        self,
+        points: Points,
+        envelope: Envelope,
+        *,
+        motor: Mapping[str, Any] = WITHOUT,
+        gearhead: Mapping[str, Any] = WITHOUT,
+        steering: Mapping[str, Any] = WITHOUT,
+        mass: Any = None,
+    ) -> dict[TaskDemand, np.ndarray]:
+        """Demand over allowance of an envelope; with sizes of parts that broadcast with (k, 1), or without these parts.
+
+        The bearings of the designs must be of one kind. A mass is that of all. (k, p) [-]
+        """
+        drive = self.columns(points)
+        drive = replace(drive, motor=replace(drive.motor, **motor), gearhead=replace(drive.gearhead, **gearhead))
+        if drive.steering is not None:
+            steered = replace(drive.steering.motor, **steering)
+            drive = replace(drive, steering=replace(drive.steering, motor=steered))
+        found = envelope.demands(drive.layout(self.service).space, mass)
+        return {(ENVELOPE, *key): demand for key, demand in found.items()}
 
     def with_steering(self, motor: Motor) -> Space:
         """The same with a steering motor of another mass, which moves with the link."""

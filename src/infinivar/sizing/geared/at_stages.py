@@ -72,6 +72,10 @@ def at_stages(
 def _left(found: Candidates, tasks: Sequence[Task], stage: OutputStage, tally: Tally, prune: bool) -> np.ndarray:
     """Usable pairs that closed forms do not exclude at a stage, which are counted by limit. (k,) bool"""
     left = np.ones(len(found.usable), dtype=bool)
+    for key, demand in found.sized(found.usable, stage).items():
+        beyond = ~(demand <= 1.0)
+        tally.add(key, np.ones_like(beyond), beyond, beyond & left)
+        left = left & ~beyond
     for task in tasks:
         for demand, utilisation in closed_forms(found, task, stage):
             checked = tally.checked(task, demand, found.usable)

@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.bounds import within, words
+from infinivar.drivetrain.body import own_mass
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.masses import own_mass
+from infinivar.drivetrain.envelope import Envelope
+from infinivar.drivetrain.layout import estimated_size
 from infinivar.drivetrain.service import NO_SERVICE, Service
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
@@ -21,6 +23,8 @@ from infinivar.parts.gearhead import LAWS, PARTS_OF_LAWS, Gearhead, LossModel
 from infinivar.parts.heat import COPPER, NEEDED, REFERENCE
 from infinivar.parts.motor import Motor
 from infinivar.parts.stage import OutputStage
+from infinivar.parts.structure.structure import Structure
+from infinivar.sizing.margins import TaskDemand
 
 LAW = {
     "motor": ("voltage", "resistance", "torque_constant", "no_load_current", "continuous_torque"),
@@ -46,6 +50,11 @@ _OPTIONAL = {
 }
 _SEARCHED = {word: law for word, law in LAWS.items() if law.SEARCHED}
 """Laws that gearheads of tables may have."""
+
+_SIZES = ("diameter", "length")
+
+ENVELOPE = "envelope"
+"""Name under which limits appear that only size and mass of a drive can exceed."""
 
 LIMIT_FIELDS: Mapping[Demand, tuple[str, tuple[str, ...]]] = {
     **{demand: (demand[1], (name,)) for demand, name in _ALLOWANCES.items()},
@@ -129,7 +138,7 @@ class Pairs:
         """One motor and gearhead as a study would have them: what is not stated is None."""
         parts: dict[str, dict[str, Any]] = {}
         for kind, column in (("motor", 0), ("gearhead", 1)):
-            further = ("inductance", "diameter") if kind == "motor" else ()
+            further = ("inductance", *_SIZES) if kind == "motor" else _SIZES
             fields = (*_needed(kind, self.loss_model), *_optional(kind, self.loss_model), "mass", *further)
             found = {name: float(self.values(kind, name, np.array([row]))[0]) for name in fields}
             parts[kind] = _nested({name: value for name, value in found.items() if not math.isnan(value)})
@@ -139,6 +148,15 @@ class Pairs:
         for name in {name for law in _SEARCHED.values() for name in law.MAY if name not in own}:
             parts["gearhead"].pop(name, None)
         return Motor(**parts["motor"]), Gearhead(**parts["gearhead"], loss_model=self.loss_model)
+
+    def sizes(self, rows: np.ndarray, structure: Structure) -> list[dict[str, np.ndarray]]:
+        """Mass, diameter and length of motors and of gearheads, as stated or estimated. (k, 1) [kg], [m], [m]"""
+        found = []
+        for kind in ("motor", "gearhead"):
+            mass, *stated = (self.values(kind, name, rows)[:, None] for name in ("mass", *_SIZES))
+            length, diameter = estimated_size(mass, stated[0], stated[1], structure)
+            found.append({"mass": mass, "diameter": diameter, "length": length})
+        return found
 
     def resistances(self, rows: np.ndarray, coldest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Which windings' temperatures are known, and the least and largest resistance that each can have.
@@ -174,6 +192,19 @@ class Candidates(Pairs):
 
     template: ConventionalDrive
     service: Service
+    envelope: Envelope | None = None
+
+    def sized(self, rows: np.ndarray, stage: OutputStage) -> dict[TaskDemand, np.ndarray]:
+        """Demand over allowance of the envelope, with a stage whose values may be columns (k, 1). (k,) [-]"""
+        if self.envelope is None:
+            return {}
+        motor, gearhead = self.sizes(rows, self.template.structure)
+        template = with_stage(self.template, stage)
+        drive = replace(
+            template, motor=replace(template.motor, **motor), gearhead=replace(template.gearhead, **gearhead)
+        )
+        found = self.envelope.of(drive, self.service)
+        return {(ENVELOPE, *key): np.broadcast_to(np.ravel(demand), (len(rows),)) for key, demand in found.items()}
 
     def whole(self, rows: np.ndarray, stage: OutputStage) -> np.ndarray:
         """Mass of drives with a stage, whose values may be arrays (k,); nan where one is not known. (k,) [kg]"""
@@ -210,11 +241,12 @@ def candidates(
     moving: bool,
     weighed: bool,
     service: Service = NO_SERVICE,
+    envelope: Envelope | None = None,
 ) -> Candidates:
     """Check tables of parts, for drives like a template; other arguments as for `pairs_of`."""
     found = pairs_of(motors, gearheads, pairs, loss_model=loss_model, moving=moving, weighed=weighed)
     own = {one.name: getattr(found, one.name) for one in dataclasses.fields(found)}
-    return Candidates(template=template, service=service, **own)
+    return Candidates(template=template, service=service, envelope=envelope, **own)
 
 
 def pairs_of(
@@ -305,7 +337,7 @@ def _nested(values: Mapping[str, float]) -> dict[str, Any]:
 
 def _table(name: str, columns: Mapping[str, Any], kind: str, loss_model: LossModel) -> dict[str, np.ndarray]:
     """Columns of a table that are fields of a part."""
-    required = (*_needed(kind, loss_model), *_optional(kind, loss_model), "mass", "inductance", "diameter")
+    required = (*_needed(kind, loss_model), *_optional(kind, loss_model), "mass", "inductance", *_SIZES)
     found = {}
     for column in required:
         if column not in columns:

@@ -135,7 +135,7 @@ def _first(found: Candidates, tasks: Sequence[Task], stages: Sequence[OutputStag
 
 def _bounds(found: Candidates, tasks: Sequence[Task], stage: OutputStage) -> np.ndarray:
     """Logarithms of lower bounds of what `shortfalls` of the usable pairs gives, by closed forms. (m, k)"""
-    demands, tally = [], Tally(found)
+    demands, tally = list(found.sized(found.usable, stage).values()), Tally(found)
     for task in tasks:
         here = task.critical(found.template, stage) if isinstance(task, RegionTask) else task
         for key, demand in closed_forms(found, here, stage, all_of_them=True):

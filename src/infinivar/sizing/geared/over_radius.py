@@ -6,7 +6,7 @@ in the order of that bound, and the search ends when no other pair can be among 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -178,6 +178,10 @@ def _left(
     rows = found.usable
     whole = Radii(np.full(len(rows), radii[0]), np.full(len(rows), radii[1]))
     bounds, gaps, places = whole, None, np.arange(len(rows))
+    for key, one in _fitting(found, rows, radii):
+        bounds = bounds.both(one)
+        before, places = places, places[~bounds.empty[places]]
+        tally.add(key, np.ones(len(rows), dtype=bool), one.empty, _lost(before, places, len(rows)))
     for load in loads:
         if any(not demand <= 1.0 for demand in load.others.values()):
             for key, demand in load.others.items():
@@ -199,6 +203,26 @@ def _left(
             beyond = _lost(np.arange(len(rows)), windows(more, whole)[0], len(rows))
             tally.add((load.task.name, *RETURNED), np.ones_like(beyond), beyond, _lost(before, places, len(rows)))
     return windows(gaps, bounds)
+
+
+def _fitting(found: Candidates, rows: np.ndarray, radii: tuple[float, float]) -> Iterator[tuple[TaskDemand, Radii]]:
+    """Yield each limit of the envelope with the radii at which drives fit: a larger pulley needs more space and mass."""
+    pulley = found.template.pulley
+    assert pulley is not None
+
+    def demands(radius: np.ndarray) -> dict[TaskDemand, np.ndarray]:
+        return found.sized(rows, replace(pulley, radius=radius[:, None]))
+
+    low, high = (np.full(len(rows), end) for end in radii)
+    least, most = demands(low), demands(high)
+    for key in least:
+        good, bad = np.log(low), np.log(high)
+        for _ in range(_HALVINGS if (most[key] > 1.0).any() else 0):
+            middle = 0.5 * (good + bad)
+            fits = demands(np.exp(middle))[key] <= 1.0
+            good, bad = np.where(fits, middle, good), np.where(fits, bad, middle)
+        end = np.where(most[key] <= 1.0, high, np.exp(good))
+        yield key, Radii(low, np.where(least[key] <= 1.0, end, 0.5 * low))
 
 
 def _lost(before: np.ndarray, after: np.ndarray, count: int) -> np.ndarray:

@@ -67,7 +67,10 @@ def sample(
         some = stage(places) if callable(stage) else stage
         return Laws(candidates.drives(rows[places], some), len(places))
 
-    return sample_by(candidates, rows, tasks, laws)
+    done = sample_by(candidates, rows, tasks, laws)
+    sized = candidates.sized(rows, stage(np.arange(len(rows))) if callable(stage) else stage)
+    fits = [demand <= 1.0 for demand in sized.values()]
+    return done._replace(demands={**done.demands, **sized}, feasible=np.logical_and.reduce([done.feasible, *fits]))
 
 
 def sample_by(

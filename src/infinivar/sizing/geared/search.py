@@ -131,6 +131,7 @@ def candidates_of(request: GearedRequest) -> Candidates:
         moving=request.moving,
         weighed=request.weighed,
         service=service_of(request.template, request.duty, request.requirement, request.travel),
+        envelope=request.envelope,
     )
 
 

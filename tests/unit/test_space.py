@@ -1,0 +1,208 @@
+"""The space that drives fill: boxes around their bodies, envelopes of studies, and searches that keep within them."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import infinivar as iv
+from infinivar.analysis import whole_mass
+from infinivar.limits import Limit
+from infinivar.parts import Structure
+from internals import Envelope, Service, estimated_size, mass_of
+from made import loaded
+
+KNEE = loaded("knee_walking")
+ANKLE = loaded("ankle_walking")
+COBOTIC, GEARED = KNEE.drives["cobotic"], KNEE.drives["geared"]
+SERVICE = Service(0.06, 175.0)
+
+
+def by_body(drive, service=SERVICE):
+    found = {}
+    for solid in drive.layout(service).solids:
+        found.setdefault(solid.body, []).append(solid)
+    return found
+
+
+def volume(solid):
+    sides = [float(end - start) for start, end in (solid.x, solid.y, solid.z)]
+    return math.prod(sides) * (1.0 if solid.form == "box" else 0.25 * math.pi)
+
+
+def within(one, other):
+    return all(
+        low >= least - 1e-12 and high <= most + 1e-12 for (low, high), (least, most) in zip(one, other, strict=True)
+    )
+
+
+@pytest.mark.parametrize("drive", [COBOTIC, GEARED, ANKLE.drives["geared"], ANKLE.drives["cobotic"]], ids=range(4))
+def test_every_body_with_a_mass_is_placed(drive):
+    placed = set(by_body(drive))
+    weighed = {body.name for body in drive.bodies(SERVICE) if body.mass is not None}
+    assert weighed - placed <= {"preload spring", "springs", "linkage"}  # which the docstring names
+    assert not placed - {body.name for body in drive.bodies(SERVICE)}
+
+
+def test_solids_have_the_volumes_that_weigh():
+    """Two ways to a mass: by its law, and by the solid drawn for it, where a body is solid and of one piece."""
+    mass = {body.name: body.mass for body in COBOTIC.bodies(SERVICE)}
+    solids = by_body(COBOTIC)
+    aluminium, steel = 2810.0, COBOTIC.transmission.geometry.wheel_material.density
+    assert_allclose(sum(map(volume, solids["frame"])) * aluminium, mass["frame"], rtol=1e-9)
+    assert 0.9 < sum(map(volume, solids["wheel"])) * steel / mass["wheel"] < 1.1  # the crown off, the axle on
+    assert mass["bell"] < sum(map(volume, solids["bell"])) * aluminium  # hollow
+    assert_allclose(
+        sum(map(volume, by_body(GEARED)["frame"])) * aluminium,
+        {body.name: body.mass for body in GEARED.bodies(SERVICE)}["frame"],
+        rtol=1e-9,
+    )
+    motor = solids["steering motor"][0]
+    assert_allclose(volume(motor) * Structure().motor_density, COBOTIC.steering.motor.mass, rtol=1e-9)
+
+
+def test_moving_bodies_do_not_touch_what_stands():
+    """At both ends of the travel, too: the wheel rolls on the cylinder, and carriage and rail slide."""
+    solids = by_body(COBOTIC)
+    (cylinder,), (bell,), (carriage,) = solids["cylinder"], solids["bell"], solids["carriage"]
+    top = cylinder.z[1]
+    assert_allclose(solids["wheel"][0].z[0], top, rtol=1e-12)
+    assert bell.z[0] > top
+    assert within(solids["wheel"][0][2:4], bell[2:4])
+    assert solids["wheel"][0].z[1] < bell.z[1] <= carriage.z[0] + 1e-12
+    plates = [one for one in solids["frame"] if one.x[1] - one.x[0] < 0.05]
+    assert len(plates) == 2
+    for side in (-1.0, 1.0):
+        end = 0.5 * side * SERVICE.travel
+        for moving in (carriage, solids["wheel"][0]):
+            ends = [one + end for one in moving.x]
+            assert max(map(abs, ends)) < max(abs(one) for plate in plates for one in plate.x)
+
+
+def test_the_box_holds_every_solid_and_is_no_larger():
+    for drive in (COBOTIC, GEARED):
+        made = drive.layout(SERVICE)
+        for axis, side in zip("xyz", made.space, strict=True):
+            ends = np.array([getattr(one, axis) for one in made.solids], dtype=float)
+            assert_allclose(side, ends[:, 1].max() - ends[:, 0].min(), rtol=1e-12)
+        assert_allclose(made.space.diameter, np.hypot(made.space.width, made.space.height), rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["length", "diameter"])
+def test_a_stated_size_of_a_motor_counts(name):
+    longer = replace(COBOTIC, motor=replace(COBOTIC.motor, **{name: 0.15}))
+    before, after = COBOTIC.layout(SERVICE).space, longer.layout(SERVICE).space
+    if name == "length":
+        own, _ = estimated_size(0.12, 0.026, None, Structure())
+        assert_allclose(after.length - before.length, 0.15 - own, rtol=1e-9)
+    else:
+        assert after.width > before.width
+
+
+def test_many_designs_at_once_are_as_one_by_one():
+    radii = np.array([0.03, 0.05, 0.08])[:, None]
+    many = replace(COBOTIC, transmission=replace(COBOTIC.transmission, cylinder_radius=radii)).layout(SERVICE).space
+    for place, radius in enumerate(radii[:, 0]):
+        one = replace(COBOTIC, transmission=replace(COBOTIC.transmission, cylinder_radius=float(radius)))
+        for side, alone in zip(many, one.layout(SERVICE).space, strict=True):
+            assert_allclose(np.broadcast_to(side, (3, 1))[place, 0], alone, rtol=1e-9)
+
+
+def test_what_is_not_known_is_named():
+    bare = replace(COBOTIC, motor=replace(COBOTIC.motor, mass=None))
+    assert any(one.startswith("cylinder motor (neither") for one in bare.layout(SERVICE).open)
+    nothing = COBOTIC.layout(Service(None, None))
+    assert nothing.open[0].startswith("cylinder, wheel and frame")
+    assert np.isnan(nothing.space.length)
+
+
+def test_an_envelope_may_be_turned_about_its_length():
+    space = COBOTIC.layout(SERVICE).space
+    width, height = float(space.width), float(space.height)
+    for one, other in ((width, height), (height, width)):
+        key = Limit.SPACE, "width and height"
+        assert_allclose(Envelope(width=one, height=other).demands(space)[key], 1.0, rtol=1e-12)
+    assert_allclose(Envelope(width=min(width, height)).demands(space)[key], 1.0, rtol=1e-12)
+    assert Envelope(width=0.9 * width, height=height).demands(space)[key] > 1.0
+
+
+def test_a_comparison_judges_the_envelope():
+    light = whole_mass(KNEE, "geared").total
+    found = iv.compare(replace(KNEE, envelope=Envelope(mass=1.01 * light)), quick=True)
+    assert not found.able("cobotic")  # more than 2 kg, although its gearhead is not known
+    assert found.able("geared")
+    assert found.best.name == "geared"
+    assert "Within the envelope, as far as the bodies of Cobotic" in found.verdict
+    heavy = found.masses["cobotic"]
+    assert_allclose(heavy.exceeded(found.study.envelope)[Limit.MASS, "mass"], heavy.known / (1.01 * light), rtol=1e-12)
+    free = iv.compare(replace(KNEE, envelope=Envelope(mass=100.0)), quick=True)
+    assert free.best.name == iv.compare(KNEE, quick=True).best.name
+
+
+def test_a_verdict_hangs_on_factors_that_decide_what_fits():
+    """Just too heavy as assumed: a factor that makes it lighter is a row of its own."""
+    study = KNEE.with_drives("geared")
+    weighs = whole_mass(study, "geared").total
+    found = iv.compare(replace(study, envelope=Envelope(mass=weighs * (1.0 - 1e-4))), quick=True)
+    assert not found.feasible
+    rows = {row.choice for row in found.hangs_on.rows if any(row.able.values())}
+    assert "structure: frame deflection" in rows
+
+
+@pytest.fixture(scope="module")
+def searched():
+    """A search without an envelope, and one within that is tighter than the best designs."""
+    free = iv.size(KNEE, generations=6, top=3)
+    best = free.best_of["cobotic"]
+    space = best.drive.layout(KNEE.service(best.drive)).space
+    narrow = Envelope(length=0.97 * float(space.length), mass=0.9 * best.mass)
+    study = replace(KNEE, envelope=narrow)
+    return free, study, iv.size(study, generations=6, top=3)
+
+
+@pytest.mark.slow
+def test_a_search_keeps_within_the_envelope(searched):
+    """Two ways: the demand that the search judged by, and the space of the design as a drive."""
+    free, study, found = searched
+    assert found.best_of["cobotic"].power > free.best_of["cobotic"].power
+    for one in (*found.designs, *found.front, *found.best_of.values()):
+        space = one.drive.layout(study.service(one.drive)).space
+        demands = {key[1:]: demand for key, demand in one.demands.items() if key[0] == "envelope"}
+        expected = study.envelope.demands(space, one.mass)
+        assert demands.keys() == expected.keys()
+        for key, demand in expected.items():
+            assert_allclose(demands[key], demand, rtol=1e-9)
+            assert demand <= 1.0 + 1e-9
+
+
+@pytest.mark.slow
+def test_a_geared_search_within_an_envelope_is_that_of_every_candidate(shelf):
+    """The radii are cut at the largest that fits: the same as judging every candidate at every radius."""
+    study = KNEE.with_drives("geared")
+    study = replace(study, requirement=replace(study.requirement, force=0.7 * study.requirement.force))
+    free = iv.size(study, sets=shelf, top=1, objective="energy").best
+    radius = free.free["pulley.radius"]
+    between = math.sqrt(radius.low * radius.value)
+    smaller = replace(free.drive, pulley=replace(free.drive.pulley, radius=between))
+    most = mass_of(smaller, study.service(smaller)).total
+    assert most < free.mass * (1.0 - 1e-4)
+    one = replace(study, envelope=Envelope(mass=most))
+    found = iv.size(one, sets=shelf, top=1, objective="energy")
+    assert found.best.mass <= most * (1.0 + 1e-9)
+    radii = np.geomspace(0.4 * radius.low, 2.5 * radius.value, 45)
+    least = math.inf
+    for radius in radii:
+        fixed = iv.size(one, sets=shelf, top=1, objective="energy", radius=(float(radius), float(radius)))
+        least = min(least, fixed.best.power if fixed.feasible else math.inf)
+    assert found.best.power <= least * (1.0 + 1e-6)
+    assert_allclose(found.best.power, least, rtol=0.05)  # of 45 radii, one is near
+
+
+@pytest.mark.slow
+def test_an_envelope_that_nothing_fits_is_named(shelf):
+    study = replace(KNEE.with_drives("geared"), envelope=Envelope(length=0.05))
+    found = iv.size(study, sets=shelf, top=1, objective="energy")
+    assert not found.feasible
+    assert "length of the envelope: 2.8 times the allowance" in found.verdict
