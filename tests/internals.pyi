@@ -176,6 +176,7 @@ from infinivar.figures import pictures as pictures_figure
 from infinivar.figures import rolling_patch as rolling_patch_figure
 from infinivar.figures import session as session_figure
 from infinivar.figures import shared_motor as shared_motor_figure
+from infinivar.figures import sheet as sheet_figure
 from infinivar.figures import sizing as sizing_figure
 from infinivar.figures import sphere_gears as sphere_gears_figure
 from infinivar.figures import sphere_map as sphere_map_figure

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from infinivar.analysis import whole_mass
 from infinivar.limits import Limit
-from infinivar.parts import Structure
+from infinivar.parts import Belt, Rack, Structure
 from internals import Envelope, Service, estimated_size, mass_of
 from made import loaded
 
@@ -63,9 +63,10 @@ def test_solids_have_the_volumes_that_weigh():
     assert_allclose(volume(motor) * Structure().motor_density, COBOTIC.steering.motor.mass, rtol=1e-9)
 
 
-def test_moving_bodies_do_not_touch_what_stands():
+@pytest.mark.parametrize("drive", [COBOTIC, ANKLE.drives["cobotic"]], ids=["knee", "ankle"])
+def test_moving_bodies_do_not_touch_what_stands(drive):
     """At both ends of the travel, too: the wheel rolls on the cylinder, and carriage and rail slide."""
-    solids = by_body(COBOTIC)
+    solids = by_body(drive)
     (cylinder,), (bell,), (carriage,) = solids["cylinder"], solids["bell"], solids["carriage"]
     top = cylinder.z[1]
     assert_allclose(solids["wheel"][0].z[0], top, rtol=1e-12)
@@ -76,9 +77,40 @@ def test_moving_bodies_do_not_touch_what_stands():
     assert len(plates) == 2
     for side in (-1.0, 1.0):
         end = 0.5 * side * SERVICE.travel
-        for moving in (carriage, solids["wheel"][0]):
-            ends = [one + end for one in moving.x]
-            assert max(map(abs, ends)) < max(abs(one) for plate in plates for one in plate.x)
+        for moving in (carriage, bell, solids["bell bearing"][0], solids["wheel"][0]):
+            ends = [float(one + end) for one in moving.x]
+            assert max(map(abs, ends)) < min(abs(float(one)) for plate in plates for one in plate.x)
+
+
+def meet(one, other, shift):
+    """Whether the boxes of two solids meet, the first moved along x."""
+    moved = [end + shift for end in one.x]
+    return all(
+        max(float(a[0]), float(b[0])) < min(float(a[1]), float(b[1])) - 1e-9
+        for a, b in ((moved, other.x), (one.y, other.y), (one.z, other.z))
+    )
+
+
+STAGES = {
+    "pulley": GEARED,
+    "belt": replace(GEARED, pulley=None, belt=Belt(pitch=5e-3, teeth=20)),
+    "rack": replace(GEARED, pulley=None, rack=Rack(module=1e-3, teeth=16)),
+    "screw": ANKLE.drives["geared"],
+}
+
+
+@pytest.mark.parametrize("drive", [*STAGES.values(), COBOTIC, ANKLE.drives["cobotic"]], ids=[*STAGES, "knee", "ankle"])
+def test_what_moves_meets_no_plate_or_bar_on_its_way(drive):
+    solids = by_body(drive)
+    moving = [one for body in ("carriage", "bell", "wheel") for one in solids.get(body, ())]
+    standing = [one for body, some in solids.items() if body in ("frame", "rail") or "motor" in body for one in some]
+    assert moving
+    assert standing
+    for one in moving:
+        for other in standing:
+            if other.body != "steering motor":  # which moves along
+                for shift in np.linspace(-0.5, 0.5, 11) * SERVICE.travel:
+                    assert not meet(one, other, shift), (one.body, other)
 
 
 def test_the_box_holds_every_solid_and_is_no_larger():
@@ -205,4 +237,6 @@ def test_an_envelope_that_nothing_fits_is_named(shelf):
     study = replace(KNEE.with_drives("geared"), envelope=Envelope(length=0.05))
     found = iv.size(study, sets=shelf, top=1, objective="energy")
     assert not found.feasible
-    assert "length of the envelope: 2.8 times the allowance" in found.verdict
+    nearest = found.nearest.drive
+    times = float(nearest.layout(study.service(nearest)).space.length) / 0.05
+    assert f"length of the envelope: {times:.3g} times the allowance" in found.verdict

@@ -319,7 +319,9 @@ def test_a_search_among_drives_that_all_return_power_says_what_would_do(shelf):
 
 def page_words(made):
     """The report as plain text."""
-    return " ".join(unescape(re.sub(r"<style.*?</style>|<[^>]*>", " ", html(made, {}, ""), flags=re.DOTALL)).split())
+    return " ".join(
+        unescape(re.sub(r"<style.*?</style>|<[^>]*>", " ", html(made, {}, "", {}), flags=re.DOTALL)).split()
+    )
 
 
 @pytest.mark.slow

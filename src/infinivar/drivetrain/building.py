@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.array_namespace import Array, as_floats, namespace
 from infinivar._core.fields import given
 from infinivar.contact.bodies import Material
 from infinivar.drivetrain.body import Body
@@ -17,6 +17,7 @@ from infinivar.drivetrain.output import Output
 from infinivar.drivetrain.service import Service
 from infinivar.parts import catalogue
 from infinivar.parts.bearing import Bearing, ring_mass
+from infinivar.parts.shaft_bearings import WheelLoad
 from infinivar.parts.spring import TorsionSpring
 from infinivar.parts.structure import beams, bodies
 from infinivar.parts.structure.beams import STEEL_DENSITY, STEEL_MODULUS
@@ -27,8 +28,8 @@ from infinivar.units import show, show_in
 _SHEAR_MODULUS = STEEL_MODULUS / 2.6
 _SECTION, _THIN = 6e-3, 7e-3
 """Radial and axial size of a thin bearing around the bell: series 618 from 20 to 45 mm of bore. [m]"""
-_RAIL = ("carriage_mass", "rail_density", "width", "height", "carriage_length")
-_BEARING = ("weight", "breadth", "outside_diameter", "bore")
+_RAIL = ("carriage_mass", "rail_density", "width", "height", "carriage_length", "static_rating")
+_BEARING = ("weight", "breadth", "outside_diameter", "bore", "static_rating")
 
 
 class Frame(NamedTuple):
@@ -48,6 +49,20 @@ class Frame(NamedTuple):
     """Of a plate."""
     plates: int
     """How many."""
+
+
+class Load(NamedTuple):
+    """Largest load on a bearing or carriage; [N] each."""
+
+    body: str
+    part: str
+    radial: float
+    """Across a shaft, or on a carriage towards its rail."""
+    axial: float
+    """Along a shaft."""
+    static_rating: float
+    margin: float
+    """Static rating over equivalent static load. [-]"""
 
 
 class Building:
@@ -79,6 +94,15 @@ class Building:
     def own(self) -> Iterator[Body]:
         """Bodies of the architecture."""
         raise NotImplementedError
+
+    def loads(self) -> Iterator[Load]:
+        """Loads on bearings and rail of one design, as far as they are known."""
+        raise NotImplementedError
+
+    def carried(self, load: float) -> Load:
+        """The load of the carriage on its rail."""
+        rail = self.rail(load)
+        return Load("carriage", str(rail["name"]), load, 0.0, rail["static_rating"], rail["static_rating"] / load)
 
     def body(self, name: str, mass: Array | None, basis: str, *, key: str | None = None, moving: bool = False) -> Body:
         """A derived body, unless its mass is stated."""
@@ -210,6 +234,39 @@ class CoboticBuilding(Building):
         yield self.rail_body(element.preload)
         yield self.body("frame", None, self._words(tube)) if tube is None else self.frame()
 
+    def loads(self) -> Iterator[Load]:
+        """See `Building.loads`: under the slip force, and with the wheel at the ends of the travel, or beside a bearing."""
+        element, drive, force = self.drive.transmission, self.drive, given(self.service.force, 0.0)
+        preload, geometry, support = element.preload, element.geometry, drive.cylinder_bearings
+        if geometry is None:
+            return
+        axle = geometry.axle
+        for name, (radial, axial) in zip(
+            ("axle bearing, first", "axle bearing, second"),
+            axle.loads(preload, geometry.lateral_share * element.slip_force, element.wheel_radius),
+            strict=True,
+        ):
+            yield _load(name, axle.bearing, radial, axial)
+        steering = drive.steering
+        if steering is not None and steering.bell_bearing is not None:
+            yield _load("bell bearing", steering.bell_bearing, 0.0, preload)
+        stated = None if support is None else support.bearing
+        found = [(preload, force), (preload, 0.0)]
+        if support is not None and support.span is not None and self.service.travel is not None:
+            travels = (-0.5 * self.service.travel, 0.5 * self.service.travel)
+            wheels = [
+                WheelLoad(preload, 0.0, sign * force, element.cylinder_radius, end)
+                for end in travels
+                for sign in (1, -1)
+            ]
+            ends = [support.reactions([wheel]) for wheel in wheels]
+            found = [tuple(max(float(one[place][of]) for one in ends) for of in (0, 1)) for place in (0, 1)]
+        bearing = stated or catalogue.lightest_part("bearings", preload)
+        for name, (radial, axial) in zip(("cylinder bearing, first", "cylinder bearing, second"), found, strict=True):
+            if bearing is not None:
+                yield _load(name, bearing, radial, axial)
+        yield self.carried(preload)
+
     @property
     def held(self) -> Mapping[str, Any]:
         """Sizes of a bearing of the cylinder, beside which the wheel may stand."""
@@ -224,6 +281,13 @@ class CoboticBuilding(Building):
         element, structure, held = self.drive.transmission, self.structure, self.held
         rail, stated = self.rail(element.preload), self.drive.cylinder_bearings
         span = given(None if stated is None else stated.span, tube.length + 2.0 * tube.end_plate + held["breadth"])
+        if (
+            self.service.travel is not None
+        ):  # what turns with the bell swings between the plates at the ends of the travel, too
+            xp = namespace(span, *self.bell(), rail["carriage_length"])
+            bell, carriage, span = as_floats(xp, self.bell_bearing_sizes()[0], rail["carriage_length"], span)
+            swing = xp.maximum(xp.maximum(bell, carriage), 2.0 * self.bell().outer)
+            span = xp.maximum(span, self.service.travel + swing + 2.0 * structure.room + held["breadth"])
         height = self.bar(element.preload, 0.0, span, rail["width"])
         if height is None:
             return None
@@ -378,6 +442,18 @@ class GearedBuilding(Building):
         yield self.rail_body(force)
         yield self.frame()
 
+    def loads(self) -> Iterator[Load]:
+        """See `Building.loads`."""
+        stage, force = self.drive.stage, self.service.force
+        if stage.title == "shaft" or force is None:
+            return
+        own = getattr(stage, "bearings", None)
+        bearing = (None if own is None else own.bearing) or catalogue.lightest_part("bearings", 0.5 * self.pull)
+        if bearing is not None:
+            along = stage.title == "screw"  # one of its bearings takes the thrust
+            yield _load(f"{stage.title} bearing", bearing, 0.0 if along else 0.5 * self.pull, force if along else 0.0)
+        yield self.carried(force)
+
     @property
     def belted(self) -> bool:
         """Whether a belt or cable runs around two pulleys, each between two bearings."""
@@ -409,7 +485,7 @@ class GearedBuilding(Building):
         """See `Building.sizes`; the pull at the axis bends the bar along its whole length."""
         held, rail = self.held, self.rail(given(self.service.force, math.nan))
         reach, across = self.offset + rail["height"], held["outside_diameter"] + 4.0 * self.structure.least_wall
-        length = self.rail_length(rail)
+        length = self.rail_length(rail) + (across if self.belted else 0.0)  # the carriage stops between the plates
         height = self.bar(0.0, self.pull * reach, length, rail["width"])
         if height is None:
             return None
@@ -449,6 +525,11 @@ def _bought(name: str, part: Any, *, moving: bool = False) -> Body:
     mass, title = getattr(part, "mass", None), getattr(part, "name", type(part).__name__)
     basis = title if mass is not None else f"{title}: the mass is not stated"
     return Body(name, mass, "catalogue", basis, moving, chosen=True)
+
+
+def _load(body: str, bearing: Bearing, radial: Array, axial: Array) -> Load:
+    rating, margin = bearing.static_rating, float(bearing.static_safety(radial, axial))
+    return Load(body, bearing.name, float(radial), float(axial), rating, margin)
 
 
 def _chosen_part(made: Body, part: Mapping[str, Any], what: str, load: Array) -> Body:

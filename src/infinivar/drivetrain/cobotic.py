@@ -18,6 +18,7 @@ from infinivar.contact.friction import STICK_SPEED
 from infinivar.drivetrain import chain
 from infinivar.drivetrain.body import Body
 from infinivar.drivetrain.buildable import check_stated
+from infinivar.drivetrain.building import CoboticBuilding, Load
 from infinivar.drivetrain.chain import Inward
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.drive import DrivePoint, MotorSide, MovingPoint, motor_side, needed, placed, shaft_inertia
@@ -192,6 +193,10 @@ class CoboticDrive(TurnedCylinder):
     def bodies(self, service: Service) -> tuple[Body, ...]:
         """What it weighs, body by body, where its output has to do a service; see `masses.cobotic_bodies`."""
         return cobotic_bodies(self, service)
+
+    def loads(self, service: Service) -> tuple[Load, ...]:
+        """Largest loads on its bearings and on the carriage, as far as they are known."""
+        return tuple(CoboticBuilding(self, service).loads())
 
     def layout(self, service: Service) -> Layout:
         """Where its bodies are, and the space that they fill."""

@@ -15,6 +15,7 @@ from infinivar.axis import Axis
 from infinivar.drivetrain import chain
 from infinivar.drivetrain.body import Body
 from infinivar.drivetrain.buildable import check_stated
+from infinivar.drivetrain.building import GearedBuilding, Load
 from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint, motor_side, needed, placed
 from infinivar.drivetrain.layout import Layout, geared_layout
@@ -140,6 +141,10 @@ class ConventionalDrive:
     def bodies(self, service: Service) -> tuple[Body, ...]:
         """What it weighs, body by body, where its output has to do a service; see `masses.geared_bodies`."""
         return geared_bodies(self, service)
+
+    def loads(self, service: Service) -> tuple[Load, ...]:
+        """Largest loads on its bearings and on the carriage, as far as they are known."""
+        return tuple(GearedBuilding(self, service).loads())
 
     def layout(self, service: Service) -> Layout:
         """Where its bodies are, and the space that they fill."""

@@ -245,7 +245,10 @@ def _geared(made: GearedBuilding) -> Iterator[Solid | str]:
     if stage.title == "rack":
         yield Solid("rack", "box", _about(0.0, frame.length), _about(0.0, wide), _onwards(radius, wide))
     shafts = (-half, half) if made.belted else (0.0,)
-    aside = 0.5 * (wide + held["breadth"])
+    xp = namespace(wide, rail["width"])
+    room, carriage = as_floats(xp, wide, rail["width"])
+    # A rack passes between the plates of its pinion with the carriage.
+    aside = 0.5 * ((xp.maximum(room, carriage) if stage.title == "rack" else wide) + held["breadth"])
     for x in shafts:
         yield _round(stage.title, "y", _about(0.0, wide), 2.0 * radius, x=x)
         for end in (-aside, aside):

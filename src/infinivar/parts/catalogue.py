@@ -90,6 +90,11 @@ def _read(value: Any, unit: str) -> float:
     return parse(stated, unit) if isinstance(stated, str) else float(stated)
 
 
+def lightest_part(kind: Literal["rails", "bearings"], load: float) -> Any:
+    """The lightest rail or bearing of the catalogue whose static rating reaches a load [N]; None if there is none."""
+    return next((part for part in reversed(_by_weight(kind)) if part.static_rating >= load), None)
+
+
 def lightest(kind: Literal["rails", "bearings"], load: Array, sizes: tuple[str, ...]) -> dict[str, Any]:
     """What the lightest rail or bearing of the catalogue measures whose static rating reaches a load.
 
@@ -104,7 +109,7 @@ def lightest(kind: Literal["rails", "bearings"], load: Array, sizes: tuple[str, 
         the part, or None.
     """
     if isinstance(load, (int, float)):
-        part = next((part for part in reversed(_by_weight(kind)) if part.static_rating >= load), None)
+        part = lightest_part(kind, load)
         found = {name: math.nan if part is None else float(getattr(part, name)) for name in sizes}
         return {**found, "name": None if part is None else part.name}
     xp = namespace(load)

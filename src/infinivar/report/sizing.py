@@ -15,8 +15,9 @@ from infinivar._core.text import aligned, capitalise, counted, few
 from infinivar.analysis.hanging import printed_lines
 from infinivar.analysis.robustness.verdicts import percent
 from infinivar.analysis.whole_mass import WholeMass
+from infinivar.drivetrain.building import Load
+from infinivar.figures import sheet, style
 from infinivar.figures import sizing as figure
-from infinivar.figures import style
 from infinivar.motion.scenario import Scenario
 from infinivar.report import whole_mass
 from infinivar.report.output import all_or_nothing, check_inputs
@@ -73,8 +74,15 @@ def save(sizing: Sizing, directory: Path) -> list[Path]:
         bills = {bill_file(name): (mass, sizing.best_of[name].parts) for name, mass in masses.items()}
         for name, (mass, parts) in bills.items():
             write_bill(mass, parts, scratch / name)
+        sheets = {
+            name: style.write(sheet.draw_all(mass, _loads(sizing, name), f"like {name}"), scratch / sheet_file(name))
+            for name, mass in masses.items()
+        }
         (scratch / "sizing.json").write_text(to_json(sizing.to_dict()), "utf-8")
-        (scratch / "sizing.html").write_text(html(sizing, masses, style.inline_svg(drawn) if drawn else ""), "utf-8")
+        views = {name: style.inline_svg(files) for name, files in sheets.items()}
+        (scratch / "sizing.html").write_text(
+            html(sizing, masses, style.inline_svg(drawn) if drawn else "", views), "utf-8"
+        )
         names = [
             "sizing.html",
             "sizing.json",
@@ -82,7 +90,14 @@ def save(sizing: Sizing, directory: Path) -> list[Path]:
             *bills,
             *sorted(file.name for file in scratch.glob("motion-*.csv")),
         ]
-    return [directory / name for name in (*names, *(file.name for file in drawn))]
+    pictures = [*drawn, *(file for files in sheets.values() for file in files)]
+    return [directory / name for name in (*names, *(file.name for file in pictures))]
+
+
+def _loads(sizing: Sizing, name: str) -> tuple[Load, ...]:
+    """Loads on bearings and rail of the best design like a template."""
+    drive: Any = sizing.best_of[name].drive
+    return drive.loads(sizing.study.service(drive))
 
 
 def keep_inputs(study: Study, directory: Path, sets: Iterable[str | Path] | None = None) -> None:
@@ -99,7 +114,12 @@ def keep_inputs(study: Study, directory: Path, sets: Iterable[str | Path] | None
     InputError
         With that file, and what it is.
     """
-    own = {*map(best_file, study.drives), *map(bill_file, study.drives), *map(_motion_csv, study.duty)}
+    own = {
+        *map(best_file, study.drives),
+        *map(bill_file, study.drives),
+        *(f"{sheet_file(name)}.{one}" for name in study.drives for one in style.FORMATS),
+        *map(_motion_csv, study.duty),
+    }
     inputs = input_files(study, [Path("parts"), *map(Path, sets or ())])
     check_inputs(directory, _KIND, inputs, lambda name: name in own or _WRITTEN.fullmatch(name) is not None)
 
@@ -122,6 +142,11 @@ def _motion_csv(name: str) -> str:
 def bill_file(template: str) -> str:
     """Name of the bill of materials of the best design like a template."""
     return f"best-{template}-bill.csv"
+
+
+def sheet_file(template: str) -> str:
+    """Name, without format, of the views, masses and loads of the best design like a template."""
+    return f"best-{template}-sheet"
 
 
 def write_bill(mass: WholeMass, parts: Mapping[str, ChosenPart], file: Path) -> None:
@@ -319,7 +344,7 @@ def _without_unit(value: float, unit: str) -> str:
     return plain(1e3 * value if unit == "m" else value, 3)
 
 
-def html(sizing: Sizing, masses: Mapping[str, WholeMass], image: str) -> str:
+def html(sizing: Sizing, masses: Mapping[str, WholeMass], image: str, sheets: Mapping[str, str]) -> str:
     """The report as one self-contained page."""
     known = [*sizing.designs, *sizing.front, *sizing.best_of.values()]
     return render(
@@ -342,6 +367,7 @@ def html(sizing: Sizing, masses: Mapping[str, WholeMass], image: str) -> str:
         limit_words=limit_words,
         **whole_mass.words(),
         masses=masses,
+        sheets=sheets,
         mass_titles={name: f"like {name}" for name in sizing.best_of},
         doubt=sizing.doubt,
         percent=percent,

@@ -1,0 +1,78 @@
+"""The sheet of a drive: views to scale, masses, and loads on bearings and rail."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from numpy.testing import assert_allclose
+
+from infinivar.analysis import whole_mass
+from internals import Service, sheet_figure
+from made import loaded
+
+KNEE = loaded("knee_walking")
+COBOTIC, GEARED = KNEE.drives["cobotic"], KNEE.drives["geared"]
+SERVICE = Service(0.06, 175.0)
+
+
+def loads(drive, service=SERVICE):
+    return {one.body: one for one in drive.loads(service)}
+
+
+@pytest.mark.parametrize("name", ["cobotic", "geared"])
+def test_views_and_tables_are_those_of_the_drive(name):
+    mass = whole_mass(KNEE, name)
+    drive = KNEE.drives[name]
+    found = sheet_figure.data(mass, drive.loads(KNEE.service(drive)))
+    space = mass.layout.space
+    for view, along in (("side", space.length), ("front", space.width)):
+        left = min(row[2] for row in found[view])
+        right = max(row[2] + row[4] for row in found[view])
+        assert_allclose(right - left, 1e3 * float(along), rtol=1e-12)
+        assert_allclose(found["sizes"]["height"], 1e3 * float(space.height), rtol=1e-12)
+    assert_allclose(sum(row[1] for row in found["masses"] if row[1] is not None), 1e3 * mass.known, rtol=1e-12)
+    assert_allclose(sum(row[2] for row in found["masses"]), 1.0, rtol=1e-12)
+    drawn = sheet_figure.draw_all(mass, drive.loads(KNEE.service(drive)), name)
+    assert drawn.axes[0].get_title() == "side view [mm]"
+
+
+def test_a_wheel_is_round_from_the_side_that_it_rolls_to():
+    found = sheet_figure.data(whole_mass(KNEE, "cobotic"), ())
+    forms = {view: {row[0]: row[1] for row in found[view]} for view in ("side", "front")}
+    assert (forms["side"]["wheel"], forms["front"]["wheel"]) == ("box", "round")
+    assert forms["front"]["cylinder"] == "round"
+
+
+def test_loads_are_in_balance_with_preload_and_force():
+    """The axle carries the preload, the bell passes it on, and the cylinder's bearings react it wherever the wheel stands."""
+    found, element = loads(COBOTIC), COBOTIC.transmission
+    axle = [found[f"axle bearing, {place}"] for place in ("first", "second")]
+    assert_allclose(sum(one.radial for one in axle), element.preload, rtol=1e-12)
+    assert found["bell bearing"].axial == element.preload
+    support = COBOTIC.cylinder_bearings
+    begin = 0.5 * support.span if support.wheel_position is None else support.wheel_position
+    arm = element.cylinder_radius * SERVICE.force / support.span
+    near = [(begin + end) / support.span for end in (-0.5 * SERVICE.travel, 0.5 * SERVICE.travel)]
+    first = max(element.preload * (1.0 - share) for share in near) + arm
+    second = max(element.preload * share for share in near) + arm
+    assert_allclose(found["cylinder bearing, first"].radial, first, rtol=1e-12)
+    assert_allclose(found["cylinder bearing, second"].radial, second, rtol=1e-12)
+    assert found["cylinder bearing, first"].axial == SERVICE.force
+    assert found["carriage"].radial == element.preload
+
+
+def test_without_a_span_a_bearing_carries_the_whole_preload():
+    bare = replace(COBOTIC, cylinder_bearings=None)
+    assert loads(bare)["cylinder bearing, second"].radial == COBOTIC.transmission.preload
+    assert loads(bare)["cylinder bearing, second"].margin >= 1.0  # the lightest of the catalogue that carries it
+
+
+def test_margins_are_ratings_over_loads():
+    for drive in (COBOTIC, GEARED):
+        for one in drive.loads(SERVICE):
+            if one.axial == 0.0:
+                assert_allclose(one.margin, one.static_rating / one.radial, rtol=1e-12)
+            assert math.isfinite(one.margin)
+    assert loads(GEARED)["carriage"].radial == SERVICE.force
+    assert_allclose(loads(GEARED)["pulley bearing"].radial, 0.5 * GEARED.pulley.bearings.pull, rtol=1e-12)
+    assert loads(GEARED, Service(0.06, None)) == {}
