@@ -76,6 +76,8 @@ class Limit(IntEnum):
     """The bending stress of the wheel's axle exceeds what is permitted."""
     CLEARANCE = 29
     """The bearings of the wheel's axle are larger than the wheel, and touch what it rolls on."""
+    SUPPORT = 32
+    """The static load on a bearing of the cylinder exceeds its rating."""
     SPACE = 30
     """The drive is larger than its envelope."""
     MASS = 31
@@ -159,6 +161,7 @@ _WORDS = {
     Limit.WALL: "cylinder wall",
     Limit.AXLE: "axle strength",
     Limit.CLEARANCE: "clearance of the axle bearings",
+    Limit.SUPPORT: "static load of the cylinder bearings",
     Limit.SPACE: "envelope",
     Limit.MASS: "mass limit",
 }

@@ -6,11 +6,14 @@ from dataclasses import replace
 import pytest
 from numpy.testing import assert_allclose
 
+import infinivar as iv
 from infinivar.analysis import whole_mass
+from infinivar.limits import Limit
 from internals import Service, sheet_figure
 from made import loaded
 
 KNEE = loaded("knee_walking")
+ANKLE = loaded("ankle_walking")
 COBOTIC, GEARED = KNEE.drives["cobotic"], KNEE.drives["geared"]
 SERVICE = Service(0.06, 175.0)
 
@@ -59,6 +62,24 @@ def test_loads_are_in_balance_with_preload_and_force():
     assert_allclose(found["cylinder bearing, second"].radial, second, rtol=1e-12)
     assert found["cylinder bearing, first"].axial == SERVICE.force
     assert found["carriage"].radial == element.preload
+
+
+def test_the_sheet_bounds_the_limit_over_a_motion():
+    """Two ways: the largest load at any instant of the motion, and that of the sheet, at the ends of the travel."""
+    drive = ANKLE.drives["cobotic"]
+    (duty,) = ANKLE.duty.values()
+    demand = iv.duty_cycle(drive, duty, travel=ANKLE.travel).demands[Limit.SUPPORT, "cylinder"]
+    found = loads(drive, ANKLE.service(drive))
+    least = min(found[f"cylinder bearing, {place}"].margin for place in ("first", "second"))
+    assert demand <= 1.0 / least * (1.0 + 1e-3)  # the motion is not loaded most at its ends; tangential force is small
+    assert demand > 0.9 / least
+    weak = replace(
+        drive,
+        cylinder_bearings=replace(
+            drive.cylinder_bearings, bearing=replace(drive.cylinder_bearings.bearing, static_rating=5000.0)
+        ),
+    )
+    assert not iv.duty_cycle(weak, duty, travel=ANKLE.travel).feasible
 
 
 def test_without_a_span_a_bearing_carries_the_whole_preload():

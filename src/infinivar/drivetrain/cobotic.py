@@ -243,7 +243,13 @@ class CoboticDrive(TurnedCylinder):
                 "guideway": guide_loss,
                 **load.losses,
             },
-            utilisation={**element.utilisation, **side.utilisation, **returned, **load.utilisation},
+            utilisation={
+                **element.utilisation,
+                **self.supported(element.torque, force + drag, load.position),
+                **side.utilisation,
+                **returned,
+                **load.utilisation,
+            },
             states={
                 **side.states,
                 "steering_tangent": element.steering_tangent,
@@ -266,19 +272,34 @@ class CoboticDrive(TurnedCylinder):
 
         Source: `infinivar.parts.shaft_bearings.CylinderBearings.operate`.
         """
-        bearings, element = self.cylinder_bearings, self.transmission
+        bearings = self.cylinder_bearings
         if bearings is None:
             return 0.0, {}
+        wheels = self._wheels(torque, force, position, legs)
+        rolling = 0.0 if not bearings.backing_rollers else legs * self.transmission.groups(speed).rolling_force
+        return bearings.operate(wheels, speed, torque=legs * torque, rolling=rolling)
+
+    def _wheels(self, torque: Array, force: Array, position: Array | None, legs: int = 1) -> list[WheelLoad]:
+        """What the wheels do to the cylinder; arguments as for `turned`."""
+        assert self.cylinder_bearings is not None
         wheel = WheelLoad(
-            preload=element.preload,
+            preload=self.transmission.preload,
             torque=torque,
             force=force,
-            radius=element.cylinder_radius,
+            radius=self.transmission.cylinder_radius,
             position=0.0 if position is None else position,
         )
-        wheels = [wheel] if legs == 1 else [wheel._replace(azimuth=angle) for angle in bearings.around(legs)]
-        rolling = 0.0 if not bearings.backing_rollers else legs * element.groups(speed).rolling_force
-        return bearings.operate(wheels, speed, torque=legs * torque, rolling=rolling)
+        return (
+            [wheel] if legs == 1 else [wheel._replace(azimuth=angle) for angle in self.cylinder_bearings.around(legs)]
+        )
+
+    def supported(self, torque: Array, force: Array, position: Array | None) -> dict[Limit, Array]:
+        """Demand over allowance of the cylinder's bearings, if they are a part; arguments as for `turned`. [-]"""
+        bearings = self.cylinder_bearings
+        if bearings is None or bearings.bearing is None:
+            return {}
+        demand = bearings.static_demand(bearings.reactions(self._wheels(torque, force, position)))
+        return {} if demand is None else {Limit.SUPPORT: demand}
 
     def check_motion(self) -> None:
         """Raise ParameterError if a value that motion requires is missing; the message names it."""
@@ -405,7 +426,7 @@ class CoboticDrive(TurnedCylinder):
             Varying(element.steering_tangent, rate, acceleration),
             moment,
             {**rubbed, **element.losses, "guideway": guide_loss},
-            element.utilisation,
+            {**element.utilisation, **self.supported(element.torque, link.value, course.position)},
         )
 
     def steered(self, rolled: Rolled, stick_speed: float | None = None) -> tuple[MotorSide, dict[str, Array]]:
@@ -498,7 +519,7 @@ class CoboticDrive(TurnedCylinder):
                 "motor": self.amplifier.supply(side.power),
                 "steering motor": self.steering_amplifier.supply(steered.power),
             }
-        limits: dict[Demand, Array] = {(limit, "wheel"): demand for limit, demand in rolled.utilisation.items()}
+        limits: dict[Demand, Array] = {(limit, part_of(limit)): demand for limit, demand in rolled.utilisation.items()}
         limits |= placed(side.utilisation) | placed(steered.utilisation, "steering motor")
         limits |= load.utilisation
         limits |= {(limit, what): demand for what, (_, _, met) in supplies.items() for limit, demand in met.items()}
@@ -528,6 +549,11 @@ class CoboticDrive(TurnedCylinder):
                 **load.states,
             },
         )
+
+
+def part_of(limit: Limit) -> str:
+    """The part to which a limit of `Rolled` belongs."""
+    return "cylinder" if limit == Limit.SUPPORT else "wheel"
 
 
 def legs_of(drive: Any) -> CoboticDrive | None:

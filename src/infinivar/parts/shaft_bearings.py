@@ -102,6 +102,17 @@ class ShaftBearings:
         """Whether the friction depends on what the bearings carry."""
         return self.torque is None
 
+    def static_demand(self, loads: Reactions) -> Array | None:
+        """Equivalent static load over static rating of the more heavily loaded bearing; None unless a part is stated. [-]
+
+        Source: as `Bearing.static_safety`.
+        """
+        if self.bearing is None:
+            return None
+        first, second = (1.0 / self.bearing.static_safety(*load) for load in loads)
+        xp = namespace(first, second)
+        return xp.maximum(*as_floats(xp, first, second))
+
     def friction(self, loads: Reactions, speed: Array) -> Array:
         """Friction torque of both bearings under their loads.
 

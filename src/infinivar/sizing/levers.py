@@ -60,6 +60,7 @@ def allowances(design: SizedDrive, limit: Limit, part: str) -> list[Lever]:
         Limit.BEARING: ("static rating of the axle bearings", (f"{AXLE_BEARING}.static_rating",)),
         Limit.YIELD: ("yield strength of wheel and cylinder", _of_materials("yield_strength")),
         Limit.HARDNESS: ("hardness of wheel and cylinder", _of_materials("hardness")),
+        Limit.SUPPORT: ("static rating of the cylinder bearings", ("cylinder_bearings.bearing.static_rating",)),
         Limit.WALL: ("wall of the cylinder", ("transmission.cylinder_wall",)),
         Limit.TEMPERATURE: (
             "thermal conductances of the motor",

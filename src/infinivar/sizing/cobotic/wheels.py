@@ -20,7 +20,7 @@ from infinivar._core.threads import in_order
 from infinivar.contact.creep import EXACT
 from infinivar.contact.exact_law import NARROWEST, WIDEST
 from infinivar.drivetrain.body import own_mass
-from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.cobotic import CoboticDrive, part_of
 from infinivar.drivetrain.drive import GEAR_LIMITS, MOTOR_LIMITS, MotorSide
 from infinivar.drivetrain.envelope import Envelope
 from infinivar.drivetrain.service import Service
@@ -527,7 +527,7 @@ def _of_all_calls(parts: tuple[Any, ...], count: int) -> np.ndarray:
 
 def _demands(drive: CoboticDrive, task: Task, demanded: Demanded, life: float | None) -> dict[Demand, np.ndarray]:
     """Largest demands on the wheel, and on what lies between it and the load."""
-    limits: dict[Demand, Any] = {(limit, "wheel"): demand for limit, demand in demanded.utilisation.items()}
+    limits: dict[Demand, Any] = {(limit, part_of(limit)): demand for limit, demand in demanded.utilisation.items()}
     if isinstance(task, MotionTask):
         limits |= drive.inward(task.instants.course, task.duty.moved_mass).utilisation
     # All of these limits apply to the peak, in motion as well.
