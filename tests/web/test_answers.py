@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from internals import ANSWERS, Answer, RefusedError, function_of, shipped_studies
+from infinivar.analysis import whole_mass
+from internals import ANSWERS, Answer, Envelope, RefusedError, function_of, shipped_studies
 from internals import answered_request as answered
 from internals import document_answer as document
 from internals import plain_answer as plain
@@ -114,6 +115,19 @@ def test_verdicts_are_those_of_the_comparison(opened_study):
         assert found[name]["tightest"]["margin"] == result.tightest.value
     maps = answered("maps", {**opened_study, "count": 8}).header["drives"]
     assert maps["cobotic"]["requirement"] == found["cobotic"]
+
+
+def test_mass_and_size_stand_beside_the_verdict(opened_study):
+    """As `compare` states them, also of an envelope."""
+    study = iv.load_study("hand_controller")
+    tables = {**opened_study, "tables": {**opened_study["tables"], "envelope": {"mass": "1 kg"}}}
+    for sent, envelope in ((opened_study, None), (tables, Envelope(mass=1.0))):
+        for name, one in answered("judge", sent).header["drives"].items():
+            mass = whole_mass(study, name)
+            assert one["weighs"] == mass.known_words
+            assert one["fits"] == mass.within(envelope)
+            assert one["size"].startswith(mass.space_words)
+            assert ("exceeds the envelope" in one["size"]) == (not one["fits"])
 
 
 def test_tasks_are_those_of_the_comparison():

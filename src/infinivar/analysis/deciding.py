@@ -82,7 +82,9 @@ def _structures(study: Study, free: Mapping[str, Judged], fits: Mapping[str, boo
             now = dict(fits)
             for of, drive in study.drives.items():
                 if hasattr(drive, "structure"):
-                    now[of] = mass_of(with_factor(drive, name, by), study.service(drive)).within(study.envelope)
+                    now[of] = mass_of(with_factor(drive, name, by), study.service(drive), doubted=False).within(
+                        study.envelope
+                    )
             if now != fits:
                 judged = {of: one._replace(able=one.able and now[of]) for of, one in free.items()}
                 yield (f"structure: {name.replace('_', ' ')}", "as stated", f"times {by:.3g}"), judged

@@ -98,12 +98,16 @@ class WholeMass(Frozen):
 
     def words_on(self, envelope: Envelope) -> str:
         """Whether the drive is within an envelope, in one line."""
-        weighs = f"more than {show(self.known, 'kg', 3)}" if self.open else show(self.total, "kg", 3)
-        size = f"{self.space_words}; {weighs}"
+        size = f"{self.space_words}; {self.known_words}"
         beyond = self.exceeded(envelope)
         if beyond:
             return f"{size}; exceeds the envelope: {exceeded_words(beyond)}"
         return f"{size}; within the envelope{'' if self.known_within(envelope) else ', as far as known'}"
+
+    @property
+    def known_words(self) -> str:
+        """Mass in a word or three: "0.8 kg", or "more than 2.2 kg" where not all is known."""
+        return f"more than {show(self.known, 'kg', 3)}" if self.open else show(self.total, "kg", 3)
 
     def known_within(self, envelope: Envelope) -> bool:
         """Whether all is known that an envelope limits."""
@@ -157,11 +161,11 @@ def whole_mass(study: Study, drive: str) -> WholeMass | None:
     return mass_of(made, study.service(made))
 
 
-def mass_of(drive: CoboticDrive | ConventionalDrive, service: Service) -> WholeMass:
-    """What a drive weighs, for a service."""
+def mass_of(drive: CoboticDrive | ConventionalDrive, service: Service, *, doubted: bool = True) -> WholeMass:
+    """What a drive weighs, for a service; not `doubted`, without the effect of its factors, which takes most of the time."""
     bodies = drive.bodies(service)
     whole, factors = total(bodies), {}
-    for name in factor_names(drive.structure):
+    for name in factor_names(drive.structure) if doubted else ():
         ends = [total(with_factor(drive, name, by).bodies(service)) for by in (1.0 / DOUBT, DOUBT)]
         if any(abs(end - whole) > _NEGLIGIBLE * whole for end in ends):
             factors[name] = ends[0], ends[1]

@@ -24,6 +24,9 @@ from infinivar.analysis.compare import DriveResult
 from infinivar.analysis.plane import of_requirement, of_study
 from infinivar.analysis.region import against
 from infinivar.analysis.steady_map import SteadyMap, steady_map
+from infinivar.analysis.whole_mass import mass_of
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import is_machine
 from infinivar.errors import InfinivarError
 from infinivar.figures import operating_map
@@ -200,7 +203,8 @@ def judge(payload: Mapping[str, Any]) -> Answer:
         if study.requirement is None:
             break
         try:
-            found[name] = _judged(name, study, key)
+            # Motions and envelope, of which no verdict on the requirement depends, may have changed since.
+            found[name] = _verdicts[key] = {**_judged(name, study, key), **_weighed(study, study.drives[name])}
         except InfinivarError as problem:
             found[name] = {"fault": str(problem)}
     return Answer(header={"drives": found})
@@ -242,6 +246,15 @@ def _judged(name: str, study: Study, key: str) -> dict[str, Any]:
     while len(_verdicts) > _KEPT:
         _verdicts.popitem(last=False)
     return found
+
+
+def _weighed(study: Study, drive: Any) -> dict[str, Any]:
+    """Mass and size in words, and whether the drive is within the envelope of the study; nothing of other packages' drives."""
+    if not isinstance(drive, CoboticDrive | ConventionalDrive):
+        return {}
+    mass = mass_of(drive, study.service(drive), doubted=False)
+    words = mass.space_words if study.envelope is None else mass.words_on(study.envelope)
+    return {"weighs": mass.known_words, "size": words, "fits": mass.within(study.envelope)}
 
 
 def _labels(steady: SteadyMap, limits: list[Limit]) -> list[dict[str, Any]]:

@@ -213,9 +213,10 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     const { requirement: required } = map.header;
     const total = counts.reduce((sum, one) => sum + one, 0);
     const words = required ? (required.covers ? "✓ covers the requirement" : `✗ covers ${digits(100 * required.coverage, 3)} % of the requirement`) : requirement === null ? "" : "judging …";
-    figure.cover.textContent = words;
-    figure.cover.title = required?.verdict ?? "";
-    figure.cover.className = `cover ${required ? (required.covers ? "yes" : "no") : ""}`;
+    const outside = required?.fits === false ? "; ✗ exceeds the envelope" : "";
+    figure.cover.textContent = words + outside + (required?.weighs ? `; ${required.weighs}` : "");
+    figure.cover.title = [required?.verdict, required?.size].filter(Boolean).join("; ");
+    figure.cover.className = `cover ${required ? (required.covers && !outside ? "yes" : "no") : ""}`;
     const rows = map.header.limit_names.map((name, code) => ({ name, words: map.header.limits[code], part: counts[code] / total }));
     const items = rows.slice(1).filter((row) => row.part > 0).sort((one, other) => other.part - one.part)
       .map((row) => swatch(tint(row.name, theme.dark), `${row.words} ${Math.max(1, Math.round(100 * row.part))} %`));
