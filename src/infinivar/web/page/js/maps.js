@@ -213,17 +213,18 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     const { requirement: required } = map.header;
     const total = counts.reduce((sum, one) => sum + one, 0);
     const words = required ? (required.covers ? "✓ covers the requirement" : `✗ covers ${digits(100 * required.coverage, 3)} % of the requirement`) : requirement === null ? "" : "judging …";
-    const outside = required?.fits === false ? "; ✗ exceeds the envelope" : "";
-    figure.cover.textContent = words + outside + (required?.weighs ? `; ${required.weighs}` : "");
+    const outside = required?.covers && required.fits === false;
+    figure.cover.textContent = outside ? "✗ exceeds the envelope" : words;
     figure.cover.title = [required?.verdict, required?.size].filter(Boolean).join("; ");
     figure.cover.className = `cover ${required ? (required.covers && !outside ? "yes" : "no") : ""}`;
     const rows = map.header.limit_names.map((name, code) => ({ name, words: map.header.limits[code], part: counts[code] / total }));
     const items = rows.slice(1).filter((row) => row.part > 0).sort((one, other) => other.part - one.part)
       .map((row) => swatch(tint(row.name, theme.dark), `${row.words} ${Math.max(1, Math.round(100 * row.part))} %`));
+    if (required?.weighs) items.push(make("li", {}, `weighs ${required.weighs}`));
     if (subtract) items.unshift(swatch(changed(theme.dark).better, "now within limits"), swatch(changed(theme.dark).worse, "now beyond a limit"));
     figure.legend.replaceChildren(...items);
     const where = `${plane.force_name} to the right, ${plane.speed_name} up`;
-    const beyond = items.map((item) => item.textContent).join(", ");
+    const beyond = items.filter((item) => item.querySelector(".swatch")).map((item) => item.textContent).join(", ");
     for (const [plot, state] of [[figure.now, ""], [figure.then, "before, "]]) {
       plot.over.setAttribute("aria-label", `Efficiency map of ${figure.title}, ${state}${where}. Beyond limits: ${beyond || "nowhere"}. Arrow keys move the point, with Shift faster, Home resets it.`);
     }
