@@ -12,7 +12,7 @@ from infinivar import ParameterError, power
 from infinivar.analysis import two_ways
 from infinivar.limits import Limit
 from infinivar.parts import CylinderBearings
-from internals import Service, WheelLoad, built_part, ring_moments, spread
+from internals import Service, WheelLoad, built_part, spread
 from made import loaded
 
 KNEE = loaded("knee_walking")
@@ -144,18 +144,3 @@ def test_masses_are_those_of_all_wheels(wheels):
     space = around(LEG, wheels).layout(SERVICE)
     assert {solid.body for solid in space.solids} >= {"carriage ring", "wheel"}
     assert sum(solid.body == "wheel" for solid in space.solids) == wheels
-
-
-@pytest.mark.parametrize("wheels", MANY)
-def test_ring_by_integration(wheels):
-    # Half a bay of a thin ring: N and M0 at the middle between loads; sections do not turn at both ends of it.
-    load, radius, half = 1000.0, 0.08, math.pi / wheels
-    middle = np.linspace(0.0, half, 200_001)
-    middle = 0.5 * (middle[1:] + middle[:-1])
-    across = 0.5 * load / math.sin(half)  # tension at the middle of a bay carries half a load at each end
-    bent = across * radius * (1.0 - np.cos(middle))  # less M0
-    least = np.mean(bent)
-    at_load = across * radius * (1.0 - math.cos(half)) - least
-    moment, tension = ring_moments(load, radius, wheels)
-    assert_allclose(moment, at_load, rtol=1e-9)
-    assert_allclose(tension, across * math.cos(half), rtol=1e-9, atol=1e-9)

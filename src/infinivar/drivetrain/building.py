@@ -205,7 +205,7 @@ class CoboticBuilding(Building):
         own = None if drive.cylinder_bearings is None else drive.cylinder_bearings.bearing
         tube = self.tube()
         yield self.body("cylinder", None if tube is None else tube.mass, self._words(tube))
-        yield self.bearings("cylinder bearings", 2, self.held, own, element.preload)
+        yield self.bearings("cylinder bearings", 2, self.held, own, self.carried)
         yield from self.moving()
         yield self.rail_body(self.carried)
         yield self.body("frame", None, self._words(tube)) if tube is None else self.frame()
@@ -214,7 +214,7 @@ class CoboticBuilding(Building):
     def held(self) -> Mapping[str, Any]:
         """Sizes of a bearing of the cylinder, beside which the wheel may stand."""
         stated = self.drive.cylinder_bearings
-        return _held(None if stated is None else stated.bearing, self.drive.transmission.preload)
+        return _held(None if stated is None else stated.bearing, self.carried)
 
     def sizes(self) -> Frame | None:
         """See `Building.sizes`; the preload presses on the middle of the bar."""
@@ -282,7 +282,7 @@ class CoboticBuilding(Building):
 
     @property
     def carried(self) -> Array:
-        """Force on rail and carriage: the preload; that of the link where several wheels hold each other. [N]"""
+        """On rail, carriage and cylinder bearings: the preload, or the link's force where wheels hold each other. [N]"""
         element = self.drive.transmission
         return element.preload if element.wheels == 1 else given(self.service.force, 0.0)
 
