@@ -89,7 +89,7 @@ class Shaft(NamedTuple):
 
     def steer(self, plant: SteeringPlant) -> MotorSide:
         """Operation of a steering plant."""
-        plant = replace(plant, bell_inertia=None, derived_inertia=self.bell_inertia)
+        plant = replace(plant, bell_inertia=None, derived_inertia=self.bell_inertia, bells=1)  # of all bells
         return plant.turn(
             {"patch": self.patch, "bell": self.bell},
             rate=self.rate,
