@@ -271,10 +271,10 @@ from infinivar.parts.gear_friction import terms as gear_friction_terms
 from infinivar.parts.gear_law import Torsion
 from infinivar.parts.heat_steps import over as heat_over
 from infinivar.parts.heat_steps import windings as heat_windings
-from infinivar.parts.shaft_bearings import WheelLoad
+from infinivar.parts.shaft_bearings import WheelLoad, spread
 from infinivar.parts.strain_wave import strain_wave_friction
 from infinivar.parts.structure import beams, shells
-from infinivar.parts.structure.bodies import bar_height, crowned_volume, ring_volume, wire_mass
+from infinivar.parts.structure.bodies import bar_height, crowned_volume, ring_moments, ring_volume, wire_mass
 from infinivar.parts.structure.tube import Tube as CylinderTube
 from infinivar.parts.structure.tube import thinnest
 from infinivar.parts.tables import importing, stores

@@ -2,11 +2,13 @@
 
 import math
 
+import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar import units
-from internals import CylinderTube, beams, catalogue, shells
+from internals import CylinderTube, beams, catalogue, ring_moments, shells
 
 
 @pytest.mark.source("lindberg1969")
@@ -63,3 +65,19 @@ def test_heat_per_volume_is_density_times_heat_per_mass(name):
     row = catalogue.rows("materials")[name]
     heat, density = units.parse(row["heat_capacity"], "J/m^3/K"), units.parse(row["density"], "kg/m^3")
     assert heat / density == pytest.approx(3.0 * 8.314 / (1e-3 * molar), rel=0.2)
+
+
+@pytest.mark.source("young2002", "Table 9.2")
+@pytest.mark.parametrize("wheels", [2, 3])
+def test_ring_by_integration(wheels):
+    # Half a bay of a thin ring: N and M0 at the middle between loads; sections do not turn at both ends of it.
+    load, radius, half = 1000.0, 0.08, math.pi / wheels
+    middle = np.linspace(0.0, half, 200_001)
+    middle = 0.5 * (middle[1:] + middle[:-1])
+    across = 0.5 * load / math.sin(half)  # tension at the middle of a bay carries half a load at each end
+    bent = across * radius * (1.0 - np.cos(middle))  # less M0
+    least = np.mean(bent)
+    at_load = across * radius * (1.0 - math.cos(half)) - least
+    moment, tension = ring_moments(load, radius, wheels)
+    assert_allclose(moment, at_load, rtol=1e-9)
+    assert_allclose(tension, across * math.cos(half), rtol=1e-9, atol=1e-9)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from infinivar._core.described import derived, reported
@@ -17,6 +17,7 @@ from infinivar.drivetrain.drive import is_machine, refuse_machine
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import InputError
 from infinivar.limits import Limit
+from infinivar.parts.linear import Guideway
 from infinivar.parts.structure import beams
 from infinivar.parts.structure.tube import Tube
 from infinivar.study.check import check_study
@@ -167,14 +168,17 @@ def contact_sheet(study: Study, name: str) -> ContactSheet:
     drive = leg_of(study.drives[name])
     assert drive is not None
     inside = "leg." if is_machine(study.drives[name]) else ""
-    element, utilisation = drive.transmission, {}
+    element, utilisation, limits = drive.transmission, {}, drive.transmission.utilisation
+    if element.wheels > 1:  # the sheet is of one wheel, with its share of the force
+        element = replace(element, wheels=1)
+        drive = replace(drive, transmission=element, guideway=Guideway())
     lines: list[Line] = []
     groups = element.groups(drive.cylinder_speed)
     geometry, contact = element.geometry, element.contact
     if geometry is not None and contact is not None:
         _patch(lines, element, geometry, contact)
         _strength(lines, element, geometry, contact)
-        utilisation = element.utilisation
+        utilisation = limits
         if element.tube is not None:
             _tube(lines, drive, element.tube, contact)
     _creep(lines, drive, groups)

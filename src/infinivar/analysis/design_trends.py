@@ -42,7 +42,7 @@ class Duty:
 
 def with_friction(element: RotaryLinearIVT, friction: float) -> RotaryLinearIVT:
     """The design with another friction coefficient and the preload that keeps the slip force."""
-    return replace(element.pressed(element.slip_force / friction), friction=friction)
+    return replace(element.pressed(element.wheel.slip_force / friction), friction=friction)
 
 
 def with_wheel_radius(element: RotaryLinearIVT, wheel_radius: float) -> RotaryLinearIVT:

@@ -186,7 +186,7 @@ class _Rolling:
         assert isinstance(contact, PressedContact)
         self.patch = contact.patch
         self.unit = math.sqrt(self.patch.a * self.patch.b)
-        self.slip_force = float(element.groups(drive.cylinder_speed).slip_force)
+        self.slip_force = float(element.groups(drive.cylinder_speed).slip_force) / element.wheels  # of one patch
         self.surface_speed = abs(element.cylinder_radius * drive.cylinder_speed)
         self.scale = contact.shear_modulus * self.unit**2 / self.slip_force
         try:

@@ -17,6 +17,7 @@ from infinivar.contact import creep
 from infinivar.contact.creep import CreepLaw
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.errors import require
 from infinivar.parts.shaft_bearings import CylinderBearings, WheelLoad
 from infinivar.study.rig import Rig
 from infinivar.tables.named import read_named
@@ -265,6 +266,7 @@ def _setting_fault(data: RigData, row: int) -> str | None:
 def known_values(drive: CoboticDrive) -> dict[str, float]:
     """The parameters as the study has them."""
     motor, gear = drive.motor, drive.gearhead
+    require(drive.transmission.wheels == 1, "transmission.wheels", drive.transmission.wheels, "1 on a bench")
     groups = drive.transmission.groups(drive.cylinder_speed)
     nominal = motor.friction_torque + gear.coulomb_friction(motor.continuous_torque) + unloaded_bearings(drive)
     return {

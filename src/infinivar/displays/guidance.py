@@ -110,7 +110,7 @@ def guidance_limits(
     ):
         check_number(name, value, unit, bound)
     if isinstance(machine, CoboticDrive):
-        own, wheels, kind = machine.mass_of_link, (machine.transmission.wheel,), "link"
+        own, wheels, kind = machine.mass_of_link, (machine.transmission.wheel,) * machine.transmission.wheels, "link"
         rolling = abs(float(machine.transmission.cylinder_radius * machine.cylinder_speed))
     elif isinstance(machine, PlanarCobot):
         own, wheels, rolling, kind = machine.mass, tuple(machine.contacts), speed, "body"  # type: ignore[arg-type]

@@ -135,7 +135,7 @@ def _together(pair: DisplayPair, session: HandleSession, count: int) -> tuple[bo
     if not speed:
         return True, True
     leg = pair.cobotic
-    drag, _ = leg.guideway.operate(force=force, speed=speed, preload=leg.transmission.preload)
+    drag, _ = leg.guideway.operate(force=force, speed=speed, preload=leg.transmission.unbalanced_preload)
     element = leg.transmission.deliver(cylinder_speed=leg.cylinder_speed, link_speed=speed, link_force=force + drag)
     rubbing, _ = leg.turned(leg.cylinder_speed, element.torque, force + drag, legs=count)
     side = motor_side(

@@ -17,7 +17,7 @@ from infinivar.drivetrain.output import Output
 from infinivar.drivetrain.service import Service
 from infinivar.parts import catalogue
 from infinivar.parts.bearing import Bearing, ring_mass
-from infinivar.parts.shaft_bearings import WheelLoad
+from infinivar.parts.shaft_bearings import WheelLoad, spread
 from infinivar.parts.spring import TorsionSpring
 from infinivar.parts.structure import beams, bodies
 from infinivar.parts.structure.beams import STEEL_DENSITY, STEEL_MODULUS
@@ -99,7 +99,7 @@ class Building:
         """Loads on bearings and rail of one design, as far as they are known."""
         raise NotImplementedError
 
-    def carried(self, load: float) -> Load:
+    def on_rail(self, load: float) -> Load:
         """The load of the carriage on its rail."""
         rail = self.rail(load)
         return Load("carriage", str(rail["name"]), load, 0.0, rail["static_rating"], rail["static_rating"] / load)
@@ -229,9 +229,9 @@ class CoboticBuilding(Building):
         own = None if drive.cylinder_bearings is None else drive.cylinder_bearings.bearing
         tube = self.tube()
         yield self.body("cylinder", None if tube is None else tube.mass, self._words(tube))
-        yield self.bearings("cylinder bearings", 2, self.held, own, element.preload)
+        yield self.bearings("cylinder bearings", 2, self.held, own, self.carried)
         yield from self.moving()
-        yield self.rail_body(element.preload)
+        yield self.rail_body(self.carried)
         yield self.body("frame", None, self._words(tube)) if tube is None else self.frame()
 
     def loads(self) -> Iterator[Load]:
@@ -243,7 +243,7 @@ class CoboticBuilding(Building):
         axle = geometry.axle
         for name, (radial, axial) in zip(
             ("axle bearing, first", "axle bearing, second"),
-            axle.loads(preload, geometry.lateral_share * element.slip_force, element.wheel_radius),
+            axle.loads(preload, geometry.lateral_share * element.wheel.slip_force, element.wheel_radius),
             strict=True,
         ):
             yield _load(name, axle.bearing, radial, axial)
@@ -251,7 +251,7 @@ class CoboticBuilding(Building):
         if steering is not None and steering.bell_bearing is not None:
             yield _load("bell bearing", steering.bell_bearing, 0.0, preload)
         stated = None if support is None else support.bearing
-        found = [(preload, force), (preload, 0.0)]
+        found = [(self.carried, force), (self.carried, 0.0)]
         if support is not None and support.span is not None and self.service.travel is not None:
             travels = (-0.5 * self.service.travel, 0.5 * self.service.travel)
             wheels = [
@@ -259,19 +259,20 @@ class CoboticBuilding(Building):
                 for end in travels
                 for sign in (1, -1)
             ]
-            ends = [support.reactions([wheel]) for wheel in wheels]
+            ends = [support.reactions(spread(wheel, element.wheels)) for wheel in wheels]
             found = [tuple(max(float(one[place][of]) for one in ends) for of in (0, 1)) for place in (0, 1)]
-        bearing = stated or catalogue.lightest_part("bearings", preload)
+        bearing = stated or catalogue.lightest_part("bearings", self.carried)
         for name, (radial, axial) in zip(("cylinder bearing, first", "cylinder bearing, second"), found, strict=True):
             if bearing is not None:
                 yield _load(name, bearing, radial, axial)
-        yield self.carried(preload)
+        if self.carried > 0.0:
+            yield self.on_rail(self.carried)
 
     @property
     def held(self) -> Mapping[str, Any]:
         """Sizes of a bearing of the cylinder, beside which the wheel may stand."""
         stated = self.drive.cylinder_bearings
-        return _held(None if stated is None else stated.bearing, self.drive.transmission.preload)
+        return _held(None if stated is None else stated.bearing, self.carried)
 
     def sizes(self) -> Frame | None:
         """See `Building.sizes`; the preload presses on the middle of the bar."""
@@ -279,20 +280,20 @@ class CoboticBuilding(Building):
         if tube is None:
             return None
         element, structure, held = self.drive.transmission, self.structure, self.held
-        rail, stated = self.rail(element.preload), self.drive.cylinder_bearings
+        rail, stated = self.rail(self.carried), self.drive.cylinder_bearings
         span = given(None if stated is None else stated.span, tube.length + 2.0 * tube.end_plate + held["breadth"])
-        if (
-            self.service.travel is not None
-        ):  # what turns with the bell swings between the plates at the ends of the travel, too
+        if self.service.travel is not None:  # what turns with the bell swings between the plates, at both ends
             xp = namespace(span, *self.bell(), rail["carriage_length"])
             bell, carriage, span = as_floats(xp, self.bell_bearing_sizes()[0], rail["carriage_length"], span)
             swing = xp.maximum(xp.maximum(bell, carriage), 2.0 * self.bell().outer)
             span = xp.maximum(span, self.service.travel + swing + 2.0 * structure.room + held["breadth"])
-        height = self.bar(element.preload, 0.0, span, rail["width"])
+        height = self.bar(element.unbalanced_preload, 0.0, span, rail["width"])
         if height is None:
             return None
         across = held["outside_diameter"] + 4.0 * structure.least_wall
         reach = element.cylinder_radius + element.wheel_radius + self.bell().rise + rail["height"]
+        ring = self.ring()
+        reach = reach if ring is None else reach + ring[1]
         return Frame(span, rail["width"], height, reach, 0.5 * across, across, held["breadth"], 2)
 
     def moving(self) -> Iterator[Body]:
@@ -305,12 +306,16 @@ class CoboticBuilding(Building):
             return
         axle: Bearing = geometry.axle_bearing
         yield self._wheel()
-        yield Body("axle bearings", 2.0 * axle.weight, _kind(axle), axle.name, True)
+        count, many = element.wheels, self._many
+        yield Body("axle bearings", 2.0 * count * axle.weight, _kind(axle), many(axle.name, 2), True)
         yield self._ring()
         yield self._bell_bearing()
         energy = 0.5 * element.preload * self.structure.spring_deflection
-        yield Body("preload spring", self._wire(energy), "derived", "wire for the energy stored", True)
-        yield self.carriage(element.preload)
+        wire = count * self._wire(energy)
+        yield Body("preload spring", wire, "derived", many("wire for the energy stored"), True)
+        if count > 1:
+            yield self._closing()
+        yield self.carriage(self.carried)
 
     def _wheel(self) -> Body:
         """Wheel and axle."""
@@ -323,15 +328,54 @@ class CoboticBuilding(Building):
         words = f"{_mm(2.0 * element.wheel_radius)} x {_mm(geometry.wheel_width)}, and its axle"
         if density is None:
             words = "density of transmission.geometry.wheel_material is missing"
-        return self.body("wheel", None if density is None else density * (solid + rod), words, moving=True)
+        mass = None if density is None else element.wheels * density * (solid + rod)
+        return self.body("wheel", mass, words if density is None else self._many(words), moving=True)
 
     def _ring(self) -> Body:
         """The bell itself."""
         metal, bell = self.metal, self.bell()
-        mass = None if metal.density is None else metal.density * bell.volume
-        return self.body(
-            "bell", mass, f"ring of {_mm(2.0 * bell.outer)}, {_mm(bell.drop + bell.rise)} high", moving=True
-        )
+        mass = None if metal.density is None else self.drive.transmission.wheels * metal.density * bell.volume
+        words = self._many(f"ring of {_mm(2.0 * bell.outer)}, {_mm(bell.drop + bell.rise)} high")
+        return self.body("bell", mass, words, moving=True)
+
+    def _many(self, words: str, each: int = 1) -> str:
+        """Words for what each of several wheels has."""
+        count = self.drive.transmission.wheels
+        return words if count == 1 else f"{each * count} x {words}"
+
+    @property
+    def carried(self) -> Array:
+        """On rail, carriage and cylinder bearings: the preload, or the link's force where wheels hold each other. [N]"""
+        element = self.drive.transmission
+        return element.preload if element.wheels == 1 else given(self.service.force, 0.0)
+
+    def ring(self) -> tuple[Array, Array, Array] | None:
+        """Mean radius, thickness and width of the ring that holds several wheels; None where not known. [m] each
+
+        Source: `infinivar.parts.structure.bodies.ring_thickness`; it passes the outer faces of the bells.
+        """
+        element, metal, bell = self.drive.transmission, self.metal, self.bell()
+        if element.wheels == 1 or metal.yield_strength is None:
+            return None
+        strength = metal.yield_strength / self.structure.strength_margin
+        outside, _ = self.bell_bearing_sizes()
+        radius = element.cylinder_radius + element.wheel_radius + bell.rise
+        thick = bodies.ring_thickness(element.preload, radius, element.wheels, outside, strength)
+        xp = namespace(thick)
+        # Its inner face rests on the bells.
+        thick = xp.maximum(xp.asarray(thick), xp.asarray(self.structure.least_wall))
+        return radius + 0.5 * thick, thick, outside
+
+    def _closing(self) -> Body:
+        """Ring that closes the path of the preloads around the cylinder."""
+        ring, density = self.ring(), self.metal.density
+        if ring is None or density is None:
+            missing = "density and yield strength of structure.material are missing"
+            return self.body("carriage ring", None, missing, key="ring", moving=True)
+        radius, thick, width = ring
+        volume = bodies.ring_volume(radius - 0.5 * thick, thick, width)
+        words = f"ring of {_mm(2.0 * radius)}, {_mm(thick)} thick, {_mm(width)} wide"
+        return self.body("carriage ring", density * volume, words, key="ring", moving=True)
 
     @property
     def inertia(self) -> Array | None:
@@ -341,6 +385,7 @@ class CoboticBuilding(Building):
         if wheel is None or ring is None:
             return None
         # The axle is a small part of what it carries, and counts as if it were the wheel.
+        wheel, ring = wheel / (count := self.drive.transmission.wheels), ring / count  # masses are of all
         wheel = wheel * (0.25 * bell.wheel_radius**2 + bell.wheel_width**2 / 12.0)
         return ring * bell.second_moment / bell.volume + wheel + 0.5 * axle.weight * bell.span**2
 
@@ -361,7 +406,7 @@ class CoboticBuilding(Building):
             material=material,
         )
         patch = (contact.patch.a * contact.patch.b) ** 0.5
-        wall = thinnest(tube, element.preload, patch, self.structure.strength_margin)
+        wall = thinnest(tube, element.preload, patch, self.structure.strength_margin, element.wheels)
         xp = namespace(wall)
         wall = xp.minimum(xp.maximum(wall, xp.asarray(self.structure.least_wall)), THICKEST * element.cylinder_radius)
         if wall.ndim == 0 and math.isnan(wall):
@@ -403,12 +448,13 @@ class CoboticBuilding(Building):
         )
 
     def _bell_bearing(self) -> Body:
+        count = self.drive.transmission.wheels
         own = None if self.drive.steering is None else self.drive.steering.bell_bearing
         if own is not None:
-            return Body("bell bearing", own.weight, _kind(own), own.name, True)
+            return Body("bell bearing", count * own.weight, _kind(own), self._many(own.name), True)
         outside, thickness = self.bell_bearing_sizes()
-        mass = ring_mass(outside - 2.0 * _SECTION, outside, thickness)
-        return Body("bell bearing", mass, "derived", "thin, around the bell", True)
+        mass = count * ring_mass(outside - 2.0 * _SECTION, outside, thickness)
+        return Body("bell bearing", mass, "derived", self._many("thin, around the bell"), True)
 
     def bell_bearing_sizes(self) -> tuple[Array, Array]:
         """Outside diameter and width of the bearing around the bell, as stated or of a thin one. [m], [m]"""
@@ -452,7 +498,7 @@ class GearedBuilding(Building):
         if bearing is not None:
             along = stage.title == "screw"  # one of its bearings takes the thrust
             yield _load(f"{stage.title} bearing", bearing, 0.0 if along else 0.5 * self.pull, force if along else 0.0)
-        yield self.carried(force)
+        yield self.on_rail(force)
 
     @property
     def belted(self) -> bool:

@@ -34,7 +34,7 @@ from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway
 from infinivar.parts.motor import Motor
-from infinivar.parts.shaft_bearings import CylinderBearings, WheelLoad
+from infinivar.parts.shaft_bearings import CylinderBearings, WheelLoad, spread
 from infinivar.parts.structure.structure import Structure
 from infinivar.transmission import turning as turning_contact
 from infinivar.transmission.rates import Varying, steering_rates
@@ -134,7 +134,13 @@ class CoboticDrive(TurnedCylinder):
             allowed = "0 with cylinder_bearings.backing_rollers, which carry the preload; state guideway.friction"
             require(follows == 0.0, "guideway.coefficient", follows, allowed)
         check_stated(self)
-        rail, preload = getattr(self.guideway, "rail", None), self.transmission.preload
+        if self.cylinder_bearings is not None and self.transmission.wheels > 1:
+            rollers, allowed = (
+                self.cylinder_bearings.backing_rollers,
+                "0 with transmission.wheels > 1, which hold each other",
+            )
+            require(rollers == 0, "cylinder_bearings.backing_rollers", rollers, allowed)
+        rail, preload = getattr(self.guideway, "rail", None), self.transmission.unbalanced_preload
         if rail is not None and isinstance(preload, float) and isinstance(rail.static_rating, float):
             allowed = f">= transmission.preload, {preload:g} N, which the carriage carries"
             rated = f"{rail.static_rating:g} N"
@@ -143,6 +149,8 @@ class CoboticDrive(TurnedCylinder):
             return
         if self.steering.bell_inertia is None and self.transmission.geometry is not None:
             object.__setattr__(self, "steering", replace(self.steering, derived_inertia=bell_inertia(self)))
+        if self.steering.bells != self.transmission.wheels:
+            object.__setattr__(self, "steering", replace(self.steering, bells=self.transmission.wheels))
         measured, derived = self.steering.patch_half_length is not None, self.transmission.geometry is not None
         if measured and derived:
             raise ParameterError("steering.patch_half_length and transmission.geometry exclude each other")
@@ -223,7 +231,7 @@ class CoboticDrive(TurnedCylinder):
         speed, force, position = finite_floats(xp, speed=speed, force=force, position=position)
         load = chain.steady(self.output.chain, position=position, speed=speed, force=force, axis=self.axis)
         speed, force = load.speed, load.force
-        drag, guide_loss = self.guideway.operate(force=force, speed=speed, preload=self.transmission.preload)
+        drag, guide_loss = self.guideway.operate(force=force, speed=speed, preload=self.transmission.unbalanced_preload)
         element = self.transmission.deliver(
             cylinder_speed=self.cylinder_speed, link_speed=speed, link_force=force + drag
         )
@@ -289,9 +297,9 @@ class CoboticDrive(TurnedCylinder):
             radius=self.transmission.cylinder_radius,
             position=0.0 if position is None else position,
         )
-        return (
-            [wheel] if legs == 1 else [wheel._replace(azimuth=angle) for angle in self.cylinder_bearings.around(legs)]
-        )
+        if legs == 1:
+            return spread(wheel, self.transmission.wheels)
+        return [wheel._replace(azimuth=angle) for angle in self.cylinder_bearings.around(legs)]
 
     def supported(self, torque: Array, force: Array, position: Array | None) -> dict[Limit, Array]:
         """Demand over allowance of the cylinder's bearings, if they are a part; arguments as for `turned`. [-]"""
@@ -333,7 +341,9 @@ class CoboticDrive(TurnedCylinder):
         """Force that the transmission applies to the link to follow its course, and the loss in the guideway."""
         course = load.course
         driving = course.driving_force(load.mass + needed(self.mass_of_link, "link_mass"))
-        drag, loss = self.guideway.operate(force=driving.value, speed=course.heading, preload=self.transmission.preload)
+        drag, loss = self.guideway.operate(
+            force=driving.value, speed=course.heading, preload=self.transmission.unbalanced_preload
+        )
         return Varying(driving.value + drag, driving.rate, driving.curvature), loss
 
     def coast(self, course: Course, *, period: Array, load_mass: Array = 0.0) -> Varying:

@@ -128,6 +128,33 @@ def _layout(found: Iterator[Solid | str]) -> Layout:
     )
 
 
+def _around(made: CoboticBuilding, solids: Iterator[Solid]) -> Iterator[Solid]:
+    """Solids of the first of several wheels, and those of the others, turned about the cylinder's axis.
+
+    What is round and stays so is exact at half a turn; else it is the box around the box turned.
+    """
+    count = made.drive.transmission.wheels
+    for one in solids:
+        yield one
+        for place in range(1, count):
+            if 2 * place == count:
+                (low, high), (left, right) = one.z, one.y
+                yield one._replace(y=(-right, -left), z=(-high, -low))
+                continue
+            angle = 2.0 * math.pi * place / count
+            cosine, sine = math.cos(angle), math.sin(angle)
+            (left, right), (low, high) = one.y, one.z
+            wide = abs(cosine) * (right - left) + abs(sine) * (high - low)
+            tall = abs(sine) * (right - left) + abs(cosine) * (high - low)
+            y, z = 0.5 * (left + right), 0.5 * (low + high)
+            turned = _about(y * cosine - z * sine, wide), _about(y * sine + z * cosine, tall)
+            yield Solid(one.body, "box", one.x, *turned)
+    ring = made.ring()
+    if ring is not None:
+        middle, thickness, width = ring
+        yield _round("carriage ring", "x", _about(0.0, width), 2.0 * middle + thickness)
+
+
 def _about(centre: Array, size: Array) -> Range:
     return centre - 0.5 * size, centre + 0.5 * size
 
@@ -183,7 +210,7 @@ def _cobotic(made: CoboticBuilding) -> Iterator[Solid | str]:
     if geometry is None or tube is None or frame is None:
         yield "cylinder, wheel and frame (their masses are not known)"
         return
-    bell, axle, held, rail = made.bell(), geometry.axle_bearing, made.held, made.rail(element.preload)
+    bell, axle, held, rail = made.bell(), geometry.axle_bearing, made.held, made.rail(made.carried)
     radius, wheel, half = element.cylinder_radius, element.wheel_radius, 0.5 * frame.length
     high = radius + wheel
     yield _round("cylinder", "x", _about(0.0, tube.length + 2.0 * tube.end_plate), 2.0 * radius)
@@ -191,12 +218,17 @@ def _cobotic(made: CoboticBuilding) -> Iterator[Solid | str]:
         place = _about(end, held["breadth"])
         yield _round("cylinder bearings", "x", place, held["outside_diameter"])
         yield Solid("frame", "box", place, _about(0.0, frame.across), (-frame.beyond, frame.reach))
-    yield _round("wheel", "x", _about(0.0, geometry.wheel_width), 2.0 * wheel, z=high)
-    for end in (-0.5 * bell.span, 0.5 * bell.span):
-        yield _round("axle bearings", "x", _about(end, axle.breadth), axle.outside_diameter, z=high)
-    yield _round("bell", "z", (high - bell.drop, high + bell.rise), 2.0 * bell.outer)
     outside, thickness = made.bell_bearing_sizes()
-    yield _round("bell bearing", "z", _onwards(high + bell.rise, thickness, -1.0), outside)
+    pressed = [
+        _round("wheel", "x", _about(0.0, geometry.wheel_width), 2.0 * wheel, z=high),
+        *(
+            _round("axle bearings", "x", _about(end, axle.breadth), axle.outside_diameter, z=high)
+            for end in (-0.5 * bell.span, 0.5 * bell.span)
+        ),
+        _round("bell", "z", (high - bell.drop, high + bell.rise), 2.0 * bell.outer),
+        _round("bell bearing", "z", _onwards(high + bell.rise, thickness, -1.0), outside),
+    ]
+    yield from _around(made, iter(pressed))
     yield from _guide(made, rail, frame.reach)
     yield Solid(
         "frame", "box", _about(0.0, frame.length), _about(0.0, frame.width), _onwards(frame.reach, frame.height)

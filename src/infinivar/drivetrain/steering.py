@@ -30,7 +30,7 @@ class SteeringPlant:
     bell_inertia: float | None = quantity(
         "kg m^2",
         Gt(0),
-        "Inertia of the bell that carries the wheel, about the steering axis; by default derived from the wheel's geometry",
+        "Inertia of the bell that carries a wheel, about the steering axis; by default derived from the wheel's geometry",
         default=None,
     )
     sliding_friction: float = quantity("1", Gt(0), "Sliding friction mu_s of the contact patch as it turns on the spot")
@@ -49,7 +49,9 @@ class SteeringPlant:
     )
 
     derived_inertia: Array | None = field(default=None, repr=False, compare=False)
-    """Of the bell, where it is not stated; set by the drive, which knows the wheel."""
+    """Of one bell, where it is not stated; set by the drive, which knows the wheel."""
+    bells: int = field(default=1, repr=False, compare=False)
+    """Equal bells that the motor turns; set by the drive, which knows the number of wheels."""
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -67,7 +69,7 @@ class SteeringPlant:
 
     @property
     def inertia_of_bell(self) -> Array:
-        """Inertia of bell and wheel about the steering axis: as stated, else derived. [kg m^2]
+        """Inertia of all bells with their wheels about the steering axes: as stated for one, else derived. [kg m^2]
 
         Raises
         ------
@@ -76,10 +78,10 @@ class SteeringPlant:
 
         Source: `infinivar.drivetrain.masses.bell_inertia`.
         """
-        return needed(given(self.bell_inertia, self.derived_inertia), "steering.bell_inertia")
+        return self.bells * needed(given(self.bell_inertia, self.derived_inertia), "steering.bell_inertia")
 
     def friction_torques(self, transmission: RotaryLinearIVT) -> dict[str, Array]:
-        """Friction torques that resist steering on the spot: contact patch and bell bearing.
+        """Friction torques that resist steering on the spot: contact patch and bell bearing, of all wheels.
 
         Parameters
         ----------
@@ -107,7 +109,7 @@ class SteeringPlant:
             turning = spin.line_moment(preload, self.patch_half_length, self.sliding_friction)
         measured = given(self.bell_friction, 0.0) * preload
         bell = measured if self.bell_bearing is None else self.bell_bearing.starting_moment(0.0, preload)
-        return {"patch": turning, "bell": bell}
+        return {"patch": transmission.wheels * turning, "bell": transmission.wheels * bell}
 
     def coulomb_torque(self, transmission: RotaryLinearIVT) -> Array:
         """Friction torque at the bell that does not depend on speed: a patch that rolls as it turns has none. [N m]"""

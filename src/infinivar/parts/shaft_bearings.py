@@ -47,6 +47,14 @@ class WheelLoad(NamedTuple):
     """Around the cylinder. [rad]"""
 
 
+def spread(load: WheelLoad, wheels: int) -> list[WheelLoad]:
+    """Equal wheels evenly around the cylinder that share torque and force of a load; the preload is of each."""
+    if wheels == 1:
+        return [load]
+    shared = load._replace(torque=load.torque / wheels, force=load.force / wheels)
+    return [shared._replace(azimuth=load.azimuth + 2.0 * math.pi * place / wheels) for place in range(wheels)]
+
+
 class Reactions(NamedTuple):
     """Sizes of the forces on two bearings; >= 0. [N]"""
 

@@ -72,6 +72,13 @@ class LossGroups(NamedTuple):
             return self
         return self._replace(creep_stiffness=self.creep_stiffness / self.compliance(share)[0])
 
+    def shared(self, wheels: int) -> LossGroups:
+        """Of several equal wheels that share a force: sums of forces, stiffnesses and torques; H and K do not change."""
+        if wheels == 1:
+            return self
+        sums = ("slip_force", "creep_stiffness", "rolling_torque", "bearing_torque")
+        return self._replace(**{name: wheels * getattr(self, name) for name in sums})
+
     def slip_creepage(self, law: CreepLaw) -> Array:
         """Scaled creepage at the slip limit: where the creep law saturates, or full slip by exact theory if lower. [-]"""
         full, saturated = self.full_slip, self.formulas(law).slip_creepage

@@ -113,6 +113,9 @@ class Legs:
         whole = isinstance(self.count, int) and not isinstance(self.count, bool) and self.count >= 1
         require(whole, "count", repr(self.count), "a whole number of legs, 1 or more")
         require(
+            self.transmission.wheels == 1, "transmission.wheels", self.transmission.wheels, "1 in a machine of legs"
+        )
+        require(
             np.ndim(self.transmission.cylinder_radius) == 0,
             "transmission.cylinder_radius",
             "an array",

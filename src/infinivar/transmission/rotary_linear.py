@@ -31,7 +31,7 @@ from infinivar._core.fields import check, component, quantity
 from infinivar._core.labels import labelled
 from infinivar.contact import creep
 from infinivar.contact.creep import CreepLaw
-from infinivar.errors import AuditError, ParameterError
+from infinivar.errors import AuditError, ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.structure.tube import Tube, tube_of_cylinder
 from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact, plain
@@ -63,6 +63,9 @@ _ROUNDING = 2e-15
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RotaryLinearIVT:
     """Steered wheel on a cylinder: the paper's infinitely variable transmission.
+
+    With several `wheels`, preload, friction, geometry and measured values are of one. Forces, torques and losses are of all,
+    and so are `groups` and `slip_force`; `wheel`, `contact` and `utilisation` are of one.
 
     Raises
     ------
@@ -97,6 +100,9 @@ class RotaryLinearIVT:
     )
     cylinder_length: float | None = quantity("m", Gt(0), "Length of the tube between its end plates", default=None)
     cylinder_end_plate: float = quantity("m", Ge(0), "Thickness of each end plate of the tube", default=0.0)
+    wheels: int = component(
+        "Equal wheels evenly around the cylinder, steered alike, that share the link's force: 1, 2 or 3", default=1
+    )
     creep_law: CreepLaw = component(CREEP_LAW, default=None)
     steering_model: SteeringModel | None = component(STEERING_MODEL, default=None)
     tube: Tube | None = field(init=False, repr=False, compare=False, default=None)
@@ -106,6 +112,8 @@ class RotaryLinearIVT:
     def __post_init__(self) -> None:
         """Validate the fields and compute the static contact."""
         check(self)
+        whole = isinstance(self.wheels, int) and not isinstance(self.wheels, bool) and 1 <= self.wheels <= 3
+        require(whole, "wheels", repr(self.wheels), "1, 2 (at 180 degrees) or 3 (at 120 degrees)")
         shared = {name: getattr(self, name) for name in _OF_CONTACT}
         wheel = RollingContact(surface="cylinder", surface_radius=self.cylinder_radius, **shared)
         object.__setattr__(self, "wheel", wheel)
@@ -120,7 +128,7 @@ class RotaryLinearIVT:
         object.__setattr__(self, "tube", tube)
         if tube is not None and wheel.contact is not None and tube.material.yield_strength is not None:
             patch = wheel.contact.patch
-            demand = tube.demand(self.preload, (patch.a * patch.b) ** 0.5)
+            demand = tube.demand(self.preload, (patch.a * patch.b) ** 0.5, self.wheels)
             object.__setattr__(self, "_of_wall", {Limit.WALL: plain(demand)})
 
     @property
@@ -135,8 +143,13 @@ class RotaryLinearIVT:
 
     @property
     def slip_force(self) -> float:
-        """Slip limit of the lateral force, mu P, with the friction limit at rest. [N]"""
-        return self.wheel.slip_force
+        """Slip limit of the lateral force of all wheels, n mu P, with the friction limit at rest. [N]"""
+        return self.wheels * self.wheel.slip_force
+
+    @property
+    def unbalanced_preload(self) -> Array:
+        """Sum of the preloads as vectors, which guideway and frame carry: 0 with several wheels. [N]"""
+        return self.preload if self.wheels == 1 else 0.0 * self.preload
 
     def friction_limit(self, cylinder_speed: Array) -> Array:
         """mu at a cylinder speed [rad/s], where the geometry has a limit that falls with speed; otherwise that at rest. [-]"""
@@ -160,17 +173,17 @@ class RotaryLinearIVT:
 
         Returns
         -------
-        LossGroups   Slip force, creep stiffness, torques, and the groups H and K derived from them.
+        LossGroups   Slip force, creep stiffness and torques of all wheels, and the groups H and K derived from them.
         """
         if self.geometry is None:
-            return self.wheel.groups(0.0)
+            return self.wheel.groups(0.0).shared(self.wheels)
         if not isinstance(cylinder_speed, (int, float)):
             cylinder_speed = as_floats(namespace(self.wheel, self.steering_range, cylinder_speed), cylinder_speed)[0]
-        return self.wheel.groups(self.cylinder_radius * cylinder_speed)
+        return self.wheel.groups(self.cylinder_radius * cylinder_speed).shared(self.wheels)
 
     @property
     def mechanism(self) -> Mechanism:
-        """The same machine as a kinematic map over its contact, with coordinates "link" and "cylinder".
+        """The same machine as a kinematic map over its contacts, with coordinates "link" and "cylinder".
 
         The carrier moves at ``V = (ldot, -R omega)`` and the wheel heads along ``(sin(phi), cos(phi))``, so that it
         applies ``fl`` on the link and ``-tau`` on the cylinder coordinate: on the plant, which turns it.
@@ -186,8 +199,8 @@ class RotaryLinearIVT:
         nothing = 0.0 * radius
         return Mechanism(
             contacts=self.wheel,
-            jacobian=xp.asarray([[[1.0, nothing], [nothing, -radius]]], dtype=xp.float64),
-            surface=xp.asarray([[nothing, radius]], dtype=xp.float64),
+            jacobian=xp.asarray([[[1.0, nothing], [nothing, -radius]]] * self.wheels, dtype=xp.float64),
+            surface=xp.asarray([[nothing, radius]] * self.wheels, dtype=xp.float64),
             coordinates=("link", "cylinder"),
         )
 

@@ -14,7 +14,7 @@ from infinivar.bondgraph.graph import Element, Parameter, Signal
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.graphs import pieces
-from infinivar.parts.shaft_bearings import ROLLERS, CylinderBearings, WheelLoad
+from infinivar.parts.shaft_bearings import ROLLERS, CylinderBearings, WheelLoad, spread
 
 SIGNALS = ("f_u", "f_r", "phi", "l")
 """Of one leg: forces of the contact across and along the rolling direction, steering angle, position of the link."""
@@ -36,12 +36,12 @@ def under_wheel(drive: CoboticDrive, stick_speed: float) -> Support:
     stick = _stick(drive, stick_speed)
     rollers = _rollers(drive, stick)
     if not bearings.depends_on_load:
-        still = WheelLoad(element.preload, 0.0, 0.0, element.cylinder_radius)
+        still = spread(WheelLoad(element.preload, 0.0, 0.0, element.cylinder_radius), element.wheels)
         made = pieces.friction(
-            "bearings", "T_{cb}", float(bearings.moment([still], drive.cylinder_speed)), "N m", stick, bearings.title
+            "bearings", "T_{cb}", float(bearings.moment(still, drive.cylinder_speed)), "N m", stick, bearings.title
         )
         return _on_cylinder((made, rollers), ())
-    law = functools.partial(_friction, bearings, abs(float(drive.cylinder_speed)))
+    law = functools.partial(_friction, bearings, abs(float(drive.cylinder_speed)), element.wheels)
     parameters = {
         "preload": Parameter("P", float(element.preload), "N"),
         "radius": Parameter("R", float(element.cylinder_radius), "m"),
@@ -60,8 +60,8 @@ def under_preload(drive: CoboticDrive, stick_speed: float) -> tuple[list[Element
     if drive.cylinder_bearings is None:
         return [], []
     element, stick = drive.transmission, _stick(drive, stick_speed)
-    still = WheelLoad(element.preload, 0.0, 0.0, element.cylinder_radius)
-    size = float(drive.cylinder_bearings.moment([still], drive.cylinder_speed))
+    still = spread(WheelLoad(element.preload, 0.0, 0.0, element.cylinder_radius), element.wheels)
+    size = float(drive.cylinder_bearings.moment(still, drive.cylinder_speed))
     rubbing = pieces.friction("bearings", "T_{cb}", size, "N m", stick, drive.cylinder_bearings.title)
     return pieces.attach(cylinder=(rubbing, _rollers(drive, stick)))
 
@@ -87,6 +87,7 @@ def _rollers(drive: CoboticDrive, stick: Parameter) -> Element | None:
 def _friction(
     bearings: CylinderBearings,
     speed: float,
+    wheels: int,
     turning: Array,
     lateral: Array,
     tractive: Array,
@@ -96,7 +97,7 @@ def _friction(
     radius: Array,
     stick_speed: Array,
 ) -> Array:
-    """Friction torque under one wheel, from the forces of its contact; balances: faulring2006, Eq 5 and Eq 6."""
+    """Friction torque under the wheels, from the forces of all contacts; balances: faulring2006, Eq 5 and Eq 6."""
     xp = namespace(turning, lateral)
     cosine, sine = xp.cos(phi), xp.sin(phi)
     wheel = WheelLoad(
@@ -106,4 +107,4 @@ def _friction(
         radius=radius,
         position=position,
     )
-    return coulomb(turning, bearings.moment([wheel], speed), stick_speed)
+    return coulomb(turning, bearings.moment(spread(wheel, wheels), speed), stick_speed)

@@ -221,7 +221,7 @@ def link_plant(drive: CoboticDrive, *, stick_speed: float = STICK_SPEED) -> Bond
     """
     mass = needed(drive.mass_of_link, "link_mass")
     stick = Parameter(r"v_{\varepsilon}", stick_speed, "m/s")
-    drag = drive.guideway.friction_force(drive.transmission.preload)
+    drag = drive.guideway.friction_force(drive.transmission.unbalanced_preload)
     attached, chains = pieces.attach(link=(pieces.friction("guideway", r"f_{lg}", drag, "N", stick),))
     return BondGraph(
         "Link plant",

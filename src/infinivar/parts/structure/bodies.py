@@ -146,6 +146,38 @@ def bar_height(
     return xp.maximum(stiff ** (1.0 / 3.0), strong**0.5)
 
 
+def ring_moments(load: Array, radius: Array, count: int) -> tuple[Array, Array]:
+    r"""Largest bending moment, and the tension with it, in a ring under equal radial loads from inside, evenly around.
+
+    .. math:: M = \frac{P R}{2}\left(\frac{1}{\theta} - \cot\theta\right), \qquad
+        N = \frac{P}{2}\cot\theta, \qquad \theta = \frac{\pi}{n}
+
+    Parameters
+    ----------
+    load, radius : (...,) float   P of each, and R of the mean line. [N], [m]
+    count : int                   n, 2 or more.
+
+    Returns
+    -------
+    moment, tension : (...,) float   At each load. [N m], [N]
+
+    Source: young2002, Table 9.2, equal radial loads evenly around, for a thin ring.
+    """
+    half = math.pi / count
+    slope = 1.0 / math.tan(half) if count > 2 else 0.0  # rounding leaves 6e-17 of a right angle
+    return 0.5 * load * radius * (1.0 / half - slope), 0.5 * load * slope
+
+
+def ring_thickness(load: Array, radius: Array, count: int, width: Array, strength: Array) -> Array:
+    r"""Radial thickness of a ring of a width [m] whose stress ``6 M/(w t^2) + N/(w t)`` reaches a strength [Pa]. [m]
+
+    Other parameters and source as of `ring_moments`.
+    """
+    moment, tension = ring_moments(load, radius, count)
+    share = 0.5 * tension / (width * strength)
+    return share + (share**2 + 6.0 * moment / (width * strength)) ** 0.5
+
+
 def wire_mass(energy: Array, strength: Array, modulus: Array, density: Array, *, bent: bool = False) -> Array:
     r"""Mass of the active wire of a helical spring that stores an energy: the lightest of round wire.
 

@@ -63,8 +63,8 @@ class Structure:
         "1", _FACTOR, "Length over diameter of motors and gearheads of which neither is stated", default=1.7
     )
     cylinder_mass: float | None = quantity("kg", Gt(0), f"Cylinder. {_WEIGHED}", default=None)
-    wheel_mass: float | None = quantity("kg", Gt(0), f"Wheel and axle. {_WEIGHED}", default=None)
-    bell_mass: float | None = quantity("kg", Gt(0), f"Bell. {_WEIGHED}", default=None)
+    wheel_mass: float | None = quantity("kg", Gt(0), f"All wheels and axles. {_WEIGHED}", default=None)
+    bell_mass: float | None = quantity("kg", Gt(0), f"All bells. {_WEIGHED}", default=None)
     stage_mass: float | None = quantity(
         "kg", Gt(0), f"Pulleys and cable, belt, screw or rack. {_WEIGHED}", default=None
     )
@@ -72,6 +72,9 @@ class Structure:
         "kg", Gt(0), f"Bearings of cylinder or output stage. {_WEIGHED}", default=None
     )
     carriage_mass: float | None = quantity("kg", Gt(0), f"Carriage of the guideway. {_WEIGHED}", default=None)
+    ring_mass: float | None = quantity(
+        "kg", Gt(0), f"Ring of the carriage that holds several wheels. {_WEIGHED}", default=None
+    )
     rail_mass: float | None = quantity("kg", Gt(0), f"Rail of the guideway. {_WEIGHED}", default=None)
     springs_mass: float | None = quantity("kg", Gt(0), f"Springs. {_WEIGHED}", default=None)
     linkage_mass: float | None = quantity("kg", Gt(0), f"Linkage. {_WEIGHED}", default=None)

@@ -94,12 +94,12 @@ class Tube:
         """Largest tensile stress at the inside of the wall under the same forces on areas of a radius [m], over one. [Pa/N]"""
         return shells.tension(self.shell, place, area, count)
 
-    def demand(self, preload: Array, area: Array) -> Array:
+    def demand(self, preload: Array, area: Array, count: int = 1) -> Array:
         """Tension under a wheel half way along over the yield strength, which must be known; inf where the wall does not fit. [-]
 
-        Parameters as of `tension`, and the force of the wheel. [N]
+        Parameters as of `tension`, and the force of each wheel. [N]
         """
-        stretched = preload * self.tension(0.5 * self.length, area) / self.material.yield_strength
+        stretched = preload * self.tension(0.5 * self.length, area, count) / self.material.yield_strength
         xp, share = namespace(stretched, self.radius, self.wall), self.wall / self.radius
         # Of many designs some may have a wall that does not fit their radius.
         return xp.where(xp.asarray((share >= THINNEST) & (share <= THICKEST)), stretched, xp.inf)
@@ -114,13 +114,13 @@ class Tube:
         return beams.critical_speed(self.section, self.length, ends, material.youngs_modulus, material.density)
 
 
-def thinnest(tube: Tube, preload: Array, area: Array, margin: Array) -> Array:
+def thinnest(tube: Tube, preload: Array, area: Array, margin: Array, count: int = 1) -> Array:
     """Least wall of a tube that carries a wheel half way along.
 
     Parameters
     ----------
     tube : Tube                     Its wall does not matter; the yield strength of its material must be known.
-    preload, area : (...,) float    As of `Tube.demand`. [N], [m]
+    preload, area, count            As of `Tube.demand`. [N], [m]
     margin : (...,) float           Wanted yield strength over tension, > 0. [-]
 
     Returns
@@ -136,7 +136,7 @@ def thinnest(tube: Tube, preload: Array, area: Array, margin: Array) -> Array:
     low, high = (np.broadcast_to(np.log(share * radius), shape) for share in (THINNEST, THICKEST))
 
     def excess(logarithm: np.ndarray) -> np.ndarray:
-        return np.log(force * replace(tube, wall=np.exp(logarithm)).tension(0.5 * tube.length, area))
+        return np.log(force * replace(tube, wall=np.exp(logarithm)).tension(0.5 * tube.length, area, count))
 
     # A wall as thick as a plate needs under a force on a small area, give or take a factor.
     before = np.clip(np.log(np.sqrt(np.broadcast_to(force, shape))), low, high - 0.2)

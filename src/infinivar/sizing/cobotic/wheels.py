@@ -89,7 +89,7 @@ class Shaft(NamedTuple):
 
     def steer(self, plant: SteeringPlant) -> MotorSide:
         """Operation of a steering plant."""
-        plant = replace(plant, bell_inertia=None, derived_inertia=self.bell_inertia)
+        plant = replace(plant, bell_inertia=None, derived_inertia=self.bell_inertia, bells=1)  # of all bells
         return plant.turn(
             {"patch": self.patch, "bell": self.bell},
             rate=self.rate,
@@ -571,7 +571,9 @@ def _life(drive: CoboticDrive, rolling_loss: np.ndarray, life: float) -> np.ndar
     assert element.geometry is not None
     groups, share = element.groups(drive.cylinder_speed), element.geometry.lateral_share
     turning = np.ravel(rolling_loss) / np.ravel(groups.rolling_torque)
-    reached = element.geometry.axle.life(element.preload, share * groups.slip_force, element.wheel_radius)
+    reached = element.geometry.axle.life(
+        element.preload, share * groups.slip_force / element.wheels, element.wheel_radius
+    )
     return (turning * life / (2.0 * math.pi) / np.ravel(reached)) ** (1.0 / 3.0)
 
 

@@ -110,7 +110,7 @@ def rolling_states(place: Place) -> list[RollingState]:
 def element_point(drive: CoboticDrive, speed: float, force: float) -> OperatingPoint:
     """The wheel and cylinder of a drive at a speed and force of its load, as its `operate` has them."""
     load = chain.steady(drive.output.chain, position=0.0, speed=speed, force=force, axis=drive.axis)
-    preload = drive.transmission.preload
+    preload = drive.transmission.unbalanced_preload
     drag, _ = drive.guideway.operate(force=load.force, speed=load.speed, preload=preload)
     return drive.transmission.deliver(
         cylinder_speed=drive.cylinder_speed, link_speed=load.speed, link_force=load.force + drag
@@ -122,7 +122,7 @@ def _of_wheel(drive: CoboticDrive, point: OperatingPoint, name: str) -> RollingS
     element = drive.transmission
     tangent = float(point.steering_tangent)
     sine_squared = tangent * tangent / (1.0 + tangent * tangent)
-    groups = element.groups(drive.cylinder_speed)
+    groups = element.wheel.groups(element.cylinder_radius * drive.cylinder_speed)
     pressed = element.contact
     if math.isfinite(tangent):
         groups = groups.steered(sine_squared)
@@ -137,7 +137,7 @@ def _of_wheel(drive: CoboticDrive, point: OperatingPoint, name: str) -> RollingS
         name=name,
         law=element.creep_law,
         groups=groups,
-        lateral_force=float(point.lateral_force),
+        lateral_force=float(point.lateral_force) / element.wheels,
         creepage=creep_ratio(point.creep_speed, point.rolling_speed),
         slip_demand=float(point.utilisation[Limit.SLIP]),
         contact=pressed,
