@@ -109,7 +109,7 @@ class SteeringPlant:
             turning = spin.line_moment(preload, self.patch_half_length, self.sliding_friction)
         measured = given(self.bell_friction, 0.0) * preload
         bell = measured if self.bell_bearing is None else self.bell_bearing.starting_moment(0.0, preload)
-        return {"patch": transmission.wheels * turning, "bell": transmission.wheels * bell}
+        return {"patch": self.bells * turning, "bell": self.bells * bell}
 
     def coulomb_torque(self, transmission: RotaryLinearIVT) -> Array:
         """Friction torque at the bell that does not depend on speed: a patch that rolls as it turns has none. [N m]"""
