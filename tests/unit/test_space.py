@@ -166,7 +166,7 @@ def test_a_comparison_judges_the_envelope():
     assert not found.able("cobotic")  # more than 2 kg, although its gearhead is not known
     assert found.able("geared")
     assert found.best.name == "geared"
-    assert "Within the envelope, as far as the bodies of Cobotic" in found.verdict
+    assert "Within the envelope: Geared, DCX 32 L." in found.verdict
     heavy = found.masses["cobotic"]
     assert_allclose(heavy.exceeded(found.study.envelope)[Limit.MASS, "mass"], heavy.known / (1.01 * light), rtol=1e-12)
     free = iv.compare(replace(KNEE, envelope=Envelope(mass=100.0)), quick=True)

@@ -225,7 +225,10 @@ def _envelope_words(comparison: Comparison) -> str:
     unknown = [
         one.title
         for name, one in comparison.results.items()
-        if envelope is not None and name in comparison.masses and not comparison.masses[name].known_within(envelope)
+        if envelope is not None
+        and name in comparison.masses
+        and comparison.fits(name)
+        and not comparison.masses[name].known_within(envelope)
     ]
     known = f", as far as the bodies of {joined(unknown)} are known" if unknown else ""
     if len(fitting) == len(comparison.results):

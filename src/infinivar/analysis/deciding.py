@@ -87,7 +87,7 @@ def _structures(study: Study, free: Mapping[str, Judged], fits: Mapping[str, boo
                     )
             if now != fits:
                 judged = {of: one._replace(able=one.able and now[of]) for of, one in free.items()}
-                yield (f"structure: {name.replace('_', ' ')}", "as stated", f"times {by:.3g}"), judged
+                yield (f"structure: {name.replace('_', ' ')}", "as used", f"times {by:.3g}"), judged
 
 
 def _simulated(study: Study, used: Mapping[str, Judged], duty: Mapping[str, DutyComparison]) -> Iterator[Answered]:

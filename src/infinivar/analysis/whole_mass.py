@@ -19,7 +19,7 @@ from infinivar.drivetrain.layout import SIDES, Layout
 from infinivar.drivetrain.service import Service
 from infinivar.limits import Demand
 from infinivar.study.study import Study
-from infinivar.units import show, show_in
+from infinivar.units import show, show_in, times
 
 LEFT_OUT = "mounts, couplings, fasteners, covers, cables, sensors and electronics"
 """What is not counted in any drive."""
@@ -89,7 +89,10 @@ class WholeMass(Frozen):
 
     def within(self, envelope: Envelope | None) -> bool:
         """Whether what is known of the drive is within an envelope, if there is one."""
-        return envelope is None or not self.exceeded(envelope)
+        if envelope is None:
+            return True
+        sized = bool(self.layout.solids) or envelope.sizes == ()
+        return sized and not self.exceeded(envelope)
 
     def exceeded(self, envelope: Envelope) -> dict[Demand, float]:
         """Demands over allowance above 1 of an envelope; of what is known, at least these. [-]"""
@@ -102,6 +105,8 @@ class WholeMass(Frozen):
         beyond = self.exceeded(envelope)
         if beyond:
             return f"{size}; exceeds the envelope: {exceeded_words(beyond)}"
+        if not self.within(envelope):
+            return f"{size}; not known whether within the envelope"
         return f"{size}; within the envelope{'' if self.known_within(envelope) else ', as far as known'}"
 
     @property
@@ -139,8 +144,8 @@ class WholeMass(Frozen):
 
 
 def exceeded_words(beyond: Mapping[Demand, float]) -> str:
-    """Demands on an envelope in words: "length 131 % of what it allows"."""
-    return ", ".join(f"{what} {100.0 * demand:.3g} % of what it allows" for (_, what), demand in beyond.items())
+    """Demands on an envelope in words: "length 1.3 times the allowance"."""
+    return ", ".join(f"{what} {times(demand)} the allowance" for (_, what), demand in beyond.items())
 
 
 def whole_mass(study: Study, drive: str) -> WholeMass | None:

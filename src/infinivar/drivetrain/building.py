@@ -144,7 +144,14 @@ class Building:
 
     def rail_length(self, rail: Mapping[str, Array]) -> Array:
         """Travel, carriage, and room at both ends. [m]"""
-        return given(self.service.travel, math.nan) + rail["carriage_length"] + 2.0 * self.structure.room
+        xp = namespace(rail["carriage_length"], self.guided)
+        guided = xp.maximum(*as_floats(xp, rail["carriage_length"], self.guided))
+        return given(self.service.travel, math.nan) + guided + 2.0 * self.structure.room
+
+    @property
+    def guided(self) -> Array:
+        """Length of what else moves between the ends of the rail. [m]"""
+        return 0.0
 
     def rail(self, load: Array) -> Mapping[str, Any]:
         """Sizes of the rail: as stated for the guideway, else the lightest that carries the load."""
@@ -249,7 +256,7 @@ class CoboticBuilding(Building):
             yield _load(name, axle.bearing, radial, axial)
         steering = drive.steering
         if steering is not None and steering.bell_bearing is not None:
-            yield _load("bell bearing", steering.bell_bearing, 0.0, preload)
+            yield _load("bell bearing", steering.bell_bearing, force / element.wheels, preload)
         stated = None if support is None else support.bearing
         found = [(self.carried, force), (self.carried, 0.0)]
         if support is not None and support.span is not None and self.service.travel is not None:
@@ -291,7 +298,7 @@ class CoboticBuilding(Building):
         if height is None:
             return None
         across = held["outside_diameter"] + 4.0 * structure.least_wall
-        reach = element.cylinder_radius + element.wheel_radius + self.bell().rise + rail["height"]
+        reach = element.cylinder_radius + element.wheel_radius + self.top + rail["height"]
         ring = self.ring()
         reach = reach if ring is None else reach + ring[1]
         return Frame(span, rail["width"], height, reach, 0.5 * across, across, held["breadth"], 2)
@@ -354,12 +361,12 @@ class CoboticBuilding(Building):
 
         Source: `infinivar.parts.structure.bodies.ring_thickness`; it passes the outer faces of the bells.
         """
-        element, metal, bell = self.drive.transmission, self.metal, self.bell()
+        element, metal = self.drive.transmission, self.metal
         if element.wheels == 1 or metal.yield_strength is None:
             return None
         strength = metal.yield_strength / self.structure.strength_margin
         outside, _ = self.bell_bearing_sizes()
-        radius = element.cylinder_radius + element.wheel_radius + bell.rise
+        radius = element.cylinder_radius + element.wheel_radius + self.top
         thick = bodies.ring_thickness(element.preload, radius, element.wheels, outside, strength)
         xp = namespace(thick)
         # Its inner face rests on the bells.
@@ -419,6 +426,12 @@ class CoboticBuilding(Building):
             material=material,
         )
 
+    def lacking(self, tube: Tube | None) -> str:
+        """Why cylinder or frame are not known."""
+        if self.drive.transmission.geometry is None:
+            return _NO_GEOMETRY
+        return "density or yield strength of structure.material is missing" if tube else self._words(tube)
+
     def _words(self, tube: Tube | None) -> str:
         """What the cylinder is, or what is missing."""
         if tube is not None:
@@ -455,6 +468,12 @@ class CoboticBuilding(Building):
         outside, thickness = self.bell_bearing_sizes()
         mass = count * ring_mass(outside - 2.0 * _SECTION, outside, thickness)
         return Body("bell bearing", mass, "derived", self._many("thin, around the bell"), True)
+
+    @property
+    def top(self) -> Array:
+        """From the axis of the wheel to the carriage: a stated bearing stands on the bell, a thin one around it. [m]"""
+        own = None if self.drive.steering is None else self.drive.steering.bell_bearing
+        return self.bell().rise + (0.0 if own is None else own.breadth)
 
     def bell_bearing_sizes(self) -> tuple[Array, Array]:
         """Outside diameter and width of the bearing around the bell, as stated or of a thin one. [m], [m]"""
@@ -520,18 +539,28 @@ class GearedBuilding(Building):
         return _held(None if own is None else own.bearing, 0.5 * self.pull)
 
     @property
+    def guided(self) -> Array:
+        """See `Building.guided`: the nut."""
+        stage = self.drive.stage
+        return self.structure.nut_ratio * stage.diameter if stage.title == "screw" else 0.0
+
+    @property
     def offset(self) -> Array:
         """From the axis of pulley, pinion or screw to the top of the carriage. [m]"""
         stage = self.drive.stage
         if stage.title == "screw":
-            return 0.5 * stage.diameter
+            return stage.diameter  # of the nut, twice as thick
         return stage.travel_per_radian + (self.structure.pulley_width if stage.title == "rack" else 0.0)
 
     def sizes(self) -> Frame | None:
         """See `Building.sizes`; the pull at the axis bends the bar along its whole length."""
         held, rail = self.held, self.rail(given(self.service.force, math.nan))
         reach, across = self.offset + rail["height"], held["outside_diameter"] + 4.0 * self.structure.least_wall
-        length = self.rail_length(rail) + (across if self.belted else 0.0)  # the carriage stops between the plates
+        length = self.rail_length(rail)
+        if self.belted:  # the carriage stops between the plates, and the pulleys do not touch
+            apart = 2.0 * self.drive.stage.travel_per_radian + self.structure.least_wall
+            xp = namespace(length, across, apart)
+            length = xp.maximum(*as_floats(xp, length + across, apart))
         height = self.bar(0.0, self.pull * reach, length, rail["width"])
         if height is None:
             return None
@@ -542,8 +571,8 @@ class GearedBuilding(Building):
         """Pulleys and cable, belt, rack and pinion, or screw and nut."""
         stage, structure, length = self.drive.stage, self.structure, self.rail_length(rail)
         if stage.title == "screw":
-            nut = structure.nut_ratio * stage.diameter
-            thread = beams.Section(0.5 * stage.diameter).area * given(stage.length, length + nut)
+            nut = self.guided
+            thread = beams.Section(0.5 * stage.diameter).area * given(stage.length, length)
             around = beams.Section(stage.diameter, 0.5 * stage.diameter).area * nut
             basis = f"thread of {_mm(stage.diameter)}, and nut"
             return self.body("screw", STEEL_DENSITY * (thread + around), basis, key="stage")

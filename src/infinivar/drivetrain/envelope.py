@@ -36,7 +36,12 @@ class Envelope:
         """Validate the fields."""
         check(self)
         if all(getattr(self, one.name) is None for one in fields(self)):
-            raise ParameterError("envelope is empty: state length, width, height, diameter or mass")
+            raise ParameterError("length is missing: state length, width, height, diameter or mass")
+
+    @property
+    def sizes(self) -> tuple[str, ...]:
+        """Names of the lengths stated."""
+        return tuple(name for name in ("length", "width", "height", "diameter") if getattr(self, name) is not None)
 
     def of(self, drive: Any, service: Service, mass: Array | None = None) -> dict[Demand, Array]:
         """Demand over allowance of a drive, whose values may be arrays of many designs; see `demands`."""

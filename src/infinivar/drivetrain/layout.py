@@ -6,6 +6,7 @@ the load in the middle of its travel. Springs, linkage and what a drive turns ar
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator
 from typing import Any, Literal, NamedTuple
@@ -208,7 +209,7 @@ def _cobotic(made: CoboticBuilding) -> Iterator[Solid | str]:
     if geometry is not None:
         frame = made.sizes()
     if geometry is None or tube is None or frame is None:
-        yield "cylinder, wheel and frame (their masses are not known)"
+        yield f"cylinder, wheel and frame ({made.lacking(tube)})"
         return
     bell, axle, held, rail = made.bell(), geometry.axle_bearing, made.held, made.rail(made.carried)
     radius, wheel, half = element.cylinder_radius, element.wheel_radius, 0.5 * frame.length
@@ -226,7 +227,7 @@ def _cobotic(made: CoboticBuilding) -> Iterator[Solid | str]:
             for end in (-0.5 * bell.span, 0.5 * bell.span)
         ),
         _round("bell", "z", (high - bell.drop, high + bell.rise), 2.0 * bell.outer),
-        _round("bell bearing", "z", _onwards(high + bell.rise, thickness, -1.0), outside),
+        _round("bell bearing", "z", _onwards(high + made.top, thickness, -1.0), outside),
     ]
     yield from _around(made, iter(pressed))
     yield from _guide(made, rail, frame.reach)
@@ -241,8 +242,9 @@ def _cobotic(made: CoboticBuilding) -> Iterator[Solid | str]:
             yield size
             return
         length, diameter = size
-        xp = namespace(outside, rail["width"])
-        beside = 0.5 * xp.maximum(*as_floats(xp, outside, rail["width"])) + 0.5 * diameter
+        xp = namespace(outside, rail["width"], bell.outer)
+        widest = functools.reduce(xp.maximum, as_floats(xp, outside, rail["width"], 2.0 * bell.outer))
+        beside = 0.5 * widest + 0.5 * diameter
         yield _round("steering motor", "z", _onwards(high - bell.drop, length), diameter, y=beside)
 
 
@@ -256,7 +258,7 @@ def _geared(made: GearedBuilding) -> Iterator[Solid | str]:
     if stage.title in ("pulley", "belt", "rack", "screw") and service.travel is not None and service.force is not None:
         frame = made.sizes()
     if frame is None:
-        yield f"{stage.title} and frame (their masses are not known)"
+        yield f"{stage.title} and frame (travel, force or material are not known)"
         return
     rail, held, half = made.rail(service.force), made.held, 0.5 * frame.length
     yield from _guide(made, rail, frame.reach)
@@ -275,7 +277,8 @@ def _geared(made: GearedBuilding) -> Iterator[Solid | str]:
         return
     wide, radius = made.structure.pulley_width, stage.travel_per_radian
     if stage.title == "rack":
-        yield Solid("rack", "box", _about(0.0, frame.length), _about(0.0, wide), _onwards(radius, wide))
+        sweep = _about(0.0, frame.length + service.travel)  # it moves with the carriage
+        yield Solid("rack", "box", sweep, _about(0.0, wide), _onwards(radius, wide))
     shafts = (-half, half) if made.belted else (0.0,)
     xp = namespace(wide, rail["width"])
     room, carriage = as_floats(xp, wide, rail["width"])

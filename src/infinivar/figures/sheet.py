@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from infinivar._core.text import capitalise
@@ -87,19 +87,23 @@ def draw(ax: Axes, numbers: Mapping[str, Any], view: str) -> None:
 
     rows = sorted(numbers[view], key=lambda row: row[0] not in _BEHIND)
     seen: dict[str, tuple[float, float, float, float]] = {}
+    turned: set[str] = set()
     for body, form, left, bottom, width, height in rows:
         looks = {"facecolor": _colour(body), "edgecolor": "black", "linewidth": 0.6, "alpha": 0.85}
         if form == "round":
             ax.add_patch(Ellipse((left + 0.5 * width, bottom + 0.5 * height), width, height, **looks))
         else:
             ax.add_patch(Rectangle((left, bottom), width, height, **looks))
-        if body not in seen or width * height > seen[body][2] * seen[body][3]:
+        if body not in seen or (form == "round" and body not in turned):
             seen[body] = left, bottom, width, height
+        if form == "round":
+            turned.add(body)
     (left, bottom, right, top), gap = _box(rows)
     _dimension(ax, (left, bottom - gap), (right, bottom - gap), right - left)
     _dimension(ax, (left - gap, bottom), (left - gap, top), top - bottom)
     if view == "side":
-        _name(ax, {body: place for body, place in seen.items() if body in _NAMED}, (right, top), gap)
+        named = {body: place for body, place in seen.items() if body in _NAMED}
+        _name(ax, named, turned, (right, top), gap)
     across, up = _frame(rows, view)
     ax.set_xlim(*across)
     ax.set_ylim(*up)
@@ -140,9 +144,13 @@ def _dimension(ax: Axes, start: tuple[float, float], end: tuple[float, float], s
 
 
 def _name(
-    ax: Axes, places: Mapping[str, tuple[float, float, float, float]], corner: tuple[float, float], gap: float
+    ax: Axes,
+    places: Mapping[str, tuple[float, float, float, float]],
+    turned: Collection[str],
+    corner: tuple[float, float],
+    gap: float,
 ) -> None:
-    """Names with width and height in the view, to the right of it, in the order of the heights of the bodies."""
+    """Names to the right, in the order of heights, with width and height or the diameter of what is seen along its axis."""
     right, top = corner
     order = sorted(places, key=lambda body: -(places[body][1] + 0.5 * places[body][3]))
     low = min(bottom for _, bottom, _, _ in places.values())
@@ -150,7 +158,7 @@ def _name(
         left, bottom, width, height = places[body]
         level = top - (top - low) * (place + 0.5) / len(order)
         ax.annotate(
-            f"{body} {plain(width, 3)} x {plain(height, 3)}",
+            f"{body} ⌀ {plain(width, 3)}" if body in turned else f"{body} {plain(width, 3)} x {plain(height, 3)}",
             (left + 0.5 * width, bottom + 0.5 * height),
             (right + 0.8 * gap, level),
             fontsize=7,
@@ -172,6 +180,7 @@ def draw_all(mass: WholeMass, loads: Sequence[Load], title: str) -> Figure:
             max(end - start, 0.55 * sum(b - a for a, b in views)) if not place else end - start
             for place, (start, end) in enumerate(views)
         ]
+        ratios[1] = max(ratios[1], 0.6 * ratios[0])  # for the table below
         made, axes = style.figure(11.0, 7.8, 2, 2, width_ratios=ratios, height_ratios=(1.25, 1.0), squeeze=False)
         size = " x ".join(plain(side, 3) for side in numbers["sizes"].values())
         without = f", without {', '.join(one.partition(' (')[0] for one in numbers['open'])}" if numbers["open"] else ""
@@ -195,7 +204,12 @@ def draw_all(mass: WholeMass, loads: Sequence[Load], title: str) -> Figure:
             axes[1, 1],
             ("body", "mass", "share", "kind"),
             [
-                (body, "not known" if grams is None else f"{plain(grams, 3)} g", plain(100.0 * share, 2) + " %", kind)
+                (
+                    body,
+                    "not known" if grams is None else f"{plain(grams, 3)} g",
+                    "–" if grams is None else plain(100.0 * share, 2) + " %",
+                    kind,
+                )
                 for body, grams, share, kind in numbers["masses"]
             ],
             (0.4, 0.22, 0.16, 0.22),

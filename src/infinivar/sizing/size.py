@@ -149,12 +149,21 @@ def sizing_of(request: StudyRequest, found: Mapping[str, Found]) -> Sizing:
         what_if=what_if(study, aims[0], best_of, missed, request.slip_margin),
         notes=(
             *request.notes,
+            *_without_mass(study, found),
             *not_taken_over(study, best_of),
             *_not_simulated(study, best_of),
             *parts.unread,
             *parts.contradictions(chosen_parts),
         ),
     )
+
+
+def _without_mass(study: Study, found: Mapping[str, Found]) -> Iterator[str]:
+    """How many parts an envelope leaves out of each search, as nothing is known of their size and mass."""
+    for template, each in found.items():
+        number = sum(count for reason, count in each.record.excluded.items() if reason.endswith("mass not stated"))
+        if study.envelope is not None and number:
+            yield f"envelope: {number} candidates like {template} were left out, whose mass is not stated"
 
 
 def _not_simulated(study: Study, best_of: Mapping[str, SizedDrive]) -> Iterator[str]:
