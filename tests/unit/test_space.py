@@ -113,6 +113,45 @@ def test_what_moves_meets_no_plate_or_bar_on_its_way(drive):
                     assert not meet(one, other, shift), (one.body, other)
 
 
+def test_a_nut_passes_between_the_plates_and_under_the_carriage():
+    solids = by_body(STAGES["screw"])
+    nut = max(solids["screw"], key=lambda one: float(one.z[1]))
+    for other in (*solids["frame"], *solids["rail"], *solids["carriage"]):
+        for shift in np.linspace(-0.5, 0.5, 11) * SERVICE.travel:
+            assert other.body == "carriage" or not meet(nut, other, shift)
+    assert nut.z[1] <= solids["carriage"][0].z[0] + 1e-12
+
+
+@pytest.mark.parametrize("drive", [COBOTIC, ANKLE.drives["cobotic"]], ids=["knee", "ankle"])
+def test_what_is_around_a_wheel_does_not_meet(drive):
+    solids = by_body(drive)
+    (motor,), (bell,), (bearing,), (wheel,) = (
+        solids[name] for name in ("steering motor", "bell", "bell bearing", "wheel")
+    )
+    for one, other in ((motor, bell), (motor, wheel), (motor, bearing), (bearing, wheel), (bearing, bell)):
+        assert not meet(one, other, 0.0)
+
+
+def test_a_rack_counts_with_its_sweep():
+    rack = STAGES["rack"].layout(SERVICE)
+    longest = max(float(one.x[1] - one.x[0]) for one in rack.solids if one.body == "frame")
+    assert_allclose(rack.space.length, longest + SERVICE.travel, rtol=1e-12)
+
+
+def test_large_pulleys_do_not_meet():
+    wide = replace(GEARED, pulley=replace(GEARED.pulley, radius=0.1))
+    round_ = [one for one in by_body(wide)["pulley"] if one.form == "y"]
+    assert len(round_) == 2
+    assert not meet(*round_, 0.0)
+
+
+def test_a_drive_of_which_nothing_is_placed_does_not_fit():
+    mass = mass_of(COBOTIC, Service(None, None))
+    assert not mass.within(Envelope(length=100.0))
+    assert "not known whether" in mass.words_on(Envelope(length=100.0))
+    assert mass.within(Envelope(mass=100.0))
+
+
 def test_the_box_holds_every_solid_and_is_no_larger():
     for drive in (COBOTIC, GEARED):
         made = drive.layout(SERVICE)
@@ -166,7 +205,7 @@ def test_a_comparison_judges_the_envelope():
     assert not found.able("cobotic")  # more than 2 kg, although its gearhead is not known
     assert found.able("geared")
     assert found.best.name == "geared"
-    assert "Within the envelope: Geared, DCX 32 L." in found.verdict
+    assert "Within the envelope: Geared, DCX 32 L; best of those" in found.verdict
     heavy = found.masses["cobotic"]
     assert_allclose(heavy.exceeded(found.study.envelope)[Limit.MASS, "mass"], heavy.known / (1.01 * light), rtol=1e-12)
     free = iv.compare(replace(KNEE, envelope=Envelope(mass=100.0)), quick=True)

@@ -186,8 +186,13 @@ def draw_all(mass: WholeMass, loads: Sequence[Load], title: str) -> Figure:
         without = f", without {', '.join(one.partition(' (')[0] for one in numbers['open'])}" if numbers["open"] else ""
         made.suptitle(f"{title}: {size} mm{without}")
         if mass.layout.solids:
-            draw(axes[0, 0], numbers, "side")
-            draw(axes[0, 1], numbers, "front")
+            for ax, view, wide in zip(axes[0], _VIEWS, ratios, strict=True):
+                draw(ax, numbers, view)
+                spare = 0.5 * (wide - sum(end * sign for end, sign in zip(ax.get_xlim(), (-1, 1), strict=True)))
+                ax.set_xlim(ax.get_xlim()[0] - spare, ax.get_xlim()[1] + spare)  # one scale for both
+            low, high = zip(*(ax.get_ylim() for ax in axes[0]), strict=True)
+            for ax in axes[0]:
+                ax.set_ylim(min(low), max(high))
         else:
             axes[0, 0].axis("off")
             axes[0, 1].axis("off")
