@@ -43,7 +43,9 @@ def study_of(study: Study, design: SizedDrive, name: str, scenarios: Mapping[str
     """
     owner = design.template
     kept = tuple(
-        row for row in study.provenance if row.owner in (owner, "requirement", "rig") and not _replaced(design, row)
+        row
+        for row in study.provenance
+        if row.owner in (owner, "requirement", "envelope", "rig") and not _replaced(design, row)
     )
     spreads = tuple(one for one in study.uncertainty.spreads.get(owner, ()) if not _within(design, one.path))
     paths = {one.path for one in spreads}
