@@ -47,9 +47,9 @@ LEAST_TORQUE = {
 }
 """Least continuous torque: of geared drives by the least radius of the pulley, and of cobotic drives. [N m]"""
 WHOLE = {
-    "shipped": (0.231, 0.264, 0.781),
-    "maxon": (0.157, 0.173, 0.692),
-    "faulhaber": (0.217, 0.267, 0.738),
+    "shipped": (0.241, 0.277, 0.821),
+    "maxon": (0.167, 0.185, 0.737),
+    "faulhaber": (0.226, 0.279, 0.780),
 }
 """Mass of the lightest whole drive: geared with pulleys from 1 mm and from 5 mm on, cobotic. [kg]"""
 SLOW_INPUT = {

@@ -8,7 +8,6 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar.analysis import whole_mass
-from infinivar.limits import Limit
 from internals import Service, sheet_figure
 from made import loaded
 
@@ -68,7 +67,7 @@ def test_the_sheet_bounds_the_limit_over_a_motion():
     """Two ways: the largest load at any instant of the motion, and that of the sheet, at the ends of the travel."""
     drive = ANKLE.drives["cobotic"]
     (duty,) = ANKLE.duty.values()
-    demand = iv.duty_cycle(drive, duty, travel=ANKLE.travel).demands[Limit.SUPPORT, "cylinder"]
+    demand = iv.duty_cycle(drive, duty, travel=ANKLE.travel).demands[iv.Limit.SUPPORT, "cylinder"]
     found = loads(drive, ANKLE.service(drive))
     least = min(found[f"cylinder bearing, {place}"].margin for place in ("first", "second"))
     assert demand <= 1.0 / least * (1.0 + 1e-3)  # the motion is not loaded most at its ends; tangential force is small

@@ -9,7 +9,6 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar.analysis import whole_mass
-from infinivar.limits import Limit
 from infinivar.parts import Belt, Rack, Structure
 from internals import Envelope, Service, estimated_size, mass_of
 from made import loaded
@@ -193,7 +192,7 @@ def test_an_envelope_may_be_turned_about_its_length():
     space = COBOTIC.layout(SERVICE).space
     width, height = float(space.width), float(space.height)
     for one, other in ((width, height), (height, width)):
-        key = Limit.SPACE, "width and height"
+        key = iv.Limit.SPACE, "width and height"
         assert_allclose(Envelope(width=one, height=other).demands(space)[key], 1.0, rtol=1e-12)
     assert_allclose(Envelope(width=min(width, height)).demands(space)[key], 1.0, rtol=1e-12)
     assert Envelope(width=0.9 * width, height=height).demands(space)[key] > 1.0
@@ -207,7 +206,9 @@ def test_a_comparison_judges_the_envelope():
     assert found.best.name == "geared"
     assert "Within the envelope: Geared, DCX 32 L; best of those" in found.verdict
     heavy = found.masses["cobotic"]
-    assert_allclose(heavy.exceeded(found.study.envelope)[Limit.MASS, "mass"], heavy.known / (1.01 * light), rtol=1e-12)
+    assert_allclose(
+        heavy.exceeded(found.study.envelope)[iv.Limit.MASS, "mass"], heavy.known / (1.01 * light), rtol=1e-12
+    )
     free = iv.compare(replace(KNEE, envelope=Envelope(mass=100.0)), quick=True)
     assert free.best.name == iv.compare(KNEE, quick=True).best.name
 

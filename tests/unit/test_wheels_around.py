@@ -10,7 +10,6 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from infinivar import ParameterError, power
 from infinivar.analysis import two_ways
-from infinivar.limits import Limit
 from infinivar.parts import CylinderBearings
 from internals import Service, WheelLoad, built_part, spread
 from made import loaded
@@ -65,7 +64,7 @@ def test_n_wheels_equal_one_with_its_share_n_times(element, wheels, way):
         assert_allclose(getattr(all_, name), getattr(one, name), rtol=1e-9, atol=1e-12)
     for name, loss in one.losses.items():
         assert_allclose(all_.losses[name], wheels * loss, rtol=1e-9, atol=1e-9)
-    assert_allclose(all_.utilisation[Limit.SLIP], one.utilisation[Limit.SLIP], rtol=1e-9, atol=1e-12)
+    assert_allclose(all_.utilisation[iv.Limit.SLIP], one.utilisation[iv.Limit.SLIP], rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("wheels", MANY)
