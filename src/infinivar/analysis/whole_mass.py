@@ -15,7 +15,7 @@ from infinivar.drivetrain.body import Body, open_bodies, total
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.envelope import Envelope
-from infinivar.drivetrain.layout import SIDES, Layout
+from infinivar.drivetrain.layout import Layout
 from infinivar.drivetrain.service import Service
 from infinivar.limits import Demand
 from infinivar.study.study import Study
@@ -40,7 +40,7 @@ def _rows(bodies: tuple[Body, ...]) -> list[dict[str, Any]]:
 
 def _space(layout: Layout) -> dict[str, Any]:
     space = layout.space
-    sides = {f"{name}_m": float(side) for name, side in zip(SIDES, space, strict=True)}
+    sides = {f"{name}_m": float(side) for name, side in space._asdict().items()}
     return {**sides, "diameter_m": float(space.diameter), "open": list(layout.open)}
 
 

@@ -5,6 +5,7 @@ Left out of both alike: mounts, couplings, fasteners, covers, cables, sensors an
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
@@ -99,9 +100,9 @@ class Building:
         """Loads on bearings and rail of one design, as far as they are known."""
         raise NotImplementedError
 
-    def on_rail(self, load: float) -> Load:
+    def on_rail(self) -> Load:
         """The load of the carriage on its rail."""
-        rail = self.rail(load)
+        load, rail = self.carried, self.rail
         return Load("carriage", str(rail["name"]), load, 0.0, rail["static_rating"], rail["static_rating"] / load)
 
     def body(self, name: str, mass: Array | None, basis: str, *, key: str | None = None, moving: bool = False) -> Body:
@@ -125,27 +126,27 @@ class Building:
             return made._replace(kind=_kind(own), basis=f"{count} x {own.name}")
         return _chosen_part(made, held, "bearing", load)
 
-    def carriage(self, load: Array) -> Body:
+    def carriage(self) -> Body:
         """That of the guideway."""
-        rail = self.rail(load)
+        rail = self.rail
         made = self.body(
             "carriage", rail["carriage_mass"], f"{rail.get('name')}, {_mm(rail['width'])} wide", moving=True
         )
-        return _chosen_part(made, rail, "rail", self.structure.rail_margin * load)
+        return _chosen_part(made, rail, "rail", self.structure.rail_margin * self.carried)
 
-    def rail_body(self, load: Array) -> Body:
+    def rail_body(self) -> Body:
         """The rail of the guideway."""
         if self.service.travel is None:
             return self.body("rail", None, _UNKNOWN)
-        rail = self.rail(load)
-        length = self.rail_length(rail)
+        rail, length = self.rail, self.rail_length
         made = self.body("rail", rail["rail_density"] * length, f"{_mm(length)} of {rail.get('name')}")
-        return _chosen_part(made, rail, "rail", self.structure.rail_margin * load)
+        return _chosen_part(made, rail, "rail", self.structure.rail_margin * self.carried)
 
-    def rail_length(self, rail: Mapping[str, Array]) -> Array:
+    @property
+    def rail_length(self) -> Array:
         """Travel, carriage, and room at both ends. [m]"""
-        xp = namespace(rail["carriage_length"], self.guided)
-        guided = xp.maximum(*as_floats(xp, rail["carriage_length"], self.guided))
+        xp = namespace(self.rail["carriage_length"], self.guided)
+        guided = xp.maximum(*as_floats(xp, self.rail["carriage_length"], self.guided))
         return given(self.service.travel, math.nan) + guided + 2.0 * self.structure.room
 
     @property
@@ -153,12 +154,18 @@ class Building:
         """Length of what else moves between the ends of the rail. [m]"""
         return 0.0
 
-    def rail(self, load: Array) -> Mapping[str, Any]:
+    @property
+    def carried(self) -> Array:
+        """Load of the carriage on its rail. [N]"""
+        raise NotImplementedError
+
+    @functools.cached_property
+    def rail(self) -> Mapping[str, Any]:
         """Sizes of the rail: as stated for the guideway, else the lightest that carries the load."""
         own = getattr(self.drive.guideway, "rail", None)
         if own is not None:
             return {name: getattr(own, name) for name in (*_RAIL, "name")}
-        return catalogue.lightest("rails", self.structure.rail_margin * load, _RAIL)
+        return catalogue.lightest("rails", self.structure.rail_margin * self.carried, _RAIL)
 
     def frame(self) -> Body:
         """A bar under the rail, and plates that reach from it to bearings."""
@@ -232,14 +239,13 @@ class CoboticBuilding(Building):
             yield self.body("rail", None, _NO_GEOMETRY)
             yield self.body("frame", None, _NO_GEOMETRY)
             return
-        tube = self.tube()
+        tube = self.tube
         own = None if drive.cylinder_bearings is None else drive.cylinder_bearings.bearing
-        tube = self.tube()
-        yield self.body("cylinder", None if tube is None else tube.mass, self._words(tube))
+        yield self.body("cylinder", None if tube is None else tube.mass, self._words())
         yield self.bearings("cylinder bearings", 2, self.held, own, self.carried)
         yield from self.moving()
-        yield self.rail_body(self.carried)
-        yield self.body("frame", None, self._words(tube)) if tube is None else self.frame()
+        yield self.rail_body()
+        yield self.body("frame", None, self._words()) if tube is None else self.frame()
 
     def loads(self) -> Iterator[Load]:
         """See `Building.loads`: under the slip force, and with the wheel at the ends of the travel, or beside a bearing."""
@@ -254,9 +260,8 @@ class CoboticBuilding(Building):
             strict=True,
         ):
             yield _load(name, axle.bearing, radial, axial)
-        steering = drive.steering
-        if steering is not None and steering.bell_bearing is not None:
-            yield _load("bell bearing", steering.bell_bearing, force / element.wheels, preload)
+        if self.own_bell_bearing is not None:
+            yield _load("bell bearing", self.own_bell_bearing, force / element.wheels, preload)
         stated = None if support is None else support.bearing
         found = [(self.carried, force), (self.carried, 0.0)]
         if support is not None and support.span is not None and self.service.travel is not None:
@@ -273,9 +278,9 @@ class CoboticBuilding(Building):
             if bearing is not None:
                 yield _load(name, bearing, radial, axial)
         if self.carried > 0.0:
-            yield self.on_rail(self.carried)
+            yield self.on_rail()
 
-    @property
+    @functools.cached_property
     def held(self) -> Mapping[str, Any]:
         """Sizes of a bearing of the cylinder, beside which the wheel may stand."""
         stated = self.drive.cylinder_bearings
@@ -283,16 +288,16 @@ class CoboticBuilding(Building):
 
     def sizes(self) -> Frame | None:
         """See `Building.sizes`; the preload presses on the middle of the bar."""
-        tube = self.tube()
+        tube = self.tube
         if tube is None:
             return None
         element, structure, held = self.drive.transmission, self.structure, self.held
-        rail, stated = self.rail(self.carried), self.drive.cylinder_bearings
+        rail, stated = self.rail, self.drive.cylinder_bearings
         span = given(None if stated is None else stated.span, tube.length + 2.0 * tube.end_plate + held["breadth"])
         if self.service.travel is not None:  # what turns with the bell swings between the plates, at both ends
-            xp = namespace(span, *self.bell(), rail["carriage_length"])
+            xp = namespace(span, *self.bell, rail["carriage_length"])
             bell, carriage, span = as_floats(xp, self.bell_bearing_sizes()[0], rail["carriage_length"], span)
-            swing = xp.maximum(xp.maximum(bell, carriage), 2.0 * self.bell().outer)
+            swing = xp.maximum(xp.maximum(bell, carriage), 2.0 * self.bell.outer)
             span = xp.maximum(span, self.service.travel + swing + 2.0 * structure.room + held["breadth"])
         height = self.bar(element.unbalanced_preload, 0.0, span, rail["width"])
         if height is None:
@@ -322,11 +327,11 @@ class CoboticBuilding(Building):
         yield Body("preload spring", wire, "derived", many("wire for the energy stored"), True)
         if count > 1:
             yield self._closing()
-        yield self.carriage(self.carried)
+        yield self.carriage()
 
     def _wheel(self) -> Body:
         """Wheel and axle."""
-        element, bell = self.drive.transmission, self.bell()
+        element, bell = self.drive.transmission, self.bell
         geometry = element.geometry
         axle: Bearing = geometry.axle_bearing
         rod = math.pi * 0.25 * axle.bore**2 * (bell.span + axle.breadth - geometry.wheel_width)
@@ -340,7 +345,7 @@ class CoboticBuilding(Building):
 
     def _ring(self) -> Body:
         """The bell itself."""
-        metal, bell = self.metal, self.bell()
+        metal, bell = self.metal, self.bell
         mass = None if metal.density is None else self.drive.transmission.wheels * metal.density * bell.volume
         words = self._many(f"ring of {_mm(2.0 * bell.outer)}, {_mm(bell.drop + bell.rise)} high")
         return self.body("bell", mass, words, moving=True)
@@ -387,7 +392,7 @@ class CoboticBuilding(Building):
     @property
     def inertia(self) -> Array | None:
         """See `bell_inertia`."""
-        axle, bell = self.drive.transmission.geometry.axle_bearing, self.bell()
+        axle, bell = self.drive.transmission.geometry.axle_bearing, self.bell
         wheel, ring = self._wheel().mass, self._ring().mass
         if wheel is None or ring is None:
             return None
@@ -396,6 +401,7 @@ class CoboticBuilding(Building):
         wheel = wheel * (0.25 * bell.wheel_radius**2 + bell.wheel_width**2 / 12.0)
         return ring * bell.second_moment / bell.volume + wheel + 0.5 * axle.weight * bell.span**2
 
+    @functools.cached_property
     def tube(self) -> Tube | None:
         """The cylinder: as stated, else the thinnest tube as long as the travel needs; None where this is not known."""
         element, travel = self.drive.transmission, self.service.travel
@@ -426,16 +432,17 @@ class CoboticBuilding(Building):
             material=material,
         )
 
-    def lacking(self, tube: Tube | None) -> str:
+    @property
+    def lacking(self) -> str:
         """Why cylinder or frame are not known."""
         if self.drive.transmission.geometry is None:
             return _NO_GEOMETRY
-        return "density or yield strength of structure.material is missing" if tube else self._words(tube)
+        return "density or yield strength of structure.material is missing" if self.tube else self._words()
 
-    def _words(self, tube: Tube | None) -> str:
+    def _words(self) -> str:
         """What the cylinder is, or what is missing."""
-        if tube is not None:
-            return _tube_words(tube)
+        if self.tube is not None:
+            return _tube_words(self.tube)
         if self.service.travel is None:
             return _UNKNOWN
         lacking = [
@@ -448,6 +455,7 @@ class CoboticBuilding(Building):
             return f"{' and '.join(lacking)} of transmission.geometry.cylinder_material {verb} missing"
         return f"no wall carries {show(float(self.drive.transmission.preload), 'N', 3)}"
 
+    @functools.cached_property
     def bell(self) -> bodies.Bell:
         """The bell around the wheel."""
         element = self.drive.transmission
@@ -460,9 +468,13 @@ class CoboticBuilding(Building):
             wall=self.structure.least_wall,
         )
 
+    @property
+    def own_bell_bearing(self) -> Bearing | None:
+        """The bearing of the bell, if it is stated."""
+        return None if self.drive.steering is None else self.drive.steering.bell_bearing
+
     def _bell_bearing(self) -> Body:
-        count = self.drive.transmission.wheels
-        own = None if self.drive.steering is None else self.drive.steering.bell_bearing
+        count, own = self.drive.transmission.wheels, self.own_bell_bearing
         if own is not None:
             return Body("bell bearing", count * own.weight, _kind(own), self._many(own.name), True)
         outside, thickness = self.bell_bearing_sizes()
@@ -472,15 +484,15 @@ class CoboticBuilding(Building):
     @property
     def top(self) -> Array:
         """From the axis of the wheel to the carriage: a stated bearing stands on the bell, a thin one around it. [m]"""
-        own = None if self.drive.steering is None else self.drive.steering.bell_bearing
-        return self.bell().rise + (0.0 if own is None else own.breadth)
+        own = self.own_bell_bearing
+        return self.bell.rise + (0.0 if own is None else own.breadth)
 
     def bell_bearing_sizes(self) -> tuple[Array, Array]:
         """Outside diameter and width of the bearing around the bell, as stated or of a thin one. [m], [m]"""
-        own = None if self.drive.steering is None else self.drive.steering.bell_bearing
+        own = self.own_bell_bearing
         if own is not None:
             return own.outside_diameter, own.breadth
-        return 2.0 * (self.bell().outer + _SECTION), _THIN
+        return 2.0 * (self.bell.outer + _SECTION), _THIN
 
 
 class GearedBuilding(Building):
@@ -499,12 +511,12 @@ class GearedBuilding(Building):
             for name, key in names.items():
                 yield self.body(name, None, lacking or _UNKNOWN, key=key)
             return
-        own, rail = getattr(stage, "bearings", None), self.rail(force)
+        own = getattr(stage, "bearings", None)
         bearing = None if own is None else own.bearing
-        yield self._stage(rail)
+        yield self._stage()
         yield self.bearings(f"{stage.title} bearings", 4 if self.belted else 2, self.held, bearing, 0.5 * self.pull)
-        yield self.carriage(force)
-        yield self.rail_body(force)
+        yield self.carriage()
+        yield self.rail_body()
         yield self.frame()
 
     def loads(self) -> Iterator[Load]:
@@ -517,7 +529,12 @@ class GearedBuilding(Building):
         if bearing is not None:
             along = stage.title == "screw"  # one of its bearings takes the thrust
             yield _load(f"{stage.title} bearing", bearing, 0.0 if along else 0.5 * self.pull, force if along else 0.0)
-        yield self.on_rail(force)
+        yield self.on_rail()
+
+    @property
+    def carried(self) -> Array:
+        """See `Building.carried`. [N]"""
+        return given(self.service.force, math.nan)
 
     @property
     def belted(self) -> bool:
@@ -527,12 +544,12 @@ class GearedBuilding(Building):
     @property
     def pull(self) -> Array:
         """Largest on both bearings of a shaft together, or along a screw. [N]"""
-        own, force = getattr(self.drive.stage, "bearings", None), given(self.service.force, math.nan)
+        own = getattr(self.drive.stage, "bearings", None)
         if not self.belted:
-            return force
-        return self.structure.pull_ratio * force if own is None or own.pull is None else own.pull
+            return self.carried
+        return self.structure.pull_ratio * self.carried if own is None or own.pull is None else own.pull
 
-    @property
+    @functools.cached_property
     def held(self) -> Mapping[str, Any]:
         """Sizes of a bearing of the stage."""
         own = getattr(self.drive.stage, "bearings", None)
@@ -554,9 +571,9 @@ class GearedBuilding(Building):
 
     def sizes(self) -> Frame | None:
         """See `Building.sizes`; the pull at the axis bends the bar along its whole length."""
-        held, rail = self.held, self.rail(given(self.service.force, math.nan))
+        held, rail = self.held, self.rail
         reach, across = self.offset + rail["height"], held["outside_diameter"] + 4.0 * self.structure.least_wall
-        length = self.rail_length(rail)
+        length = self.rail_length
         if self.belted:  # the carriage stops between the plates, and the pulleys do not touch
             apart = 2.0 * self.drive.stage.travel_per_radian + self.structure.least_wall
             xp = namespace(length, across, apart)
@@ -567,9 +584,9 @@ class GearedBuilding(Building):
         beyond, count = 0.5 * held["outside_diameter"], 4 if self.belted else 2
         return Frame(length, rail["width"], height, reach, beyond, across, held["breadth"], count)
 
-    def _stage(self, rail: Mapping[str, Array]) -> Body:
+    def _stage(self) -> Body:
         """Pulleys and cable, belt, rack and pinion, or screw and nut."""
-        stage, structure, length = self.drive.stage, self.structure, self.rail_length(rail)
+        stage, structure, length = self.drive.stage, self.structure, self.rail_length
         if stage.title == "screw":
             nut = self.guided
             thread = beams.Section(0.5 * stage.diameter).area * given(stage.length, length)

@@ -43,10 +43,10 @@ class Envelope:
         """Names of the lengths stated."""
         return tuple(name for name in ("length", "width", "height", "diameter") if getattr(self, name) is not None)
 
-    def of(self, drive: Any, service: Service, mass: Array | None = None) -> dict[Demand, Array]:
+    def of(self, drive: Any, service: Service) -> dict[Demand, Array]:
         """Demand over allowance of a drive, whose values may be arrays of many designs; see `demands`."""
-        weighs = total(drive.bodies(service)) if mass is None and self.mass is not None else mass
-        return self.demands(drive.layout(service).space, weighs)
+        mass = None if self.mass is None else total(drive.bodies(service))
+        return self.demands(drive.layout(service).space, mass)
 
     def demands(self, space: Space, mass: Array | None = None) -> dict[Demand, Array]:
         """Demand over allowance of what the envelope states.

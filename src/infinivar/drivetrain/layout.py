@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from typing import Any, Literal, NamedTuple
 
 from infinivar._core.array_namespace import Array, as_floats, namespace
-from infinivar.drivetrain.building import CoboticBuilding, GearedBuilding
+from infinivar.drivetrain.building import Building, CoboticBuilding, Frame, GearedBuilding
 from infinivar.drivetrain.service import Service
 from infinivar.parts.structure.structure import Structure
 
@@ -21,9 +21,6 @@ Form = Literal["box", "x", "y", "z"]
 
 Range = tuple[Array, Array]
 """From, to. [m]"""
-
-SIDES = ("length", "width", "height")
-"""Names of the extents along x, y and z."""
 
 
 class Solid(NamedTuple):
@@ -49,11 +46,6 @@ class Space(NamedTuple):
         xp = namespace(self.width, self.height)
         width, height = as_floats(xp, self.width, self.height)
         return xp.sqrt(width**2 + height**2)
-
-    @property
-    def volume(self) -> Array:
-        """[m^3]"""
-        return self.length * self.width * self.height
 
 
 class Layout(NamedTuple):
@@ -160,8 +152,8 @@ def _about(centre: Array, size: Array) -> Range:
     return centre - 0.5 * size, centre + 0.5 * size
 
 
-def _onwards(start: Array, size: Array, sign: float = 1.0) -> Range:
-    return (start, start + size) if sign > 0 else (start - size, start)
+def _onwards(start: Array, size: Array) -> Range:
+    return start, start + size
 
 
 def _round(body: str, along: Literal["x", "y", "z"], span: Range, diameter: Array, x=0.0, y=0.0, z=0.0) -> Solid:
@@ -189,36 +181,38 @@ def _in_line(
         start = start + length
 
 
-def _guide(made: Any, rail: Any, reach: Array) -> Iterator[Solid]:
-    """Carriage and rail; their height counts for both together."""
+def _guide(made: Building, frame: Frame) -> Iterator[Solid]:
+    """Carriage and rail, whose height is that of both together, and the bar of the frame under them."""
+    rail, reach = made.rail, frame.reach
     back, half = reach - rail["height"], 0.5 * rail["height"]
     yield Solid(
         "carriage", "box", _about(0.0, rail["carriage_length"]), _about(0.0, rail["width"]), (back, reach - half)
     )
     # A rail is about half as wide as its carriage.
-    yield Solid(
-        "rail", "box", _about(0.0, made.rail_length(rail)), _about(0.0, 0.5 * rail["width"]), (reach - half, reach)
-    )
+    yield Solid("rail", "box", _about(0.0, made.rail_length), _about(0.0, 0.5 * rail["width"]), (reach - half, reach))
+    yield Solid("frame", "box", _about(0.0, frame.length), _about(0.0, frame.width), _onwards(reach, frame.height))
+
+
+def _between_ends(made: CoboticBuilding | GearedBuilding, frame: Frame, name: str) -> Iterator[Solid]:
+    """Bearings of a shaft along the travel, and the plates that hold them."""
+    for end in (-0.5 * frame.length, 0.5 * frame.length):
+        place = _about(end, made.held["breadth"])
+        yield _round(name, "x", place, made.held["outside_diameter"])
+        yield Solid("frame", "box", place, _about(0.0, frame.across), (-frame.beyond, frame.reach))
 
 
 def _cobotic(made: CoboticBuilding) -> Iterator[Solid | str]:
-    drive, frame = made.drive, None
-    element = drive.transmission
+    drive, element = made.drive, made.drive.transmission
     geometry = element.geometry
-    tube = None if geometry is None else made.tube()
-    if geometry is not None:
-        frame = made.sizes()
+    tube, frame = (None, None) if geometry is None else (made.tube, made.sizes())
     if geometry is None or tube is None or frame is None:
-        yield f"cylinder, wheel and frame ({made.lacking(tube)})"
+        yield f"cylinder, wheel and frame ({made.lacking})"
         return
-    bell, axle, held, rail = made.bell(), geometry.axle_bearing, made.held, made.rail(made.carried)
-    radius, wheel, half = element.cylinder_radius, element.wheel_radius, 0.5 * frame.length
+    bell, axle, rail = made.bell, geometry.axle_bearing, made.rail
+    radius, wheel = element.cylinder_radius, element.wheel_radius
     high = radius + wheel
     yield _round("cylinder", "x", _about(0.0, tube.length + 2.0 * tube.end_plate), 2.0 * radius)
-    for end in (-half, half):
-        place = _about(end, held["breadth"])
-        yield _round("cylinder bearings", "x", place, held["outside_diameter"])
-        yield Solid("frame", "box", place, _about(0.0, frame.across), (-frame.beyond, frame.reach))
+    yield from _between_ends(made, frame, "cylinder bearings")
     outside, thickness = made.bell_bearing_sizes()
     pressed = [
         _round("wheel", "x", _about(0.0, geometry.wheel_width), 2.0 * wheel, z=high),
@@ -227,15 +221,12 @@ def _cobotic(made: CoboticBuilding) -> Iterator[Solid | str]:
             for end in (-0.5 * bell.span, 0.5 * bell.span)
         ),
         _round("bell", "z", (high - bell.drop, high + bell.rise), 2.0 * bell.outer),
-        _round("bell bearing", "z", _onwards(high + made.top, thickness, -1.0), outside),
+        _round("bell bearing", "z", (high + made.top - thickness, high + made.top), outside),
     ]
     yield from _around(made, iter(pressed))
-    yield from _guide(made, rail, frame.reach)
-    yield Solid(
-        "frame", "box", _about(0.0, frame.length), _about(0.0, frame.width), _onwards(frame.reach, frame.height)
-    )
+    yield from _guide(made, frame)
     turning = {"gearhead": drive.gearhead, "cylinder motor": drive.motor}
-    yield from _in_line(made, turning, "x", half + 0.5 * held["breadth"], 0.0)
+    yield from _in_line(made, turning, "x", 0.5 * (frame.length + frame.thickness), 0.0)
     if drive.steering is not None:
         size = _bought(made, "steering motor", drive.steering.motor)
         if isinstance(size, str):
@@ -260,20 +251,13 @@ def _geared(made: GearedBuilding) -> Iterator[Solid | str]:
     if frame is None:
         yield f"{stage.title} and frame (travel, force or material are not known)"
         return
-    rail, held, half = made.rail(service.force), made.held, 0.5 * frame.length
-    yield from _guide(made, rail, frame.reach)
-    yield Solid(
-        "frame", "box", _about(0.0, frame.length), _about(0.0, frame.width), _onwards(frame.reach, frame.height)
-    )
+    rail, held, half = made.rail, made.held, 0.5 * frame.length
+    yield from _guide(made, frame)
     if stage.title == "screw":
-        nut = made.structure.nut_ratio * stage.diameter
         yield _round("screw", "x", _about(0.0, frame.length), stage.diameter)
-        yield _round("screw", "x", _about(0.0, nut), 2.0 * stage.diameter)
-        for end in (-half, half):
-            place = _about(end, held["breadth"])
-            yield _round("screw bearings", "x", place, held["outside_diameter"])
-            yield Solid("frame", "box", place, _about(0.0, frame.across), (-frame.beyond, frame.reach))
-        yield from _in_line(made, turning, "x", half + 0.5 * held["breadth"], 0.0)
+        yield _round("screw", "x", _about(0.0, made.guided), 2.0 * stage.diameter)
+        yield from _between_ends(made, frame, "screw bearings")
+        yield from _in_line(made, turning, "x", 0.5 * (frame.length + frame.thickness), 0.0)
         return
     wide, radius = made.structure.pulley_width, stage.travel_per_radian
     if stage.title == "rack":

@@ -46,7 +46,7 @@ def bell_inertia(drive: Any) -> Array | None:
 def with_tube(drive: Any, service: Service) -> Any:
     """The drive with a cylinder that is known: as stated, else derived; unchanged where that is not possible."""
     made = CoboticBuilding(drive, service)
-    tube = None if drive.transmission.geometry is None else made.tube()
+    tube = None if drive.transmission.geometry is None else made.tube
     if tube is None or drive.transmission.tube is not None or not math.isfinite(tube.wall):
         return drive
     sizes = {"cylinder_wall": tube.wall, "cylinder_length": tube.length, "cylinder_end_plate": tube.end_plate}

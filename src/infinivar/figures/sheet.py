@@ -59,9 +59,7 @@ def data(mass: WholeMass, loads: Sequence[Load]) -> dict[str, Any]:
     known = mass.known
     return {
         **views,
-        "sizes": dict(
-            zip(("length", "width", "height"), (_MM * float(side) for side in mass.layout.space), strict=True)
-        ),
+        "sizes": {name: _MM * float(side) for name, side in mass.layout.space._asdict().items()},
         "masses": [
             (
                 body.name,
