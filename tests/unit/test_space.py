@@ -149,6 +149,11 @@ def test_a_drive_of_which_nothing_is_placed_does_not_fit():
     assert not mass.within(Envelope(length=100.0))
     assert "not known whether" in mass.words_on(Envelope(length=100.0))
     assert mass.within(Envelope(mass=100.0))
+    lost = KNEE.with_drives("geared")
+    lost = replace(lost, requirement=replace(lost.requirement, travel=None), duty={}, envelope=Envelope(length=100.0))
+    found = iv.compare(lost, quick=True)
+    assert not found.feasible
+    assert "No drive is known to be within the envelope." in found.verdict
 
 
 def test_the_box_holds_every_solid_and_is_no_larger():

@@ -234,7 +234,7 @@ def _envelope_words(comparison: Comparison) -> str:
     if len(fitting) == len(comparison.results):
         return f"{'All drives are' if len(fitting) > 1 else 'The drive is'} within the envelope{known}."
     if not fitting:
-        return "None of the drives is within the envelope."
+        return "No drive is known to be within the envelope."
     best = comparison.best
     also = "" if best is None else f"; best of those that meet all requirements: {best.title}"
     return f"Within the envelope{known}: {joined(fitting)}{also}."
