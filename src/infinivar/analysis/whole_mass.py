@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -120,11 +120,19 @@ class WholeMass(Frozen):
 
     @property
     def space_words(self) -> str:
-        """Size in one line."""
+        """Size in one line, with what is not placed and why."""
+        return self._size(self.layout.open)
+
+    @property
+    def size_words(self) -> str:
+        """As `space_words`, with the names alone of what is not placed."""
+        return self._size([one.partition(" (")[0] for one in self.layout.open])
+
+    def _size(self, unplaced: Sequence[str]) -> str:
         if not self.layout.solids:
-            return f"not known: {', '.join(self.layout.open)}"
+            return f"not known: {', '.join(unplaced)}"
         sides = " x ".join(show_in(float(side), "m", "mm", 3).removesuffix(" mm") for side in self.layout.space)
-        return f"{sides} mm" + (f" without {', '.join(self.layout.open)}" if self.layout.open else "")
+        return f"{sides} mm" + (f" without {', '.join(unplaced)}" if unplaced else "")
 
     @property
     def range(self) -> tuple[float, float]:

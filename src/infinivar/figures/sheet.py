@@ -47,7 +47,7 @@ def data(mass: WholeMass, loads: Sequence[Load]) -> dict[str, Any]:
     dict
         ``side`` and ``front``: rows (body, form, left, bottom, width, height) in mm, the form "box" or "round"; ``sizes``:
         extents of the whole in mm by name; ``masses``: rows (body, g, share, kind); ``loads``: rows (place, part, radial N, axial
-        N, margin); ``open``: bodies that are not placed.
+        N, margin).
     """
     views = {
         name: [
@@ -70,7 +70,6 @@ def data(mass: WholeMass, loads: Sequence[Load]) -> dict[str, Any]:
             for body in mass.bodies
         ],
         "loads": [(one.body, one.part, one.radial, one.axial, one.margin) for one in loads],
-        "open": mass.layout.open,
     }
 
 
@@ -180,9 +179,7 @@ def draw_all(mass: WholeMass, loads: Sequence[Load], title: str) -> Figure:
         ]
         ratios[1] = max(ratios[1], 0.6 * ratios[0])  # for the table below
         made, axes = style.figure(11.0, 7.8, 2, 2, width_ratios=ratios, height_ratios=(1.25, 1.0), squeeze=False)
-        size = " x ".join(plain(side, 3) for side in numbers["sizes"].values())
-        without = f", without {', '.join(one.partition(' (')[0] for one in numbers['open'])}" if numbers["open"] else ""
-        made.suptitle(f"{title}: {size} mm{without}")
+        made.suptitle(f"{title}: {mass.size_words}")
         if mass.layout.solids:
             for ax, view, wide in zip(axes[0], _VIEWS, ratios, strict=True):
                 draw(ax, numbers, view)
