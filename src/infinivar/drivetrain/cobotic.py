@@ -18,7 +18,8 @@ from infinivar.contact.friction import STICK_SPEED
 from infinivar.drivetrain import chain
 from infinivar.drivetrain.body import Body
 from infinivar.drivetrain.buildable import check_stated
-from infinivar.drivetrain.building import CoboticBuilding, Load
+from infinivar.drivetrain.building.base import Load
+from infinivar.drivetrain.building.cobotic import CoboticBuilding
 from infinivar.drivetrain.chain import Inward
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.drive import DrivePoint, MotorSide, MovingPoint, motor_side, needed, placed, shaft_inertia

@@ -15,7 +15,8 @@ from infinivar.axis import Axis
 from infinivar.drivetrain import chain
 from infinivar.drivetrain.body import Body
 from infinivar.drivetrain.buildable import check_stated
-from infinivar.drivetrain.building import GearedBuilding, Load
+from infinivar.drivetrain.building.base import Load
+from infinivar.drivetrain.building.geared import GearedBuilding
 from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint, motor_side, needed, placed
 from infinivar.drivetrain.layout import Layout, geared_layout

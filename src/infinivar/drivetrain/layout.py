@@ -12,7 +12,9 @@ from collections.abc import Iterator
 from typing import Any, Literal, NamedTuple
 
 from infinivar._core.array_namespace import Array, as_floats, namespace
-from infinivar.drivetrain.building import Building, CoboticBuilding, Frame, GearedBuilding
+from infinivar.drivetrain.building.base import Building, Frame
+from infinivar.drivetrain.building.cobotic import CoboticBuilding
+from infinivar.drivetrain.building.geared import GearedBuilding
 from infinivar.drivetrain.service import Service
 from infinivar.parts.structure.structure import Structure
 

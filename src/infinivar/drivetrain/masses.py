@@ -8,7 +8,8 @@ from typing import Any
 
 from infinivar._core.array_namespace import Array
 from infinivar.drivetrain.body import Body, open_bodies, total
-from infinivar.drivetrain.building import CoboticBuilding, GearedBuilding
+from infinivar.drivetrain.building.cobotic import CoboticBuilding
+from infinivar.drivetrain.building.geared import GearedBuilding
 from infinivar.drivetrain.service import NO_SERVICE, Service
 from infinivar.errors import ParameterError
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from infinivar._core.text import capitalise
 from infinivar.analysis.whole_mass import WholeMass
-from infinivar.drivetrain.building import Load
+from infinivar.drivetrain.building.base import Load
 from infinivar.figures import style
 from infinivar.units import plain, show
 

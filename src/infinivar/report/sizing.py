@@ -15,7 +15,7 @@ from infinivar._core.text import aligned, capitalise, counted, few
 from infinivar.analysis.hanging import printed_lines
 from infinivar.analysis.robustness.verdicts import percent
 from infinivar.analysis.whole_mass import WholeMass
-from infinivar.drivetrain.building import Load
+from infinivar.drivetrain.building.base import Load
 from infinivar.figures import sheet, style
 from infinivar.figures import sizing as figure
 from infinivar.motion.scenario import Scenario
