@@ -19,7 +19,8 @@ import infinivar as iv
 from benchmarks._measure import ROOT, Line
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.sizing.cobotic.search import best_cobotic, prepared
-from infinivar.sizing.cobotic.wheels import CompiledWheels, Points
+from infinivar.sizing.cobotic.space import Points
+from infinivar.sizing.cobotic.wheels import CompiledWheels
 from infinivar.sizing.pool import pool
 from infinivar.sizing.tables import CoboticRequest
 from infinivar.study.catalogue import bearings
@@ -86,8 +87,9 @@ def _rate(name: str, request: CoboticRequest, *, compiled: bool) -> Line:
     """Wheel designs a second, and drives that they cover, around the template."""
     evaluation, box = prepared(request)
     random = np.random.default_rng(0)
-    values = box.own * np.exp(random.uniform(-0.1, 0.1, (DESIGNS, len(box.own))))
-    points = Points(values, np.full(DESIGNS, next(i for i, one in enumerate(box.bearings) if one.name == "6000")))
+    values = box.own.values * np.exp(random.uniform(-0.1, 0.1, (DESIGNS, box.own.values.shape[-1])))
+    axle = next(place for place, one in enumerate(box.heads.axles) if one.name == "6000")
+    points = Points(values, np.full(DESIGNS, box.heads.at((axle, 0, 0))))
     if compiled:
         evaluation.space.compiled = CompiledWheels(evaluation.space)
     found, seconds = evaluation.values(points), []

@@ -318,14 +318,15 @@ from infinivar.sizing.cobotic.evolution import _Space as SearchSpace
 from infinivar.sizing.cobotic.sampled import SideSampled
 from infinivar.sizing.cobotic.sampled import sample as cobotic_sample
 from infinivar.sizing.cobotic.search import prepared as prepared_search
+from infinivar.sizing.cobotic.space import FREE as FREE_LIMIT
+from infinivar.sizing.cobotic.space import Heads
+from infinivar.sizing.cobotic.space import Points as WheelPoints
+from infinivar.sizing.cobotic.space import values_of as wheel_values
 from infinivar.sizing.cobotic.wheels import AXLE as AXLE_LIMIT
 from infinivar.sizing.cobotic.wheels import CONTACT as CONTACT_LIMIT
-from infinivar.sizing.cobotic.wheels import FREE as FREE_LIMIT
 from infinivar.sizing.cobotic.wheels import CompiledWheels, static_demands
-from infinivar.sizing.cobotic.wheels import Points as WheelPoints
 from infinivar.sizing.cobotic.wheels import critical as critical_wheels
 from infinivar.sizing.cobotic.wheels import evaluate as evaluate_wheels
-from infinivar.sizing.cobotic.wheels import values_of as wheel_values
 from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR, SizedDrive, exceeded_words
 from infinivar.sizing.geared import over_radius, size_geared
 from infinivar.sizing.geared.at_stages import closed_forms

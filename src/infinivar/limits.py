@@ -78,6 +78,8 @@ class Limit(IntEnum):
     """The bearings of the wheel's axle are larger than the wheel, and touch what it rolls on."""
     SUPPORT = 32
     """The static load on a bearing of the cylinder exceeds its rating."""
+    JOURNAL = 33
+    """The shaft in the bearings of the cylinder is overstressed by bending and torsion."""
     SPACE = 30
     """The drive is larger than its envelope."""
     MASS = 31
@@ -162,6 +164,7 @@ _WORDS = {
     Limit.AXLE: "axle strength",
     Limit.CLEARANCE: "clearance of the axle bearings",
     Limit.SUPPORT: "static load of the cylinder bearings",
+    Limit.JOURNAL: "journal strength of the cylinder",
     Limit.SPACE: "envelope",
     Limit.MASS: "mass limit",
 }

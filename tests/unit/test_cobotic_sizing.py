@@ -59,6 +59,7 @@ AXLES = tuple(
         ("small", 0.008, 3450.0, 1370.0),
     )
 )
+HELD = (SPIN.cylinder_bearings.bearing, replace(SPIN.cylinder_bearings.bearing, bore=0.012, static_rating=2400.0))
 
 
 def run_of_knee():
@@ -93,6 +94,8 @@ def problem(template=SPIN, duty=None, requirement=None, loss_model="coulomb", se
         steering_motors=part_tables(seed + 1, 4)[0],
         steering_ratios=(8.0, 16.0, 40.0),
         bearings=AXLES,
+        wheels=(1, 2, 3),
+        cylinder_bearings=HELD,
         duty={"walk": KNEE.duty["walking"]} if duty is None else duty,
         requirement=requirement,
         loss_model=loss_model,
@@ -103,16 +106,17 @@ def problem(template=SPIN, duty=None, requirement=None, loss_model="coulomb", se
     return prepared(request)
 
 
-def some_points(box, count, seed, spread=0.35):
-    """Wheel designs around the template."""
+def some_points(box, count, seed, spread=0.35, wheels=None):
+    """Wheel designs around the template, with any heads, or heads of one kind."""
     random = np.random.default_rng(seed)
-    values = box.own * np.exp(random.uniform(-spread, spread, (count, len(FREE))))
-    return Points(values, np.arange(count) % len(AXLES))
+    values = box.own.values * np.exp(random.uniform(-spread, spread, (count, len(FREE))))
+    heads = np.array([place for place in range(len(box.heads)) if wheels in (None, box.heads[place].wheels)])
+    return Points(values, random.choice(heads, count))
 
 
 def single(evaluation, points, place, pair, steered):
     """One design as a drive of plain numbers."""
-    drive = evaluation.space.one(points.values[place], int(points.bearing[place]))
+    drive = evaluation.space.one(points.values[place], int(points.head[place]))
     drive = replace(drive, link_mass=drive.mass_of_link)  # as in the search, with the steering motor of the template
     motor, gearhead = evaluation.sides[0].found.part(int(pair))
     turning, gear = evaluation.sides[1].found.part(int(steered))
@@ -121,23 +125,23 @@ def single(evaluation, points, place, pair, steered):
 
 
 @sampled(
-    ("template", "loss_model"),
-    [(SPIN, "coulomb"), (SHEAR, "proportional"), (NO_RETURN, "proportional")],
+    ("template", "loss_model", "wheels"),
+    [(SPIN, "coulomb", 2), (SHEAR, "proportional", 1), (NO_RETURN, "proportional", 3)],
     slow=3,
     ids=["spin", "shear", "store"],
 )
-def test_demands_are_those_of_duty_cycle_and_compare(template, loss_model):
+def test_demands_are_those_of_duty_cycle_and_compare(template, loss_model, wheels):
     """Every demand and the power of random designs, computed many at once, against the public analyses one by one."""
     duty = {"walk": KNEE.duty["walking"], "shake": SHAKE, "run": run_of_knee()}
     evaluation, box = problem(template, duty, REGION, loss_model)
-    points = some_points(box, 6, seed=3)
+    points = some_points(box, 6, seed=3, wheels=wheels)
     random = np.random.default_rng(4)
-    rows = [random.choice(side.rows, len(points.bearing)) for side in evaluation.sides]
+    rows = [random.choice(side.rows, len(points.head)) for side in evaluation.sides]
     columns = evaluation.space.columns(points)
-    wheels = evaluate(evaluation.space, points, evaluation.tasks, life=3.6e6)
-    places = np.arange(len(points.bearing))
+    rolled = evaluate(evaluation.space, points, evaluation.tasks, life=3.6e6)
+    places = np.arange(len(points.head))
     done = [
-        sample(side, row, places, evaluation.tasks, wheels.shafts, evaluation.shares, template.steering)
+        sample(side, row, places, evaluation.tasks, rolled.shafts, evaluation.shares, template.steering)
         for side, row in zip(evaluation.sides, rows, strict=True)
     ]
     static = static_demands(columns)
@@ -146,7 +150,7 @@ def test_demands_are_those_of_duty_cycle_and_compare(template, loss_model):
         drive = single(evaluation, points, place, rows[0][place], rows[1][place])
         total = {
             key: values[place]
-            for group in (static, wheels.demands, *(one.demands for one in done))
+            for group in (static, rolled.demands, *(one.demands for one in done))
             for key, values in group.items()
         }
         for limit, expected in drive.transmission.utilisation.items():
@@ -172,7 +176,7 @@ def test_demands_are_those_of_duty_cycle_and_compare(template, loss_model):
                 if math.isfinite(expected):
                     assert total[task.name, *key] == pytest.approx(expected, rel=1e-9, abs=1e-12), (task.name, key)
                     seen.add(key)
-        assert slips == bool(wheels.slipping[place] > 0.0)
+        assert slips == bool(rolled.slipping[place] > 0.0)
         if not slips:
             rolling += 1
             assert sum(one.power[place] for one in done) == pytest.approx(power, rel=1e-9)
@@ -197,7 +201,7 @@ def test_bounds_are_below_the_truth(template, loss_model):
     """Lower bounds of every demand and of the power, of all candidates behind random wheels, and how near they come."""
     duty = {"walk": KNEE.duty["walking"], "run": run_of_knee()}
     evaluation, box = problem(template, duty, REGION, loss_model)
-    points = some_points(box, 8, seed=5, spread=0.15)
+    points = some_points(box, 8, seed=5, spread=0.15, wheels=1)
     wheels = evaluate(evaluation.space, points, evaluation.tasks, life=None)
     able = np.flatnonzero(wheels.slipping == 0.0)
     assert able.size >= 3
@@ -234,19 +238,28 @@ def test_life_wanted_against_the_turns_of_the_wheel():
     """The wheel turns with the rolling speed of the kinematics, under the loads at which its friction is computed."""
     evaluation, box = problem(life=7.2e6)
     points = some_points(box, 3, seed=9, spread=0.05)
+    points = points._replace(head=box.heads.at(([0, 1, 2], [1, 1, 1], [0, 1, 0])))
     wheels = evaluate(evaluation.space, points, evaluation.tasks, life=7.2e6)
     for place in range(3):
-        drive = evaluation.space.one(points.values[place], int(points.bearing[place]))
+        drive = evaluation.space.one(points.values[place], int(points.head[place]))
         element = drive.transmission
         cycle = iv.duty_cycle(drive, KNEE.duty["walking"], samples=SAMPLES)
         angle = np.arctan(cycle.point.states["steering_tangent"])
         surface = element.cylinder_radius * drive.cylinder_speed
         rolling = np.abs(cycle.instants.course.speed * np.sin(angle) - surface * np.cos(angle))
         turns = np.mean(rolling) / element.wheel_radius / (2.0 * np.pi) * 7.2e6
-        lateral = element.geometry.lateral_share * element.slip_force
+        lateral = element.geometry.lateral_share * element.wheel.slip_force
         reached = element.geometry.axle.life(element.preload, lateral, element.wheel_radius)
         expected = (turns / float(reached)) ** (1.0 / 3.0)
         assert wheels.demands["walk", Limit.LIFE, AXLE][place] == pytest.approx(expected, rel=1e-6)
+        # Of the cylinder: each instant wears for its share of the turns, and both bearings must last.
+        course = cycle.instants.course
+        rolled = drive.roll(course, load_mass=KNEE.duty["walking"].moved_mass)
+        loads = drive.held(rolled.wheel_torque, rolled.force, course.position)
+        bearing, turns = drive.cylinder_bearings.bearing, drive.cylinder_speed / (2.0 * np.pi) * 7.2e6
+        worn = [np.mean(turns / bearing.life(*np.broadcast_arrays(*one))) for one in loads]
+        together = (worn[0] ** (10.0 / 9.0) + worn[1] ** (10.0 / 9.0)) ** (0.9 / 3.0)
+        assert wheels.demands["walk", Limit.LIFE, "cylinder bearing"][place] == pytest.approx(together, rel=1e-6)
 
 
 def some_candidates(seed, count=40, size=60):
@@ -303,9 +316,11 @@ def test_the_first_generation_has_the_template_and_the_designs_that_are_known():
     space = SearchSpace(box)
     known = some_points(box, 5, seed=3, spread=0.1)
     first = space.start(12, 4, known)
-    np.testing.assert_allclose(first[0], space.own)
+    own = space.points(first[:1].T)
+    np.testing.assert_allclose(own.values, box.own.values)
+    np.testing.assert_array_equal(own.head, box.own.head)
     np.testing.assert_allclose(space.points(first[1:6].T).values, known.values, rtol=1e-12)
-    np.testing.assert_array_equal(space.points(first[1:6].T).bearing, known.bearing)
+    np.testing.assert_array_equal(space.points(first[1:6].T).head, known.head)
     np.testing.assert_allclose(first[6:], space.start(12, 4, None)[6:])
 
 
@@ -313,7 +328,7 @@ def test_values_of_infeasible_designs_lead_towards_feasible_ones():
     """A preload that damages the wheel ranks behind all that let it slip; in both, the further off, the worse."""
     evaluation, box = problem()
     place = FREE.index("preload")
-    values = np.repeat(box.own[None], 8, axis=0)
+    values = np.repeat(box.own.values, 8, axis=0)
     values[:, place] *= np.array([0.1, 0.25, 0.5, 1.0, 20.0, 60.0, 200.0, 600.0])
     found = evaluation.values(Points(values, np.zeros(8, dtype=int))).value
     slipping, broken = found[:3], found[4:]
@@ -371,7 +386,7 @@ def test_pairs_left_out_are_too_fast_for_the_slowest_cylinder():
 def test_critical_instants_are_instants_of_the_motion():
     """A wheel that slips in the first look slips in the whole motion, with the same demand or a larger one."""
     evaluation, box = problem(duty={"walk": KNEE.duty["walking"], "shake": SHAKE}, requirement=REGION)
-    points = some_points(box, 16, seed=6, spread=0.6)
+    points = some_points(box, 16, seed=6, spread=0.6, wheels=1)
     first = evaluate(evaluation.space, points, critical(evaluation.space.template, evaluation.tasks), life=None)
     whole = evaluate(evaluation.space, points, evaluation.tasks, life=None)
     for key, demand in first.demands.items():
@@ -409,6 +424,8 @@ def small_search(**options):
         steering_motors=part_tables(2, 3)[0],
         steering_ratios=(8.0, 16.0),
         bearings=AXLES,
+        wheels=(1, 2),
+        cylinder_bearings=HELD,
         **{**usual, **options},
     )
 
@@ -418,9 +435,9 @@ def test_a_search_is_repeatable_and_its_designs_are_those_of_the_public_analyses
     """The same seed gives the same designs with and without pruning; the best is feasible in `duty_cycle`."""
     one, other, unpruned = small_search(), small_search(), small_search(prune=False, generations=8)
     for found in (other, unpruned):
-        assert [(design.pair, design.bearing, design.steering, design.ratio) for design in found.designs] == [
-            (design.pair, design.bearing, design.steering, design.ratio) for design in one.designs
-        ]
+        assert [
+            (design.pair, design.bearing, design.wheels, design.steering, design.ratio) for design in found.designs
+        ] == [(design.pair, design.bearing, design.wheels, design.steering, design.ratio) for design in one.designs]
         assert [design.values for design in found.designs] == [design.values for design in one.designs]
     assert one.sampled < 0.5 * unpruned.sampled
     best = one.best
@@ -435,9 +452,9 @@ def test_a_search_is_repeatable_and_its_designs_are_those_of_the_public_analyses
     for two, three in itertools.pairwise(one.front):
         assert three.mass < two.mass
         assert three.power > two.power
-    assert len({(design.pair, design.bearing, design.steering, design.ratio) for design in one.designs}) == len(
-        one.designs
-    )
+    assert len(
+        {(design.pair, design.bearing, design.wheels, design.steering, design.ratio) for design in one.designs}
+    ) == len(one.designs)
 
 
 def test_the_edge_of_a_region_is_beyond_all_its_points():
@@ -514,6 +531,8 @@ def test_brute_force_finds_nothing_better():
         steering_motors=part_tables(2, 3)[0],
         steering_ratios=(8.0, 16.0),
         bearings=AXLES,
+        wheels=(1, 2),
+        cylinder_bearings=HELD,
         duty={"walk": KNEE.duty["walking"]},
         ranges=ranges,
         loss_model="coulomb",
@@ -521,13 +540,13 @@ def test_brute_force_finds_nothing_better():
         prune=False,
     )
     evaluation, _ = prepared(request)
-    speed, preload, bearing = (
-        part.ravel() for part in np.meshgrid(np.geomspace(6.0, 20.0, 25), np.geomspace(1000.0, 3000.0, 31), range(3))
+    speed, preload, head = (
+        part.ravel() for part in np.meshgrid(np.geomspace(6.0, 20.0, 25), np.geomspace(1000.0, 3000.0, 31), range(12))
     )
     values = np.stack(
         [np.full_like(speed, 0.08), speed, np.full_like(speed, 0.035), np.full_like(speed, 0.02), preload], axis=-1
     )
-    grid = evaluation.values(Points(values, bearing.astype(int)))
+    grid = evaluation.values(Points(values, head.astype(int)))
     best = grid.value.min()
     assert best < NOT_FEASIBLE
     assert found.power <= best * (1.0 + 1e-9)

@@ -61,7 +61,7 @@ def alone():
 
 
 def parts_of(one):
-    return one.pair, one.bearing, one.steering, one.ratio
+    return one.pair, one.bearing, one.wheels, one.steering, one.ratio
 
 
 def test_designs_are_the_best_of_each_start(problem, swept, alone):

@@ -459,3 +459,33 @@ def test_loads_that_are_unknown_leave_the_friction_unknown():
 def test_a_wrong_number_of_azimuths_is_named_by_its_key():
     with pytest.raises(ParameterError, match=r"cylinder_bearings\.azimuths must be 6, one for each leg, got 2 values"):
         CylinderBearings(torque=0.1, azimuths=(0.0, 1.0)).around(6)
+
+
+def test_the_journal_of_the_cylinder_bends_and_twists():
+    """A shaft of 20 mm, 2,200 N at the middle of a bearing of 12 mm and 7 N m: the stresses of a solid round bar by hand."""
+    held = CylinderBearings(bearing=replace(PART, bore=0.02, width=0.012))
+    wheel = WheelLoad(preload=4400.0, torque=0.0, force=0.0, radius=0.05)
+    found = held.journal_stress(held.reactions([wheel]), 7.0)
+    bending = 32.0 * 2200.0 * 0.006 / (np.pi * 0.02**3)
+    torsion = 16.0 * 7.0 / (np.pi * 0.02**3)
+    assert_allclose(found, np.sqrt(bending**2 + 3.0 * torsion**2), rtol=1e-12)
+
+
+def test_a_thin_journal_is_a_limit():
+    """The knee study's drive by hand over its motion, and on bearings of a third of the bore."""
+    drive = KNEE.drives["cobotic"]
+    bearings, element = drive.cylinder_bearings, drive.transmission
+    course = iv.duty_cycle(drive, WALKING).instants.course
+    rolled = drive.roll(course, load_mass=WALKING.moved_mass)
+    loads = bearings.reactions(
+        [WheelLoad(element.preload, rolled.wheel_torque, rolled.force, element.cylinder_radius, course.position)]
+    )
+    moment = np.maximum(loads.first[0], loads.second[0]) * 0.5 * bearings.bearing.breadth
+    modulus = np.pi * bearings.bearing.bore**3 / 32.0
+    stress = np.sqrt((moment / modulus) ** 2 + 3.0 * (rolled.wheel_torque / (2.0 * modulus)) ** 2)
+    demand = iv.duty_cycle(drive, WALKING).demands[iv.Limit.JOURNAL, "cylinder"]
+    assert_allclose(demand, np.max(stress) / element.geometry.axle_strength, rtol=1e-9)
+    thin = replace(bearings, bearing=replace(bearings.bearing, bore=bearings.bearing.bore / 3.0))
+    found = iv.duty_cycle(replace(drive, cylinder_bearings=thin), WALKING)
+    assert not found.feasible
+    assert_allclose(found.demands[iv.Limit.JOURNAL, "cylinder"], 27.0 * demand, rtol=0.01)

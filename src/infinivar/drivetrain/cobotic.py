@@ -35,7 +35,7 @@ from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway
 from infinivar.parts.motor import Motor
-from infinivar.parts.shaft_bearings import CylinderBearings, WheelLoad, spread
+from infinivar.parts.shaft_bearings import CylinderBearings, Reactions, WheelLoad, spread
 from infinivar.parts.structure.structure import Structure
 from infinivar.transmission import turning as turning_contact
 from infinivar.transmission.rates import Varying, steering_rates
@@ -302,13 +302,23 @@ class CoboticDrive(TurnedCylinder):
             return spread(wheel, self.transmission.wheels)
         return [wheel._replace(azimuth=angle) for angle in self.cylinder_bearings.around(legs)]
 
-    def supported(self, torque: Array, force: Array, position: Array | None) -> dict[Limit, Array]:
-        """Demand over allowance of the cylinder's bearings, if they are a part; arguments as for `turned`. [-]"""
+    def held(self, torque: Array, force: Array, position: Array | None) -> Reactions | None:
+        """Loads of the cylinder's bearings, if they are a part; arguments as for `turned`. [N]"""
         bearings = self.cylinder_bearings
         if bearings is None or bearings.bearing is None:
+            return None
+        return bearings.reactions(self._wheels(torque, force, position))
+
+    def supported(self, torque: Array, force: Array, position: Array | None) -> dict[Limit, Array]:
+        """Demand over allowance of the cylinder's bearings, if they are a part; arguments as for `turned`. [-]"""
+        bearings, loads = self.cylinder_bearings, self.held(torque, force, position)
+        if loads is None:
             return {}
-        demand = bearings.static_demand(bearings.reactions(self._wheels(torque, force, position)))
-        return {} if demand is None else {Limit.SUPPORT: demand}
+        assert bearings is not None
+        found = {Limit.SUPPORT: bearings.static_demand(loads)}
+        if self.transmission.geometry is not None:
+            found[Limit.JOURNAL] = bearings.journal_stress(loads, torque) / self.transmission.geometry.axle_strength
+        return found
 
     def check_motion(self) -> None:
         """Raise ParameterError if a value that motion requires is missing; the message names it."""
@@ -564,7 +574,7 @@ class CoboticDrive(TurnedCylinder):
 
 def part_of(limit: Limit) -> str:
     """The part to which a limit of `Rolled` belongs."""
-    return "cylinder" if limit == Limit.SUPPORT else "wheel"
+    return "cylinder" if limit in (Limit.SUPPORT, Limit.JOURNAL) else "wheel"
 
 
 def legs_of(drive: Any) -> CoboticDrive | None:

@@ -270,8 +270,17 @@ class Bearing:
 
         Source: iso2007, Eq 1 and table 3.
         """
-        xp, radial, axial, _ = self._loads(radial, axial, 0.0)
-        return safe_divide(xp, _RATING_LIFE, self._damage(xp, radial, axial), math.inf)
+        damage = self.damage(radial, axial)
+        return safe_divide(namespace(damage), _RATING_LIFE, damage, math.inf)
+
+    def life_of_pair(self, first: Array, second: Array) -> Array:
+        """Revolutions that 90 % of pairs of such bearings reach, of the damage of each, or its mean over a motion.
+
+        Source: product of Weibull distributions of one slope, 10/9 for ball and 9/8 for roller bearings.
+        """
+        xp = namespace(first, second)
+        slope = 9.0 / 8.0 if self.type in ("cylindrical", "needle") else 10.0 / 9.0
+        return safe_divide(xp, _RATING_LIFE, _power(xp, first**slope + second**slope, 1.0 / slope), math.inf)
 
     def static_safety(self, radial: Array, axial: Array) -> Array:
         """Static load rating over equivalent static load, s0.
@@ -314,8 +323,9 @@ class Bearing:
             mixed, static = x * radial + y * axial, 0.5 * radial + y0 * axial
         return xp.maximum(radial, mixed), xp.maximum(radial, static)
 
-    def _damage(self, xp: Any, radial: Array, axial: Array) -> Array:
-        """Fraction of the life that a million revolutions consume."""
+    def damage(self, radial: Array, axial: Array) -> Array:
+        """Fraction of its rating life that a million revolutions under constant loads [N] consume; as for `life`. [-]"""
+        xp, radial, axial, _ = self._loads(radial, axial, 0.0)
         exponent = 10.0 / 3.0 if self.type in ("cylindrical", "needle") else 3.0
         damage = (self._equivalent(xp, radial, axial)[0] / self.dynamic_rating) ** exponent
         return xp.where(self._refused(radial, axial) > 0, math.inf, damage)
@@ -480,15 +490,10 @@ class BearingPair:
         -------
         (...,) float   Revolutions; infinite without load.
 
-        Source: iso2007 for each bearing; product of Weibull distributions of one slope, 10/9 for ball and 9/8 for
-        roller bearings.
+        Source: iso2007 for each bearing; `Bearing.life_of_pair`.
         """
-        (radial_1, axial_1), (radial_2, axial_2) = self.loads(preload, lateral, lever)
-        xp = namespace(self, radial_1)
-        slope = 9.0 / 8.0 if self.bearing.type in ("cylindrical", "needle") else 10.0 / 9.0
-        damages = (self.bearing._damage(xp, radial_1, axial_1), self.bearing._damage(xp, radial_2, axial_2))
-        together = _power(xp, damages[0] ** slope + damages[1] ** slope, 1.0 / slope)
-        return safe_divide(xp, _RATING_LIFE, together, math.inf)
+        first, second = self.loads(preload, lateral, lever)
+        return self.bearing.life_of_pair(self.bearing.damage(*first), self.bearing.damage(*second))
 
     def static_safety(self, preload: Array, lateral: Array, lever: Array) -> Array:
         """The lesser static safety of the two bearings.

@@ -110,16 +110,49 @@ class ShaftBearings:
         """Whether the friction depends on what the bearings carry."""
         return self.torque is None
 
-    def static_demand(self, loads: Reactions) -> Array | None:
-        """Equivalent static load over static rating of the more heavily loaded bearing; None unless a part is stated. [-]
+    def static_demand(self, loads: Reactions) -> Array:
+        """Equivalent static load over static rating of the more heavily loaded bearing, which must be a part. [-]
 
         Source: as `Bearing.static_safety`.
         """
-        if self.bearing is None:
-            return None
+        assert self.bearing is not None
         first, second = (1.0 / self.bearing.static_safety(*load) for load in loads)
         xp = namespace(first, second)
         return xp.maximum(*as_floats(xp, first, second))
+
+    def life(self, loads: Reactions) -> Array:
+        """Basic rating life of both bearings, which must be a part, under loads along the last axis, each as long as the others.
+
+        Returns
+        -------
+        (...,) float   Revolutions that 90 % of pairs reach; without the last axis of the loads.
+
+        Source: iso2007 (damage adds up); `Bearing.life_of_pair`.
+        """
+        assert self.bearing is not None
+        damages = [self.bearing.damage(*one) for one in loads]
+        return self.bearing.life_of_pair(*(namespace(one).mean(one, axis=-1) for one in damages))
+
+    def journal_stress(self, loads: Reactions, torque: Array) -> Array:
+        """Stress of the solid shaft in the more heavily loaded bearing, a part, under bending and torsion.
+
+        Parameters
+        ----------
+        loads : Reactions
+        torque : (...,) float   Through the shaft. [N m]
+
+        Returns
+        -------
+        (...,) float   Equivalent stress by von Mises, for the force at the middle of the bearing and a shoulder at its side. [Pa]
+
+        Source: budynas2011, section 7-4 (bending 32 M/(pi d^3), torsion 16 T/(pi d^3)).
+        """
+        assert self.bearing is not None
+        radial = (loads.first[0], loads.second[0])
+        xp = namespace(torque, *radial)
+        moment = 0.5 * self.bearing.breadth * xp.maximum(*as_floats(xp, *radial))
+        modulus = math.pi * self.bearing.bore**3 / 32.0
+        return (moment**2 + 0.75 * torque**2) ** 0.5 / modulus
 
     def friction(self, loads: Reactions, speed: Array) -> Array:
         """Friction torque of both bearings under their loads.

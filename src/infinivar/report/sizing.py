@@ -25,6 +25,7 @@ from infinivar.report.page import render, to_json
 from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import (
     AXLE_BEARING,
+    CYLINDER_BEARING,
     ROLES,
     STEERING_MOTOR,
     UNITS,
@@ -166,6 +167,7 @@ _BODIES = {
     "gearhead": ("gearhead",),
     STEERING_MOTOR: ("steering motor",),
     AXLE_BEARING: ("axle bearings",),
+    CYLINDER_BEARING: ("cylinder bearings",),
 }
 """Bodies that the parts chosen by a search are, by role."""
 

@@ -17,7 +17,8 @@ from infinivar.sizing.margins import TaskDemand, margin_of, tightest_of
 from infinivar.sizing.pool import ChosenPart
 from infinivar.units import margin_words, plain, show, show_in, times
 
-STEERING_MOTOR, AXLE_BEARING, STEERING_RATIO = "steering.motor", "transmission.geometry.axle_bearing", "steering.ratio"
+STEERING_MOTOR, STEERING_RATIO, WHEELS = "steering.motor", "steering.ratio", "transmission.wheels"
+AXLE_BEARING, CYLINDER_BEARING = "transmission.geometry.axle_bearing", "cylinder_bearings.bearing"
 """Paths of parts and values of a cobotic drive."""
 
 COBOTIC_PATHS = {
@@ -34,13 +35,14 @@ UNITS = {
     "screw.lead": "m",
     **dict(zip(COBOTIC_PATHS.values(), ("m", "rad/s", "m", "m", "N"), strict=True)),
     STEERING_RATIO: "1",
+    WHEELS: "1",
 }
 """SI unit of each free value, by path."""
 
-ROLES = ("motor", "gearhead", STEERING_MOTOR, AXLE_BEARING)
+ROLES = ("motor", "gearhead", STEERING_MOTOR, AXLE_BEARING, CYLINDER_BEARING)
 """Roles of parts that are searched."""
 
-_LEAD = {STEERING_MOTOR: "steering ", AXLE_BEARING: "bearings "}
+_LEAD = {STEERING_MOTOR: "steering ", AXLE_BEARING: "bearings ", CYLINDER_BEARING: "cylinder on "}
 """What precedes the name of a part, by role."""
 
 
@@ -88,7 +90,8 @@ class SizedDrive(Frozen):
     ----------
     template       Drive of the study whose other parts it has.
     parts          Parts chosen, by role, which is their path in the drive: "motor", "gearhead"; of cobotic drives also
-        "steering.motor" and "transmission.geometry.axle_bearing". Roles that keep the template's part are left out.
+        "steering.motor", "transmission.geometry.axle_bearing" and "cylinder_bearings.bearing". Roles that keep the template's
+        part are left out.
     free           Values chosen from a range, by their path in the drive, such as "pulley.radius" or "transmission.preload".
     drive          Ready for `duty_cycle`, `steady_map` and `simulate`.
     mass           Of the whole drive; nan if a body's is not known. [kg]

@@ -74,6 +74,8 @@ class CoboticDesign(FoundDesign):
     Attributes
     ----------
     bearing    Place of the axle bearing.
+    wheels     Around the cylinder.
+    support    Place of the cylinder bearing.
     steering   Row of the steering motor; -1: the template's, or none.
     ratio      Of the steering motor's gear. [-]
     values     Continuous values by name, see `FREE`. In SI.
@@ -81,6 +83,8 @@ class CoboticDesign(FoundDesign):
 
     drive: CoboticDrive
     bearing: int
+    wheels: int
+    support: int
     steering: int
     ratio: float
     values: Mapping[str, float]
@@ -149,7 +153,7 @@ class CoboticSizing(FoundDesigns):
     ----------
     designs      The best found, in order: of each combination of parts the best values.
     front        Of all feasible designs evaluated, those of which no other has both less mass and less power, by power.
-    wheels       Wheel designs looked at: a bearing and five values.
+    wheels       Wheel designs looked at: bearings, a number of wheels and five values.
     rolled       Of those, evaluated over the motions.
     drives       Drives covered: wheel designs that roll, times all motors, gearheads, steering motors and ratios.
     sampled      Motors evaluated at every instant behind a wheel; the others are excluded by bounds.

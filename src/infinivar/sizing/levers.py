@@ -14,7 +14,7 @@ from infinivar.parts.bearing import COEFFICIENTS
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.parts.structure.tube import THICKEST
-from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR, SizedDrive
+from infinivar.sizing.design import AXLE_BEARING, CYLINDER_BEARING, STEERING_MOTOR, SizedDrive
 
 LEAST, MOST = 0.1, 10.0
 """Factors on values that cannot be 0, and on allowances. [-]"""
@@ -60,7 +60,8 @@ def allowances(design: SizedDrive, limit: Limit, part: str) -> list[Lever]:
         Limit.BEARING: ("static rating of the axle bearings", (f"{AXLE_BEARING}.static_rating",)),
         Limit.YIELD: ("yield strength of wheel and cylinder", _of_materials("yield_strength")),
         Limit.HARDNESS: ("hardness of wheel and cylinder", _of_materials("hardness")),
-        Limit.SUPPORT: ("static rating of the cylinder bearings", ("cylinder_bearings.bearing.static_rating",)),
+        Limit.SUPPORT: ("static rating of the cylinder bearings", (f"{CYLINDER_BEARING}.static_rating",)),
+        Limit.JOURNAL: ("bore of the cylinder bearings", (f"{CYLINDER_BEARING}.bore",)),
         Limit.WALL: ("wall of the cylinder", ("transmission.cylinder_wall",)),
         Limit.TEMPERATURE: (
             "thermal conductances of the motor",

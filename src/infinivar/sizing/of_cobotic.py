@@ -14,9 +14,11 @@ from infinivar.sizing.cobotic.search import best_cobotic, ranges_of
 from infinivar.sizing.design import (
     AXLE_BEARING,
     COBOTIC_PATHS,
+    CYLINDER_BEARING,
     STEERING_MOTOR,
     STEERING_RATIO,
     UNITS,
+    WHEELS,
     FreeValue,
     SizedDrive,
 )
@@ -36,7 +38,10 @@ PAYS = 40_000
 RATIOS = (0.5, math.sqrt(0.5), 1.0, math.sqrt(2.0), 2.0)
 """Ratios between steering motor and bell that are tried, over that of the template, unless some are given. [-]"""
 
-Axles = Sequence[tuple[ChosenPart | None, Bearing]]
+NUMBERS = (1, 2, 3)
+"""Of wheels around the cylinder that are tried unless some are given."""
+
+Bearings = Sequence[tuple[ChosenPart | None, Bearing]]
 
 
 def cobotic(request: StudyRequest, progress: Progress | None) -> Found:
@@ -51,6 +56,8 @@ def request_on_tables(request: StudyRequest) -> CoboticRequest:
         steering_motors=request.parts.motors_as(STEERING_MOTOR),
         steering_ratios=_ratios(request) or (1.0,),
         bearings=tuple(bearing for _, bearing in _axles(request)),
+        wheels=_wheels(request),
+        cylinder_bearings=tuple(bearing for _, bearing in _supports(request)),
         ranges=request.ranges,
         objective=request.objectives[-1],
         slip_margin=request.slip_margin,
@@ -64,17 +71,30 @@ def request_on_tables(request: StudyRequest) -> CoboticRequest:
 
 def found_of(request: StudyRequest, found: CoboticSizing) -> Found:
     """What a search over tables found, with the parts and where they are from."""
-    axles, record = _axles(request), _record(request, found)
+    record = _record(request, found)
     both = _merged(found, request), found.front if len(request.aims) > 1 else ()
-    designs, front = ([_design(request, axles, one) for one in some] for some in both)
+    designs, front = ([_design(request, one) for one in some] for some in both)
     if not designs and found.nearest is not None:
-        record = replace(record, nearest=_design(request, axles, found.nearest))
+        record = replace(record, nearest=_design(request, found.nearest))
     return Found(designs, front, record)
 
 
-def _axles(request: StudyRequest) -> Axles:
+def _axles(request: StudyRequest) -> Bearings:
     """Axle bearings to try."""
-    return request.parts.axle_bearings(request.template.transmission.geometry.axle_bearing)
+    return request.parts.bearings_like(request.template.transmission.geometry.axle_bearing)
+
+
+def _supports(request: StudyRequest) -> Bearings:
+    """Bearings of the cylinder to try; none where the template states no part for them."""
+    own = request.template.cylinder_bearings
+    return [] if own is None or own.bearing is None else request.parts.bearings_like(own.bearing)
+
+
+def _wheels(request: StudyRequest) -> tuple[int, ...]:
+    """Numbers of wheels to try; backing rollers go with one wheel only."""
+    held = request.template.cylinder_bearings
+    alone = held is not None and held.backing_rollers > 0
+    return request.wheels or ((1,) if alone else NUMBERS)
 
 
 def _ratios(request: StudyRequest) -> tuple[float, ...]:
@@ -96,14 +116,14 @@ def _method(generations: int) -> Literal["numpy", "jax"]:
 def _merged(found: CoboticSizing, request: StudyRequest) -> list[CoboticDesign]:
     """The best by the first objective, each combination of parts once."""
     ordered = sorted(found.designs, key=lambda one: one.mass if request.by_mass else one.power)
-    kept: dict[tuple[int, int, int, float], CoboticDesign] = {}
+    kept: dict[tuple[int, int, int, int, float], CoboticDesign] = {}
     for one in ordered:
-        kept.setdefault((one.pair, one.bearing, one.steering, one.ratio), one)
+        kept.setdefault((one.pair, one.bearing, one.wheels, one.steering, one.ratio), one)
     return list(kept.values())[: request.top]
 
 
 def _record(request: StudyRequest, found: CoboticSizing) -> WheelRecord:
-    ranges = ranges_of(request.template, request.ranges)
+    ranges = ranges_of(request.template, request.ranges, _wheels(request))
     return WheelRecord(
         candidates=found.candidates,
         wheels=found.wheels,
@@ -116,6 +136,8 @@ def _record(request: StudyRequest, found: CoboticSizing) -> WheelRecord:
         ranges={COBOTIC_PATHS[name]: (float(low), float(high)) for name, (low, high) in ranges.items()},
         steering_ratios=_ratios(request),
         bearings=tuple(bearing.name for _, bearing in _axles(request)),
+        cylinder_bearings=tuple(bearing.name for _, bearing in _supports(request)),
+        numbers_of_wheels=_wheels(request),
         cloud=found.cloud,
         history=found.history,
         compiled=_method(request.generations) == "jax",
@@ -131,7 +153,7 @@ def _held(drive: CoboticDrive) -> CoboticDrive:
     )
 
 
-def _design(request: StudyRequest, axles: Axles, found: CoboticDesign) -> SizedDrive:
+def _design(request: StudyRequest, found: CoboticDesign) -> SizedDrive:
     pool = request.parts
     chosen: dict[str, ChosenPart] = {}
     free = {COBOTIC_PATHS[key]: value for key, value in found.values.items()}
@@ -140,9 +162,15 @@ def _design(request: StudyRequest, axles: Axles, found: CoboticDesign) -> SizedD
     if found.steering >= 0:
         chosen[STEERING_MOTOR] = pool.motor(STEERING_MOTOR, found.steering)
         free[STEERING_RATIO] = found.ratio
-    axle, _ = axles[found.bearing]
-    if axle is not None:
-        chosen[AXLE_BEARING] = axle
+    if len(_wheels(request)) > 1:
+        free[WHEELS] = found.wheels
+    for role, tried, place in (
+        (AXLE_BEARING, _axles(request), found.bearing),
+        (CYLINDER_BEARING, _supports(request), found.support),
+    ):
+        part = tried[place][0] if tried else None
+        if part is not None:
+            chosen[role] = part
     return SizedDrive(
         template=request.name,
         parts=chosen,

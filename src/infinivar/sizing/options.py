@@ -111,10 +111,13 @@ class SizeOptions(Options):
         "Cobotic drives: ratios between steering motor and bell to try, separated by commas.",
         usual="five from half to twice the template's",
     )
+    wheels: Sequence[int] | None = numbers(
+        "Cobotic drives: numbers of wheels around the cylinder to try, separated by commas.", usual="1, 2, 3"
+    )
     slip_margin: float | None = option(
         "Cobotic drives: required slip force over lateral force.", float, least=1.0, usual=f"{SLIP_MARGIN:g}"
     )
-    life: float | None = amount('Cobotic drives: required life of the axle bearings, such as "5000 h".', "s")
+    life: float | None = amount('Cobotic drives: required life of axle and cylinder bearings, such as "5000 h".', "s")
     generations: int | None = option("Cobotic drives: length of the search.", int, least=1, usual=str(GENERATIONS))
     seed: int | None = option("Cobotic drives: the same seed gives the same result.", int, least=0, usual="0")
     builds: int = option(
@@ -125,5 +128,5 @@ class SizeOptions(Options):
     )
 
     GEARED: ClassVar[tuple[str, ...]] = ("radius", "leads")
-    COBOTIC: ClassVar[tuple[str, ...]] = ("ranges", "steering_ratios", "slip_margin", "life")
+    COBOTIC: ClassVar[tuple[str, ...]] = ("ranges", "steering_ratios", "wheels", "slip_margin", "life")
     """Of one architecture only, and of every search over it."""

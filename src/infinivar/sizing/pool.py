@@ -160,8 +160,8 @@ class PartPool(Frozen):
             row -= len(table)
         raise IndexError(f"{ONE[kind]} {row}")
 
-    def axle_bearings(self, own: Bearing) -> list[tuple[ChosenPart | None, Bearing]]:
-        """Bearings for an axle: its own, and those of its type in the sets, or shipped ones if the sets have none.
+    def bearings_like(self, own: Bearing) -> list[tuple[ChosenPart | None, Bearing]]:
+        """Bearings for a shaft: its own, and those of its type in the sets, or shipped ones if the sets have none.
 
         Friction model and lubricant are those of its own bearing.
         """

@@ -76,8 +76,8 @@ class WheelRecord(Frozen):
 
     Attributes
     ----------
-    candidates     Combinations of motor and gearhead, axle bearing, steering motor and ratio.
-    wheels         Wheel designs looked at: a bearing, two radii of the wheel, radius and speed of the cylinder, preload.
+    candidates     Combinations of motor and gearhead, bearings, number of wheels, steering motor and ratio.
+    wheels         Wheel designs looked at: bearings, number of wheels, radii of wheel and cylinder, its speed, preload.
     rolled         Of these, those that neither preload nor slip at some instants rules out.
     drives         Drives covered: wheel designs that roll, times all motors, gearheads, steering motors and ratios.
     evaluated      Motors evaluated at every instant behind a wheel; bounds exclude the others.
@@ -87,6 +87,8 @@ class WheelRecord(Frozen):
     ranges         Ranges searched, by path. In SI.
     steering_ratios   Ratios tried between steering motor and bell.
     bearings       Axle bearings tried, by name.
+    cylinder_bearings   Bearings of the cylinder tried, by name; none where the template states none.
+    numbers_of_wheels   Numbers of wheels tried.
     cloud          Mass and least mean power of each combination of parts that was the best behind a feasible wheel design. (n, 2)
         [kg], [W]
     history        Best value of the first objective after each generation, inf before the first; the last generations count
@@ -106,6 +108,8 @@ class WheelRecord(Frozen):
     ranges: Mapping[str, tuple[float, float]] = reported()
     steering_ratios: tuple[float, ...] = reported()
     bearings: tuple[str, ...] = reported()
+    cylinder_bearings: tuple[str, ...] = reported()
+    numbers_of_wheels: tuple[int, ...] = reported()
     cloud: np.ndarray
     history: np.ndarray = reported(convert=finite)
     compiled: bool = reported(default=False)

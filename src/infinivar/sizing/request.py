@@ -16,7 +16,8 @@ from infinivar.parts.gearhead import LossModel
 from infinivar.parts.linear import Pulley
 from infinivar.parts.screw import Screw
 from infinivar.parts.stage import OutputStage
-from infinivar.sizing.cobotic.wheels import FREE, check_template
+from infinivar.sizing.cobotic.space import FREE
+from infinivar.sizing.cobotic.wheels import check_template
 from infinivar.sizing.design import SizedDrive
 from infinivar.sizing.options import AIMS, GENERATIONS, SLIP_MARGIN, Aim, SizeOptions
 from infinivar.sizing.pool import PartPool, pool_of
@@ -52,9 +53,10 @@ class StudyRequest:
     leads             Of the screw of geared drives, to try with every pair; empty for that of the template. [m]
     stages            Output stages to try with every pair instead.
     ranges            Of the free values of cobotic drives, by name.
+    wheels            Numbers of wheels of cobotic drives; empty for 1, 2 and 3.
     steering_ratios   Between steering motor and bell; None for those around the template's. [-]
     slip_margin       Slip force over lateral force that is wanted. [-]
-    life              Of the axle bearings of cobotic drives; None for any. [s]
+    life              Of axle and cylinder bearings of cobotic drives; None for any. [s]
     loss_model        Of all gearheads; None for that of the template's.
     generations, seed   Of the search over cobotic drives.
     """
@@ -69,6 +71,7 @@ class StudyRequest:
     leads: tuple[float, ...] = ()
     stages: tuple[OutputStage, ...] = ()
     ranges: Mapping[str, tuple[float, float]]
+    wheels: tuple[int, ...] = ()
     steering_ratios: tuple[float, ...] | None = None
     slip_margin: float = SLIP_MARGIN
     life: float | None = None
@@ -154,7 +157,8 @@ def request_of(
     ranges = options.pop("ranges", None) or {}
     stated = {name: value for name, value in options.items() if value is not None}
     _check_options(study, templates, stated | ({"ranges": ranges} if ranges else {}))
-    several = {name: tuple(stated[name]) for name in ("leads", "steering_ratios") if name in stated}
+    kinds = {"leads": float, "steering_ratios": float, "wheels": int}
+    several = {name: tuple(map(kind, stated[name])) for name, kind in kinds.items() if name in stated}
     request = StudyRequest(
         study=study,
         templates=tuple(templates),
@@ -253,6 +257,9 @@ def _check_options(study: Study, names: Sequence[str], given: Mapping[str, Any])
         values = tuple(given.get(name, (1.0,)))
         fine = len(values) > 0 and all(0.0 < one < math.inf for one in values) and len({*values}) == len(values)
         require(fine, name, values, f"one {what} or several different ones, each > 0", unit)
+    numbers = tuple(given.get("wheels", (1,)))
+    fine = len({*numbers}) == len(numbers) > 0 and {*numbers} <= {1, 2, 3}
+    require(fine, "wheels", numbers, "one or several of 1, 2 and 3")
     for name, ends in given.get("ranges", {}).items():
         if name not in FREE:
             raise InputError(

@@ -56,6 +56,7 @@ def size(
     leads: Sequence[float] | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
     steering_ratios: Sequence[float] | None = None,
+    wheels: Sequence[int] | None = None,
     slip_margin: float | None = None,
     life: float | None = None,
     loss_model: LossModel | None = None,
@@ -67,7 +68,8 @@ def size(
     """Find the best geared and cobotic drives for a study among all parts of some sets.
 
     A geared and a cobotic drive of the study are the templates. Of a geared one, motor, gearhead and the radius of a pulley are
-    searched; of a cobotic one both motors, the gearhead, the axle bearing, the steering ratio and the five values of `ranges`.
+    searched; of a cobotic one both motors, the gearhead, axle and cylinder bearings, the number of wheels, the steering ratio and
+    the five values of `ranges`.
     All else stays. Candidates are judged by the requirement and all duty cycles of the study.
 
     Parameters
@@ -87,9 +89,10 @@ def size(
         wheel_radius [m], crown_radius [m] and preload [N]; by default half and twice the template's. Equal ends fix a value.
     steering_ratios : sequence    Of cobotic drives, between steering motor and bell; by default five from half to twice the
         template's. [-]
+    wheels : sequence             Of cobotic drives: numbers of wheels around the cylinder, 1, 2 and 3 by default.
     slip_margin : float           Of cobotic drives: slip force over lateral force that is wanted, at least 1; demands for slip
         count it; 1.1 by default. [-]
-    life : float                  Of cobotic drives: wanted life of the axle bearings, at the loads of their friction. [s]
+    life : float                  Of cobotic drives: wanted life of axle and cylinder bearings. [s]
     loss_model : str              coulomb, proportional or strain wave, of all gearheads; by default that of the template's.
     generations, seed : int       Of the search over cobotic drives, 40 and 0 by default; the same seed gives the same result.
     builds : int                  Number of builds of the designs to judge, a power of two; 0 for none. See `doubt`.
@@ -115,6 +118,7 @@ def size(
         leads=leads,
         ranges=ranges,
         steering_ratios=steering_ratios,
+        wheels=wheels,
         slip_margin=slip_margin,
         life=life,
         generations=generations,
@@ -150,6 +154,7 @@ def sizing_of(request: StudyRequest, found: Mapping[str, Found]) -> Sizing:
         notes=(
             *request.notes,
             *_without_mass(study, found),
+            *_coupled(best_of),
             *not_taken_over(study, best_of),
             *_not_simulated(study, best_of),
             *parts.unread,
@@ -164,6 +169,14 @@ def _without_mass(study: Study, found: Mapping[str, Found]) -> Iterator[str]:
         number = sum(count for reason, count in each.record.excluded.items() if reason.endswith("mass not stated"))
         if study.envelope is not None and number:
             yield f"envelope: {number} candidates like {template} were left out, whose mass is not stated"
+
+
+def _coupled(best_of: Mapping[str, SizedDrive]) -> Iterator[str]:
+    """What a design with several wheels needs and is not counted."""
+    for template, design in best_of.items():
+        wheels = getattr(getattr(design.drive, "transmission", None), "wheels", 1)
+        if wheels > 1:
+            yield f"not counted: what turns the bells of the {wheels} wheels of the best design like {template} together"
 
 
 def _not_simulated(study: Study, best_of: Mapping[str, SizedDrive]) -> Iterator[str]:

@@ -20,7 +20,7 @@ from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.motion.waypoints import RecordedForce, Waypoints
 from infinivar.parts.motor import SCALED
-from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR, SizedDrive, path_words, role_words
+from infinivar.sizing.design import AXLE_BEARING, CYLINDER_BEARING, STEERING_MOTOR, SizedDrive, path_words, role_words
 from infinivar.study.provenance import DEFAULT, Provenance, recorded, same, text_of
 from infinivar.study.spreads import Uncertainty
 from infinivar.study.study import Study
@@ -108,20 +108,19 @@ def _reconstruction(study: Study, owner: str, kept: Iterable[Provenance]) -> tup
     )
 
 
-_KEPT = {
-    "gearhead": ("loss_model",),
-    AXLE_BEARING: (
-        "friction_model",
-        "friction_coefficient",
-        "viscosity",
-        "lubrication",
-        "oil_level",
-        "drag_factor",
-        "boundary_friction",
-        "starting_friction",
-        "ehl_friction",
-    ),
-}
+_OF_FRICTION = (
+    "friction_model",
+    "friction_coefficient",
+    "viscosity",
+    "lubrication",
+    "oil_level",
+    "drag_factor",
+    "boundary_friction",
+    "starting_friction",
+    "ehl_friction",
+)
+
+_KEPT = {"gearhead": ("loss_model",), AXLE_BEARING: _OF_FRICTION, CYLINDER_BEARING: _OF_FRICTION}
 """Fields that a part of a set does not bring with it, by role: those of the template stay."""
 
 

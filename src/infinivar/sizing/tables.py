@@ -127,9 +127,11 @@ class CoboticRequest(Request):
     steering_motors    As `motors`.
     steering_ratios    Of the gear between steering motor and bell. [-]
     bearings           Of the axle.
+    wheels             Numbers of wheels around the cylinder; empty: the template's.
+    cylinder_bearings  Of the cylinder; empty: the template's.
     ranges             Least and largest value by name; by default half and twice the template's.
     slip_margin        Slip force over lateral force that is wanted. [-]
-    life               Wanted life of the axle bearings; None for any. [s]
+    life               Wanted life of axle and cylinder bearings; None for any. [s]
     population, generations, seed   Of differential evolution.
     first_samples      Instants of a motion, at most, of most generations.
     method             numpy or jax.
@@ -142,6 +144,8 @@ class CoboticRequest(Request):
     ranges: Mapping[str, tuple[float, float]]
     slip_margin: float = 1.0
     life: float | None = None
+    wheels: tuple[int, ...] = ()
+    cylinder_bearings: tuple[Bearing, ...] = ()
     population: int = 40
     generations: int = 100
     seed: int = 0

@@ -16,7 +16,7 @@ from infinivar.sizing.cobotic.bounds import Side
 from infinivar.sizing.cobotic.choice import NOT_CHOSEN
 from infinivar.sizing.cobotic.designs import design_of
 from infinivar.sizing.cobotic.search import Searched, best_cobotic, excluded_of, searched_of, unchecked_of
-from infinivar.sizing.cobotic.wheels import FREE
+from infinivar.sizing.cobotic.space import FREE
 from infinivar.sizing.found import CoboticDesign, CoboticSizing
 from infinivar.sizing.of_cobotic import found_of, request_on_tables
 from infinivar.sizing.options import GENERATIONS, Aim
@@ -41,9 +41,9 @@ from infinivar.sweeps.geared import TOP_OF_CHUNK
 from infinivar.sweeps.problem import CANDIDATES, FRONT, LIST, NEAREST, TOP, Best, Chunk, Problem
 from infinivar.sweeps.sweep import Sweep, check_finished
 
-_PARTS = ("pair", "bearing", "steering", "ratio")
+_PARTS = ("pair", "bearing", "wheels", "support", "steering", "ratio")
 """Columns that identify a combination of parts."""
-_TABLES = ("motors", "gearheads", "pairs", "steering_motors", "steering_ratios", "bearings")
+_TABLES = ("motors", "gearheads", "pairs", "steering_motors", "steering_ratios", "bearings", "cylinder_bearings")
 _NOT_OPTIONS = (*_TABLES, "template", "duty", "requirement", "seed", "top")
 
 
@@ -171,14 +171,15 @@ class CoboticStudySweep(Problem):
     def designs(self, searched: Searched, rows: Mapping[str, np.ndarray]) -> Iterator[CoboticDesign]:
         """Yield rows of a list as designs, with the demands and the power found by the start."""
         for row in each(rows):
-            pair, bearing, steering = (int(row[name]) for name in _PARTS[:3])
+            pair, bearing, wheels, support, steering = (int(row[name]) for name in _PARTS[:5])
+            heads = searched.space.heads
             chosen = [(searched.sides[0], pair)] if pair != NOT_CHOSEN else []
             if steering != NOT_CHOSEN:
                 chosen.append((searched.sides[1], _steered(searched.sides[1], steering, float(row["ratio"]))))
             yield design_of(
                 searched.space,
                 np.array([row[name] for name in FREE]),
-                bearing,
+                int(heads.at((bearing, heads.wheels.index(wheels), support))),
                 chosen,
                 power=float(row["power_W"]),
                 demands=demands_of(row),
@@ -233,6 +234,7 @@ def cobotic_study_sweep(
     drive: str | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
     steering_ratios: Sequence[float] | None = None,
+    wheels: Sequence[int] | None = None,
     slip_margin: float | None = None,
     life: float | None = None,
     generations: int = GENERATIONS,
@@ -254,6 +256,7 @@ def cobotic_study_sweep(
         drive=drive,
         ranges=ranges,
         steering_ratios=steering_ratios,
+        wheels=wheels,
         slip_margin=slip_margin,
         life=life,
         generations=generations,

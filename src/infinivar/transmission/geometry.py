@@ -183,7 +183,7 @@ class ContactGeometry:
     bearing_span: float | None = quantity("m", Gt(0), "Distance between the axle bearings", default=None)
     wheel_width: float = quantity("m", Gt(0), "Width of the wheel along its axle", default=10e-3)
     axle_strength: float = quantity(
-        "Pa", Gt(0), "Permissible bending stress of the axle, which turns under the preload", default=300e6
+        "Pa", Gt(0), "Permissible bending stress of axle and cylinder journals, which turn under their load", default=300e6
     )
     lateral_share: float = quantity(
         "1", Interval(ge=0, le=1), "Lateral force over slip force at which bearing friction is evaluated", default=0.5

@@ -18,7 +18,8 @@ from infinivar.sizing.cobotic.choice import NOT_CHOSEN
 from infinivar.sizing.cobotic.evaluation import Evaluation
 from infinivar.sizing.cobotic.evolution import Entry, Key, Record
 from infinivar.sizing.cobotic.sampled import sample
-from infinivar.sizing.cobotic.wheels import CONTACT, FREE, Points, Space, Wheels, evaluate, static_demands
+from infinivar.sizing.cobotic.space import FREE, Points, Space
+from infinivar.sizing.cobotic.wheels import CONTACT, Wheels, evaluate, static_demands
 from infinivar.sizing.found import CoboticDesign
 from infinivar.sizing.geared.candidates import ENVELOPE, LIMIT_FIELDS
 from infinivar.sizing.geared.sampled import UNCHECKED
@@ -56,10 +57,10 @@ def _feasible(
 ) -> tuple[CoboticDesign, ...]:
     """The first designs that keep all limits; those found at some points of a required region may fail at others."""
     found: list[CoboticDesign] = []
-    for (pair, bearing, steered), entry in entries:
+    for (pair, _, steered), entry in entries:
         if len(found) == most:
             break
-        made = _design(evaluation, entry.values, bearing, (pair, steered), whole)
+        made = _design(evaluation, entry.values, entry.head, (pair, steered), whole)
         # Limits of motions were judged at the same instants, with their own allowances for rounding.
         judged = {ENVELOPE, *_regions(whole)}
         beyond = [demand for (task, *_), demand in made.demands.items() if task in judged]
@@ -76,20 +77,20 @@ def nearest_design(evaluation: Evaluation, record: Record, whole: Sequence[Task]
     """The infeasible wheel design nearest to feasible, with the motors nearest to it."""
     if record.nearest is None:
         return None
-    _, values, bearing = record.nearest
-    points = Points(values[None], np.array([bearing]))
+    _, values, head = record.nearest
+    points = Points(values[None], np.array([head]))
     wheels = evaluate(evaluation.space, points, evaluation.tasks, life=evaluation.request.life)
     rows: list[int] = []
     if not wheels.slipping[0]:
         rows = [evaluation.nearest(side, points, wheels) for side in evaluation.sides]
-    return _design(evaluation, values, bearing, rows, whole)
+    return _design(evaluation, values, head, rows, whole)
 
 
 def _design(
-    evaluation: Evaluation, values: np.ndarray, bearing: int, rows: Sequence[int], whole: Sequence[Task]
+    evaluation: Evaluation, values: np.ndarray, head: int, rows: Sequence[int], whole: Sequence[Task]
 ) -> CoboticDesign:
     """A wheel design with a candidate of each side, or without motors."""
-    points = Points(values[None], np.array([bearing]))
+    points = Points(values[None], np.array([head]))
     # Sides without a task, such as steering in a required region, have no candidate.
     chosen = [(side, row) for side, row in zip(evaluation.sides, rows, strict=False) if row != NOT_CHOSEN]
     space = evaluation.space
@@ -106,7 +107,7 @@ def _design(
     return design_of(
         space,
         values,
-        bearing,
+        head,
         chosen,
         power=power,
         demands={name: float(demand[0]) for name, demand in demands.items()},
@@ -126,7 +127,7 @@ def _of_side(
 def design_of(
     space: Space,
     values: np.ndarray,
-    bearing: int,
+    head: int,
     chosen: Sequence[tuple[Side, int]],
     *,
     power: float,
@@ -139,7 +140,7 @@ def design_of(
     ----------
     values : (5,) float   In the order of `FREE`.
     """
-    drive, ratio, missing = space.one(values, bearing), math.nan, []
+    drive, ratio, missing = space.one(values, head), math.nan, []
     pair = motor_row = gear_row = steering = NOT_CHOSEN
     for side, row in chosen:
         motor, gear = side.found.part(row)
@@ -154,6 +155,7 @@ def design_of(
             drive = replace(drive, steering=replace(drive.steering, motor=motor, ratio=ratio))
             missing += [(limit, side.name) for limit, part in unstated if part == MOTOR]
     drive = with_tube(drive, space.service)
+    axle, _, support = map(int, space.heads.places(head))
     walls = static_demands(drive, 1)
     own = {key: float(walls[key][0]) for key in ((CONTACT, Limit.WALL, "cylinder"),) if key in walls}
     if envelope is not None:
@@ -162,7 +164,9 @@ def design_of(
         pair=pair,
         motor=motor_row,
         gearhead=gear_row,
-        bearing=bearing,
+        bearing=axle,
+        wheels=drive.transmission.wheels,
+        support=support,
         steering=steering,
         ratio=ratio,
         values=dict(zip(FREE, map(float, values), strict=True)),

@@ -23,11 +23,10 @@ from infinivar.sizing.cobotic.choice import (
     towards_lighter,
 )
 from infinivar.sizing.cobotic.sampled import SideSampled, sample
+from infinivar.sizing.cobotic.space import Points, Space
 from infinivar.sizing.cobotic.wheels import (
     CONTACT,
-    Points,
     Shaft,
-    Space,
     Wheels,
     critical,
     evaluate,
@@ -153,7 +152,7 @@ class Evaluation:
 
     def values(self, points: Points) -> Value:
         """Evaluate wheel designs."""
-        count = len(points.bearing)
+        count = len(points.head)
         self.wheels += count
         result = _none(count)
         for some in self.space.batches(points, _AT_ONCE):
@@ -173,8 +172,8 @@ class Evaluation:
             static, shape = static_demands(drive), shape_excess(drive)
         else:
             seen = laws.look(points, self.first)
-            static, shape, known = named_static(seen.static, len(points.bearing)), seen.shape, seen.demanded
-        excess = np.max([np.broadcast_to(np.ravel(shape), points.bearing.shape), *static.values()], axis=0)
+            static, shape, known = named_static(seen.static, len(points.head)), seen.shape, seen.demanded
+        excess = np.max([np.broadcast_to(np.ravel(shape), points.head.shape), *static.values()], axis=0)
         value, held = State.PRELOAD.value_of(excess), excess <= 1.0
         self._block(static, ~held)
         if self.first and held.any():
@@ -198,7 +197,7 @@ class Evaluation:
 
     def _with_motors(self, points: Points) -> Value:
         """Value of wheels that the preload does not damage."""
-        count = len(points.bearing)
+        count = len(points.head)
         self.rolled += count
         parts = list(self.space.batches(points, self._rolled_at_once))
         wheels = joined(
@@ -346,7 +345,7 @@ class Evaluation:
             for part in side.found.sizes(side.rows, self.space.template.structure)
         )
         parts = {"motor": motor, "gearhead": gearhead} if side.name == MOTOR else {"steering": motor}
-        shape = len(points.bearing), len(side.rows)
+        shape = len(points.head), len(side.rows)
         found = self.space.sized(points, self.envelope, **parts)
         return {key: np.broadcast_to(demand, shape).T for key, demand in found.items()}
 

@@ -14,10 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from infinivar._core.pareto import front
-from infinivar.parts.bearing import Bearing
 from infinivar.sizing.cobotic.bounds import Side
 from infinivar.sizing.cobotic.evaluation import NOT_FEASIBLE, Evaluation, Value
-from infinivar.sizing.cobotic.wheels import FREE, Points
+from infinivar.sizing.cobotic.space import FREE, Heads, Points
 from infinivar.sizing.geared.tasks import Task
 from infinivar.sizing.progress import Progress, part_of
 
@@ -41,7 +40,7 @@ _SHORTER = 3
 
 
 Key = tuple[int, int, int]
-"""Pair of motor and gearhead, bearing, pair of steering motor and ratio."""
+"""Pair of motor and gearhead, axle bearing with wheels (`Heads.apart`), pair of steering motor and ratio."""
 
 _STEPS = math.log(1.05)
 """Of the logarithm of the mass: of the same parts, one wheel design is kept in each."""
@@ -54,9 +53,9 @@ class Box(NamedTuple):
     """Of the values in the order of `FREE`. (5,)"""
     high: np.ndarray
     """(5,)"""
-    bearings: tuple[Bearing, ...]
-    own: np.ndarray
-    """Values of the template, where the search starts if they are within. (5,)"""
+    heads: Heads
+    own: Points
+    """The template, where the search starts if its values are within."""
 
 
 class Stage(NamedTuple):
@@ -80,6 +79,8 @@ class Entry(NamedTuple):
     """Of the objective."""
     values: np.ndarray
     """In the order of `FREE`. (5,)"""
+    head: int
+    """Place of the head."""
     mass: float
     power: float
 
@@ -87,29 +88,29 @@ class Entry(NamedTuple):
 class Record:
     """Feasible designs: the best values of every combination of parts, and the infeasible wheel design nearest to feasible."""
 
-    def __init__(self) -> None:
+    def __init__(self, heads: Heads) -> None:
         """Nothing is known yet."""
+        self.heads = heads
         self.best: dict[Key, Entry] = {}
         """By the objective."""
         self.light: dict[tuple[Key, int], Entry] = {}
         """By power in each step of the mass; and by mass, as step `_LIGHTEST`."""
         self.nearest: tuple[float, np.ndarray, int] | None = None
-        """Value, values and bearing."""
+        """Value, values and head."""
 
     def add(self, points: Points, found: Value) -> None:
         """Add wheel designs."""
         for place in np.flatnonzero(found.feasible):
-            key = int(found.pair[place]), int(points.bearing[place]), int(found.steering[place])
-            one = Entry(
-                float(found.value[place]), points.values[place], float(found.mass[place]), float(found.power[place])
-            )
+            value, mass, power = (float(one[place]) for one in (found.value, found.mass, found.power))
+            one = Entry(value, points.values[place], int(points.head[place]), mass, power)
+            key = int(found.pair[place]), self.heads.apart(one.head), int(found.steering[place])
             if key not in self.best or one.value < self.best[key].value:
                 self.best[key] = one
             self._add_light(key, one)
         if len(found.value):
             first = int(np.argmin(found.value))
             if self.nearest is None or found.value[first] < self.nearest[0]:
-                self.nearest = float(found.value[first]), points.values[first], int(points.bearing[first])
+                self.nearest = float(found.value[first]), points.values[first], int(points.head[first])
 
     def _add_light(self, key: Key, one: Entry) -> None:
         """Keep a design if it needs the least power of its step, or is the lightest of its parts."""
@@ -135,16 +136,16 @@ class Record:
 
     def points(self, most: int) -> Points:
         """Wheel designs of the front, and of the best combinations."""
-        entries = [(key[0][1], self.light[key].values) for key in self.front()]
+        entries = [self.light[key] for key in self.front()]
         best = sorted(self.best, key=lambda key: (self.best[key].value, key))[:most]
-        return _points([*entries, *((key[1], self.best[key].values) for key in best)])
+        return _points([*entries, *(self.best[key] for key in best)])
 
     def points_near(self, mass: float, most: int) -> Points:
         """Wheel designs of the front nearest to a mass, heavier and lighter, and of the least power among the lighter ones."""
         nearest = sorted(self.front(), key=lambda key: (abs(self.light[key].mass - mass), key))[: most // 2]
         lighter = [key for key, one in self.light.items() if one.mass <= mass and key not in nearest]
         lighter.sort(key=lambda key: (self.light[key].power, key))
-        return _points([(key[0][1], self.light[key].values) for key in (*nearest, *lighter)][:most])
+        return _points([self.light[key] for key in (*nearest, *lighter)][:most])
 
     def merge_best(self, other: Record) -> None:
         """Add the designs of another record, found with the same objective."""
@@ -155,7 +156,7 @@ class Record:
 
     def by_power(self) -> Record:
         """All designs by their power."""
-        made = Record()
+        made = Record(self.heads)
         made.light = {key: one._replace(value=one.power) for key, one in self.light.items()}
         for (key, _), one in made.light.items():
             if key not in made.best or one.power < made.best[key].power:
@@ -168,10 +169,10 @@ class Record:
             self._add_light(key, one)
 
 
-def _points(entries: Sequence[tuple[int, np.ndarray]]) -> Points:
-    """Wheel designs of bearings and values."""
-    values = np.array([values for _, values in entries]).reshape(-1, len(FREE))
-    return Points(values, np.array([bearing for bearing, _ in entries], dtype=int))
+def _points(entries: Sequence[Entry]) -> Points:
+    """Wheel designs of entries."""
+    values = np.array([one.values for one in entries]).reshape(-1, len(FREE))
+    return Points(values, np.array([one.head for one in entries], dtype=int))
 
 
 class Hunt(NamedTuple):
@@ -194,11 +195,11 @@ def evolve(
 ) -> tuple[Record, np.ndarray]:
     """Search a box in stages, each from the last generation of the one before: designs of the last stage, and the history.
 
-    Values are searched on a logarithmic scale. The bearing is a whole number, its place in the order of static ratings. The
+    Values are searched on a logarithmic scale. Bearings are whole numbers, their places in the order of static ratings. The
     history has the best value after each generation. Designs of `start` take the place of some of the first generation.
     """
     evaluation, space = hunt.evaluation, _Space(hunt.box)
-    record, history = Record(), []
+    record, history = Record(hunt.box.heads), []
     total = sum(stage.generations for stage in stages)
     generation = space.start(hunt.population, seed, start)
 
@@ -218,8 +219,8 @@ def evolve(
 
     for place, stage in enumerate(stages):
         evaluation.look_at(stage.tasks, stage.whole)
-        again, record = record.points(hunt.kept), Record()
-        if len(again.bearing):
+        again, record = record.points(hunt.kept), Record(hunt.box.heads)
+        if len(again.head):
             record.add(again, evaluation.values(again))
         if not len(generation[0]):
             objective(np.empty((0, 1)))
@@ -230,42 +231,40 @@ def evolve(
 
 
 class _Space:
-    """Wheel designs as vectors of numbers: logarithms of the free values, and the rank of the bearing."""
+    """Wheel designs as vectors of numbers: logarithms of the free values, and ranks in the lists of heads."""
 
     def __init__(self, box: Box) -> None:
         self._low, self._high = np.log(box.low), np.log(box.high)
-        self._own = np.clip(np.log(box.own), self._low, self._high)
+        self._own = box.own._replace(values=np.clip(box.own.values, box.low, box.high))
         self._free = np.flatnonzero(self._high > self._low)
-        self._ranks = np.argsort([bearing.static_rating for bearing in box.bearings], kind="stable")
-        self._several = [True] if len(self._ranks) > 1 else []
+        self._heads, self._orders = box.heads, box.heads.orders
+        self._several = [place for place, order in enumerate(self._orders) if len(order) > 1]
 
     @property
     def bounds(self) -> list[tuple[float, float]]:
         """Of each number."""
         ends = list(zip(self._low[self._free], self._high[self._free], strict=True))
-        return [*ends, *((0.0, len(self._ranks) - 1.0) for _ in self._several)]
+        return [*ends, *((0.0, len(self._orders[place]) - 1.0) for place in self._several)]
 
     @property
     def integrality(self) -> list[bool]:
         """Which of them are whole."""
-        return [*[False] * len(self._free), *self._several]
-
-    @property
-    def own(self) -> list[float]:
-        """The template, with a bearing of middle rank."""
-        return [*self._own[self._free], *(int(0.5 * (len(self._ranks) - 1)) for _ in self._several)]
+        return [*[False] * len(self._free), *[True] * len(self._several)]
 
     def points(self, x: np.ndarray) -> Points:
         """Wheel designs of vectors. (n, k)"""
         values = np.broadcast_to(self._low, (x.shape[1], len(FREE))).copy()
         values[:, self._free] = np.clip(x[: len(self._free)].T, self._low[self._free], self._high[self._free])
-        bearing = self._ranks[np.rint(x[-1]).astype(int)] if self._several else np.full(x.shape[1], self._ranks[0])
-        return Points(np.exp(values), bearing)
+        places = [np.full(x.shape[1], order[0]) for order in self._orders]
+        for row, place in enumerate(self._several, len(self._free)):
+            places[place] = self._orders[place][np.rint(x[row]).astype(int)]
+        return Points(np.exp(values), self._heads.at(places))
 
     def vectors(self, points: Points) -> np.ndarray:
         """Vectors of wheel designs. (k, n)"""
-        ranks = np.argsort(self._ranks)[points.bearing, None]
-        return np.hstack([np.log(points.values)[:, self._free], *(ranks for _ in self._several)])
+        places = self._heads.places(points.head)
+        ranks = [np.argsort(self._orders[place])[places[place], None] for place in self._several]
+        return np.hstack([np.log(points.values)[:, self._free], *ranks])
 
     def start(self, population: int, seed: int, known: Points | None) -> np.ndarray:
         """Vectors of the first generation: the template, designs that are known, and a Latin hypercube. (population, n)"""
@@ -276,9 +275,9 @@ class _Space:
             return np.empty((1, 0))
         spread = qmc.LatinHypercube(len(ends), rng=np.random.default_rng(seed)).random(population)
         made = ends[:, 0] + spread * (ends[:, 1] - ends[:, 0])
-        made[0] = self.own
+        made[0] = self.vectors(self._own)[0]
         if known is not None:
-            made[1 : 1 + len(known.bearing)] = self.vectors(known)
+            made[1 : 1 + len(known.head)] = self.vectors(known)
         return made
 
 
@@ -310,7 +309,7 @@ def find_least_power(
 
     One search may end with the parts that are best for the wheels it happened to begin with.
     """
-    known, histories = Record(), []
+    known, histories = Record(hunt.box.heads), []
     for place in range(_STARTS):
         said = part_of(progress, place / (2 * _STARTS), (place + 1) / (2 * _STARTS))
         found, history = evolve(hunt, [stages[0].shorter(_SHORTER)], seed + _APART * place, said)

@@ -22,7 +22,8 @@ from infinivar.sizing.cobotic.bounds import MOTOR, STEERING, Side
 from infinivar.sizing.cobotic.designs import best_designs, front_designs, nearest_design
 from infinivar.sizing.cobotic.evaluation import Evaluation
 from infinivar.sizing.cobotic.evolution import Box, Hunt, Record, Stage, fill_front, find_least_power, find_lightest
-from infinivar.sizing.cobotic.wheels import FREE, CompiledWheels, Space, check_template, plain_bearings, values_of
+from infinivar.sizing.cobotic.space import FREE, Heads, Points, Space, heads_of, values_of
+from infinivar.sizing.cobotic.wheels import CompiledWheels, check_template
 from infinivar.sizing.found import CoboticDesign, CoboticSizing
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Pairs, pairs_of
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, judging_points, outer, tasks_of
@@ -49,6 +50,8 @@ def size_cobotic(
     steering_motors: Mapping[str, Any],
     steering_ratios: Sequence[float],
     bearings: Sequence[Bearing],
+    wheels: Sequence[int] = (),
+    cylinder_bearings: Sequence[Bearing] = (),
     duty: Mapping[str, DutyCycle],
     requirement: Requirement | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
@@ -67,7 +70,7 @@ def size_cobotic(
     method: Literal["numpy", "jax"] = "numpy",
     progress: Progress | None = None,
 ) -> CoboticSizing:
-    """Find the best motors, gearhead, bearing, radii, cylinder speed and preload for a required region and motions.
+    """Find the best motors, gearhead, bearings, radii, cylinder speed and preload for a required region and motions.
 
     Parameters
     ----------
@@ -78,6 +81,8 @@ def size_cobotic(
     steering_motors : mapping      As `motors`; every one is tried with every ratio.
     steering_ratios : sequence     Of the gear between steering motor and bell. [-]
     bearings : sequence            Of the axle.
+    wheels : sequence              Numbers of wheels around the cylinder, of 1, 2 and 3; the template's by default.
+    cylinder_bearings : sequence   Of the cylinder, instead of the part that the template states; that part by default.
     duty : mapping of DutyCycle    Motions by name; may be empty.
     requirement : Requirement      Required region; none by default.
     ranges : mapping               Least and largest cylinder_radius [m], cylinder_speed [rad s^-1], wheel_radius [m],
@@ -85,7 +90,7 @@ def size_cobotic(
     objective : str                energy: least mean power from the supply, over the motions by their shares of time, equal if
         none states one. mass: least mass of motors and gearhead. front: both, and the least power at masses between.
     slip_margin : float            Slip force over lateral force that is wanted, at least 1. [-]
-    life : float                   Wanted life of the axle bearings, at the loads of their friction; any by default. [s]
+    life : float                   Wanted life of axle and cylinder bearings, at the loads of their friction; any by default. [s]
     travel, samples                As for `duty_cycle`.
     loss_model : str               coulomb, proportional or strain wave, of all gearheads; by default that of the template's.
     population, generations : int  Of differential evolution.
@@ -118,6 +123,8 @@ def size_cobotic(
         steering_motors=steering_motors,
         steering_ratios=tuple(steering_ratios),
         bearings=tuple(bearings),
+        wheels=tuple(wheels),
+        cylinder_bearings=tuple(cylinder_bearings),
         duty=duty,
         requirement=requirement,
         ranges=ranges or {},
@@ -148,7 +155,7 @@ def best_cobotic(request: CoboticRequest, progress: Progress | None = None) -> C
     stages = _stages(request, whole)
     hunt = Hunt(evaluation, box, request.population, request.top)
     if not all(side.rows.size for side in sides):
-        record, history, designs = Record(), np.empty(0), ()
+        record, history, designs = Record(box.heads), np.empty(0), ()
     elif request.objective == "front":
         record, history, designs = _front(hunt, stages, whole, request.seed, progress)
     else:
@@ -255,14 +262,16 @@ class Searched(NamedTuple):
     @property
     def candidates(self) -> int:
         """Combinations of parts, also those without the values that a law needs."""
-        return math.prod(len(side.found.pairs) for side in self.sides) * len(self.box.bearings)
+        return math.prod(len(side.found.pairs) for side in self.sides) * len(self.box.heads)
 
 
 def searched_of(request: CoboticRequest) -> Searched:
     """What is searched for a template that was checked; errors as for `size_cobotic`."""
     own, weighed = request.template, request.weighed
     template = replace(own, gearhead=replace(own.gearhead, stiffness=None, backlash=None))
-    box = _box(template, request.ranges, plain_bearings(request.bearings))
+    box = _box(
+        template, request.ranges, heads_of(template, request.bearings, request.wheels, request.cylinder_bearings)
+    )
     found = pairs_of(
         request.motors, request.gearheads, request.pairs, loss_model=request.gear_law, moving=False, weighed=weighed
     )
@@ -271,7 +280,7 @@ def searched_of(request: CoboticRequest) -> Searched:
         steered = _steered(request.steering_motors, request.steering_ratios, weighed)
         sides.append(Side(name=STEERING, found=steered, amplifier=template.steering_amplifier))
     service = service_of(template, request.duty, request.requirement, request.travel)
-    return Searched(Space(template, box.bearings, service), sides, box)
+    return Searched(Space(template, box.heads, service), sides, box)
 
 
 def _steered(motors: Mapping[str, Any], ratios: Sequence[float], weighed: bool) -> Pairs:
@@ -284,24 +293,42 @@ def _steered(motors: Mapping[str, Any], ratios: Sequence[float], weighed: bool) 
     return pairs_of(motors, table, grid, loss_model="coulomb", moving=True, weighed=weighed)
 
 
-def _box(template: CoboticDrive, ranges: Mapping[str, tuple[float, float]], bearings: tuple[Bearing, ...]) -> Box:
-    """Ranges of the continuous values, and the bearings."""
+def _box(template: CoboticDrive, ranges: Mapping[str, tuple[float, float]], heads: Heads) -> Box:
+    """Ranges of the continuous values, and the heads."""
     unknown = set(ranges) - set(FREE)
     if unknown:
         raise ParameterError(f"ranges has an unknown entry {min(unknown)!r}; known entries: {', '.join(FREE)}")
-    if not bearings:
-        raise ParameterError("bearings is empty: state at least one bearing of the axle")
-    searched = ranges_of(template, ranges)
+    searched = ranges_of(template, ranges, heads.wheels)
     for name, (low, high) in searched.items():
         require(0.0 < low <= high < np.inf, f"ranges[{name!r}]", (low, high), "a range above 0, least first")
     low, high = np.array(list(searched.values())).T
-    return Box(low, high, bearings, values_of(template))
+    return Box(low, high, heads, Points(values_of(template)[None], np.array([_own_head(template, heads)])))
 
 
-def ranges_of(template: CoboticDrive, ranges: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
-    """Least and largest of each free value: those stated, others around the template's."""
+def _own_head(template: CoboticDrive, heads: Heads) -> int:
+    """Where a search begins: the template's wheels and cylinder bearing if they are tried, and an axle bearing of middle rank."""
+    support = template.cylinder_bearings
+    own = None, template.transmission.wheels, None if support is None else support.bearing
+    middle = (int(order[(len(order) - 1) // 2]) for order in heads.orders)
+    return int(
+        heads.at(
+            [some.index(one) if one in some else rank for some, one, rank in zip(heads.lists, own, middle, strict=True)]
+        )
+    )
+
+
+def ranges_of(
+    template: CoboticDrive, ranges: Mapping[str, tuple[float, float]], wheels: Sequence[int]
+) -> dict[str, tuple[float, float]]:
+    """Least and largest of each free value: those stated, others around the template's.
+
+    Several wheels share what its preload has to hold, so that of each is searched down to that part of it.
+    """
     own = zip(FREE, values_of(template).tolist(), strict=True)
-    return {name: ranges.get(name, (value / RANGE, value * RANGE)) for name, value in own}
+    found = {name: (value / RANGE, value * RANGE) for name, value in own}
+    low, high = found["preload"]
+    most = max([1, *wheels]) / template.transmission.wheels
+    return {**found, "preload": (low / max(most, 1.0), high), **ranges}
 
 
 def _fast_enough(found: Pairs, box: Box) -> Pairs:

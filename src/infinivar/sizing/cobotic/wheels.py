@@ -1,14 +1,13 @@
 """What cylinder, wheel and link ask of the motors: the part of a cobotic drive that no motor or gearhead changes.
 
-A wheel design is a bearing of the axle and five values: radius and speed of the cylinder, rolling and crown radius of the wheel,
-preload. Many of them are one drive with columns for values, through the laws of `CoboticDrive`.
+See `infinivar.sizing.cobotic.space` for wheel designs.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -19,48 +18,23 @@ from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.threads import in_order
 from infinivar.contact.creep import EXACT
 from infinivar.contact.exact_law import NARROWEST, WIDEST
-from infinivar.drivetrain.body import own_mass
 from infinivar.drivetrain.cobotic import CoboticDrive, part_of
 from infinivar.drivetrain.drive import GEAR_LIMITS, MOTOR_LIMITS, MotorSide
-from infinivar.drivetrain.envelope import Envelope
-from infinivar.drivetrain.service import Service
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import InputError, ParameterError
 from infinivar.limits import Demand, Limit
-from infinivar.parts.bearing import Bearing
-from infinivar.parts.motor import Motor
-from infinivar.sizing.geared.candidates import ENVELOPE
+from infinivar.sizing.cobotic.space import FREE, Points, Space
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
 from infinivar.sizing.margins import TaskDemand
-
-FREE = ("cylinder_radius", "cylinder_speed", "wheel_radius", "crown_radius", "preload")
-"""Continuous values of a wheel design, in this order. [m], [rad s^-1], [m], [m], [N]"""
 
 CONTACT = "contact"
 """Name under which limits appear that the preload alone can exceed."""
 
-AXLE = "axle bearing"
+AXLE, SUPPORT = "axle bearing", "cylinder bearing"
 
 
 _DIRECTIONS = 12
 """In the plane of force and speed, in each of which the farthest point is looked at first for slip."""
-
-
-WITHOUT: Mapping[str, Any] = {"mass": 1e-300, "diameter": None, "length": None}
-"""Sizes of a part that is not there."""
-
-
-class Points(NamedTuple):
-    """Wheel designs: five values each, and a bearing."""
-
-    values: np.ndarray
-    """In the order of `FREE`. (k, 5)"""
-    bearing: np.ndarray
-    """Place of the axle bearing. (k,) int"""
-
-    def of(self, places: Any) -> Points:
-        """Some of them."""
-        return Points(self.values[places], self.bearing[places])
 
 
 class Shaft(NamedTuple):
@@ -125,144 +99,6 @@ def joined(parts: Sequence[Wheels]) -> Wheels:
             )
             for name in first.shafts
         },
-    )
-
-
-class Space:
-    """Makes drives of wheel designs: of a template, with other bearings and values."""
-
-    def __init__(self, template: CoboticDrive, bearings: Sequence[Bearing], service: Service) -> None:
-        """Bearings that differ in numbers only are computed together; the service is that of the structure."""
-        self.service = service
-        self.compiled: CompiledWheels | None = None
-        """Instead of `ask` and `look`, by another array library."""
-        self.template: CoboticDrive = with_own_inertias(template)
-        self.bearings: tuple[Bearing, ...] = tuple(bearings)
-        self._weighed = [replace(one, width=one.breadth, mass=one.weight) for one in self.bearings]
-        forms = [tuple(_form(one, name) for name in _BEARING) for one in self._weighed]
-        self.kinds: np.ndarray = np.array([forms.index(form) for form in forms])
-        """First bearing of the same kind, by bearing. (b,) int"""
-
-    def columns(self, points: Points) -> CoboticDrive:
-        """Wheel designs as one drive with columns for values (k, 1); their bearings must be of one kind."""
-        first = int(points.bearing[0])
-        numbers = {name: values[points.bearing, None] for name, values in self.numbers(first).items()}
-        return self.drive({name: points.values[:, place, None] for place, name in enumerate(FREE)}, first, numbers)
-
-    def numbers(self, bearing: int) -> dict[str, np.ndarray]:
-        """Numbers of all bearings by field, nan for those of another kind; empty if a bearing is the only one of its kind."""
-        kind = self.kinds == self.kinds[bearing]
-        if kind.sum() == 1:
-            return {}
-        names = [name for name in _BEARING if isinstance(getattr(self._weighed[bearing], name), float)]
-        return {
-            name: np.array(
-                [getattr(one, name) if same else np.nan for one, same in zip(self._weighed, kind, strict=True)]
-            )
-            for name in names
-        }
-
-    def one(self, values: np.ndarray, bearing: int) -> CoboticDrive:
-        """A single design as a drive of plain numbers."""
-        return self.drive(dict(zip(FREE, map(float, values), strict=True)), bearing, {})
-
-    def drive(self, given: dict[str, Any], bearing: int, numbers: Mapping[str, Any]) -> CoboticDrive:
-        """A drive with values by the names of `FREE`, and a bearing with other numbers."""
-        transmission, axle = self.template.transmission, replace(self.bearings[bearing], **numbers)
-        speed, crown = given.pop("cylinder_speed"), given.pop("crown_radius")
-        assert transmission.geometry is not None
-        geometry = replace(transmission.geometry, crown_radius=crown, axle_bearing=axle)
-        transmission = replace(transmission, geometry=geometry, **given)
-        return replace(self.template, transmission=transmission, cylinder_speed=speed)
-
-    def structure(self, points: Points) -> np.ndarray:
-        """Mass of all but motors and gearheads; nan where no part carries the load. (k,) [kg]
-
-        The bearings of the designs must be of one kind.
-        """
-        carried = own_mass(self.columns(points).bodies(self.service))
-        return np.broadcast_to(np.ravel(carried), points.bearing.shape)
-
-    def sized(
-        self,
-        points: Points,
-        envelope: Envelope,
-        *,
-        motor: Mapping[str, Any] = WITHOUT,
-        gearhead: Mapping[str, Any] = WITHOUT,
-        steering: Mapping[str, Any] = WITHOUT,
-        mass: Any = None,
-    ) -> dict[TaskDemand, np.ndarray]:
-        """Demand over allowance of an envelope; with sizes of parts that broadcast with (k, 1), or without these parts.
-
-        The bearings of the designs must be of one kind. A mass is that of all. (k, p) [-]
-        """
-        drive = self.columns(points)
-        drive = replace(drive, motor=replace(drive.motor, **motor), gearhead=replace(drive.gearhead, **gearhead))
-        if drive.steering is not None:
-            steered = replace(drive.steering.motor, **steering)
-            drive = replace(drive, steering=replace(drive.steering, motor=steered))
-        found = envelope.demands(drive.layout(self.service).space, mass)
-        return {(ENVELOPE, *key): demand for key, demand in found.items()}
-
-    def with_steering(self, motor: Motor) -> Space:
-        """The same with a steering motor of another mass, which moves with the link."""
-        steering = self.template.steering
-        if steering is None:
-            return self
-        return Space(replace(self.template, steering=replace(steering, motor=motor)), self.bearings, self.service)
-
-    def batches(self, points: Points, size: int) -> Iterator[np.ndarray]:
-        """Yield places of designs to be computed together."""
-        kinds = self.kinds[points.bearing]
-        for kind in np.unique(kinds):
-            some = np.flatnonzero(kinds == kind)
-            for start in range(0, len(some), size):
-                yield some[start : start + size]
-
-
-_BEARING = tuple(one.name for one in dataclasses.fields(Bearing) if one.name != "name")
-
-
-_OF_SKF = frozenset({"series", "lubrication"})
-"""Words that only the skf model of friction uses."""
-
-
-def _form(bearing: Bearing, name: str) -> Any:
-    """What bearings that are computed together must have in common in a field."""
-    value = getattr(bearing, name)
-    if name in _OF_SKF and bearing.friction_model == "coefficient":
-        return None
-    return float if isinstance(value, float) else value
-
-
-def with_own_inertias(drive: CoboticDrive) -> CoboticDrive:
-    """The drive with the mass of its link and the inertias of bell and cylinder derived, where its parts state what they need.
-
-    Those of a template belong to its own radii.
-    """
-    steering = drive.steering
-    if steering is not None:
-        free = replace(drive, steering=replace(steering, bell_inertia=None))
-        assert free.steering is not None
-        if free.steering.derived_inertia is not None:
-            drive = free
-    free = replace(drive, link_mass=None)
-    return drive if free.mass_of_link is None else free
-
-
-def values_of(drive: CoboticDrive) -> np.ndarray:
-    """Values of a drive in the order of `FREE`."""
-    element = drive.transmission
-    assert element.geometry is not None
-    return np.array(
-        [
-            element.cylinder_radius,
-            drive.cylinder_speed,
-            element.wheel_radius,
-            element.geometry.crown_radius,
-            element.preload,
-        ]
     )
 
 
@@ -356,15 +192,15 @@ def evaluate(
     compiled: bool = True,
     demanded: Sequence[Demanded] | None = None,
 ) -> Wheels:
-    """Evaluate wheel designs, whose bearings must be of one kind.
+    """Evaluate wheel designs, whose heads must be of one kind.
 
     Parameters
     ----------
-    life : float      Wanted life of the axle bearings in each motion; None: any. [s]
+    life : float      Wanted life of axle and cylinder bearings in each motion; None: any. [s]
     compiled : bool   Whether to use what the space has compiled.
     demanded          What each task asks of them, where it is known.
     """
-    count, drive = len(points.bearing), space.columns(points)
+    count, drive = len(points.head), space.columns(points)
     demands: dict[TaskDemand, np.ndarray] = {}
     shafts, slipping = {}, np.zeros(count)
     for place, task in enumerate(tasks):
@@ -408,6 +244,8 @@ class Demanded(NamedTuple):
     """Mean loss by hysteresis. [W]"""
     inertia: Array = 0.0
     """Of bell and wheel about the steering axis. [kg m^2]"""
+    held: Array = math.inf
+    """Revolutions that the cylinder's bearings reach under the loads of the motion."""
 
     def of(self, places: np.ndarray) -> Demanded:
         """Of some of many designs."""
@@ -448,6 +286,7 @@ def ask(drive: CoboticDrive, task: Task) -> Demanded:
     assert drive.steering is not None
     resisting = drive.steering.friction_torques(drive.transmission)
     xp = namespace(rolled.torque)
+    held = drive.held(rolled.wheel_torque, rolled.force, rolled.load.course.position)
     return Demanded(
         rolled.torque,
         dict(rolled.utilisation),
@@ -458,6 +297,7 @@ def ask(drive: CoboticDrive, task: Task) -> Demanded:
         resisting["bell"],
         xp.mean(rolled.losses["rolling"], axis=-1),
         drive.steering.inertia_of_bell,
+        math.inf if held is None else drive.cylinder_bearings.life(held),  # type: ignore[union-attr]
     )
 
 
@@ -466,7 +306,7 @@ _TOGETHER = 32
 
 
 class CompiledWheels:
-    """The functions `ask` and `look` compiled for each task and kind of bearing, at the first call."""
+    """The functions `ask` and `look` compiled for each task and kind of head, at the first call."""
 
     def __init__(self, space: Space) -> None:
         """Raises InputError if JAX is not installed."""
@@ -475,11 +315,11 @@ class CompiledWheels:
         self._tasks: list[Task] = []
 
     def ask(self, points: Points, task: Task) -> Demanded:
-        """As `ask` for designs whose bearings are of one kind, in NumPy arrays (k, n)."""
+        """As `ask` for designs whose heads are of one kind, in NumPy arrays (k, n)."""
         return self._all(points, (-1, self._place(task)), lambda drive: ask(drive, task))
 
     def look(self, points: Points, tasks: Sequence[Task]) -> Look:
-        """As `look` for designs whose bearings are of one kind, in NumPy arrays (k, n) and (k, 1)."""
+        """As `look` for designs whose heads are of one kind, in NumPy arrays (k, n) and (k, 1)."""
         return self._all(points, tuple(map(self._place, tasks)), lambda drive: look(drive, tasks))
 
     def _place(self, task: Task) -> int:
@@ -490,22 +330,22 @@ class CompiledWheels:
 
     def _all(self, points: Points, key: tuple[int, ...], law: Callable[[CoboticDrive], Any]) -> Any:
         """A law of every design, some of them at a time."""
-        run, numbers = self._law(int(points.bearing[0]), key, law), self._space.numbers(int(points.bearing[0]))
-        count = len(points.bearing)
+        run, numbers = self._law(int(points.head[0]), key, law), self._space.numbers(int(points.head[0]))
+        count = len(points.head)
 
         def some(start: int) -> Any:
             # What pads the last call is computed and left out.
             places = np.minimum(np.arange(start, start + _TOGETHER), count - 1)
-            return run(points.values[places], *(column[points.bearing[places]] for column in numbers.values()))
+            return run(points.values[places], *(column[points.head[places]] for column in numbers.values()))
 
         parts = list(in_order(some, range(0, count, _TOGETHER)))
         return self._jax.tree.map(lambda *some: _of_all_calls(some, count), *parts)
 
-    def _law(self, bearing: int, key: tuple[int, ...], law: Callable[[CoboticDrive], Any]) -> Callable[..., Any]:
-        """A law compiled for the kind of a bearing."""
-        kind = int(self._space.kinds[bearing])
+    def _law(self, head: int, key: tuple[int, ...], law: Callable[[CoboticDrive], Any]) -> Callable[..., Any]:
+        """A law compiled for the kind of a head."""
+        kind = int(self._space.kinds[head])
         if (kind, *key) not in self._known:
-            names = tuple(self._space.numbers(bearing))
+            names = tuple(self._space.numbers(head))
 
             def one(values: Any, *numbers: Any) -> Any:
                 given = {name: values[place] for place, name in enumerate(FREE)}
@@ -537,6 +377,8 @@ def _demands(drive: CoboticDrive, task: Task, demanded: Demanded, life: float | 
             found[Limit.TRAVEL, "load"] = np.asarray(np.ptp(task.instants.position) / task.travel)
         if life is not None:
             found[Limit.LIFE, AXLE] = _life(drive, np.asarray(demanded.rolling), life)
+            turns = np.ravel(np.abs(drive.cylinder_speed)) * life / (2.0 * math.pi)
+            found[Limit.LIFE, SUPPORT] = (turns / np.ravel(demanded.held)) ** (1.0 / 3.0)
     return found
 
 
@@ -575,14 +417,3 @@ def _life(drive: CoboticDrive, rolling_loss: np.ndarray, life: float) -> np.ndar
         element.preload, share * groups.slip_force / element.wheels, element.wheel_radius
     )
     return (turning * life / (2.0 * math.pi) / np.ravel(reached)) ** (1.0 / 3.0)
-
-
-def plain_bearings(bearings: Sequence[Bearing]) -> tuple[Bearing, ...]:
-    """The bearings, checked."""
-    for place, bearing in enumerate(bearings):
-        if bearing.type not in ("deep_groove", "angular_contact"):
-            raise ParameterError(
-                f"bearings[{place}].type must be deep_groove or angular_contact, which carry preload and lateral force, got "
-                f"{bearing.type}"
-            )
-    return tuple(bearings)
