@@ -126,9 +126,8 @@ def _losses(design: SizedDrive) -> Iterator[Lever]:
         yield from _scaled(drive, "rotor inertia", "kg m^2", ("motor.rotor_inertia",), LEAST)
         yield from _scaled(drive, "output inertia", "kg m^2", ("output_inertia",), LEAST)
         yield from _scaled(drive, "pulley friction", "N m", ("pulley.friction_torque",), 0.0)
-    constant, coefficient = (
-        f"guideway.{name}" for name in getattr(drive.guideway, "fields", ("friction", "coefficient"))
-    )
+    guideway = getattr(drive, "guideway", None)
+    constant, coefficient = (f"guideway.{name}" for name in getattr(guideway, "fields", ("friction", "coefficient")))
     yield from _scaled(drive, "guideway friction", "N", (constant,), 0.0)
     yield from _scaled(drive, "guideway friction coefficient", "1", (coefficient,), 0.0)
 
