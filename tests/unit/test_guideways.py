@@ -10,6 +10,7 @@ import infinivar as iv
 from infinivar.motion import ConstantForce
 from infinivar.parts import Guideway
 from made import loaded
+from rigs import session
 
 KNEE = loaded("knee_walking")
 RAIL = iv.rails()["hgh15ca"]
@@ -73,6 +74,26 @@ def test_a_study_takes_the_friction_of_a_catalogue_rail():
 def test_a_rail_that_cannot_give_the_friction_is_refused(values, message):
     with pytest.raises(iv.ParameterError, match=message):
         replace(OF_RAIL, **values)
+
+
+def test_the_coefficient_of_the_maker_turns_the_verdict_of_the_knee_study():
+    motion = KNEE.duty["walking"]
+    guideway = Guideway(friction_model="rail", rail=replace(iv.rails()["mgn12h"], seal_friction=0.0))
+    energies = [
+        iv.duty_cycle(drive, motion).energy for drive in (*KNEE.drives.values(), with_guideway("cobotic", guideway))
+    ]
+    assert energies == pytest.approx([5.70, 5.79, 6.20], abs=0.005)
+
+
+def test_a_calibration_fits_the_values_of_the_rail(study):
+    raw = tomllib.loads(study.to_toml())
+    raw["drives"]["cobotic"]["guideway"] = {"friction_model": "rail", "rail": {"part": "hgh15ca"}}
+    study = iv.Study.from_dict(raw, name="railed")
+    found = iv.calibrate(study, "cobotic", session(study.drives["cobotic"], 4))
+    made, preload = found.calibrated.guideway, study.drives["cobotic"].transmission.preload
+    assert made.friction_model == "rail"
+    assert made.friction_force(preload) == pytest.approx(found.fit.values["guideway_friction"], rel=1e-12)
+    assert made.follows(preload) == pytest.approx(OF_RAIL.follows(preload), rel=1e-9)
 
 
 def test_backing_rollers_leave_no_load_on_the_rail():
