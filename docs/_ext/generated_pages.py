@@ -194,6 +194,10 @@ def rails() -> str:
     return _catalogue("rails", ("width", "height", "dynamic_rating", "static_rating", "carriage_mass", "rail_density"))
 
 
+def belts() -> str:
+    return _catalogue("belts", ("pitch", "width", "belt_density", "permissible_force", "specific_stiffness"))
+
+
 def materials() -> str:
     return _catalogue("materials", ("name", "youngs_modulus", "poisson", "yield_strength", "hardness"))
 
@@ -267,6 +271,7 @@ def write(app) -> None:
         "gearheads": gearheads(),
         "bearings": bearings(),
         "rails": rails(),
+        "belts": belts(),
         "materials": materials(),
         "references": references(),
         "set_drives": set_drives(),

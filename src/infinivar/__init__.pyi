@@ -54,7 +54,7 @@ from .sizing.builds.result import Doubt
 from .sizing.result import Sizing
 from .sizing.robustness import doubt
 from .sizing.size import size
-from .study.catalogue import bearings, gearheads, materials, motors, rails
+from .study.catalogue import bearings, belts, gearheads, materials, motors, rails
 from .study.load import load_study
 from .study.requirement import Requirement
 from .study.save import save_study
@@ -102,6 +102,7 @@ __all__ = [
     "analysis",
     "array_namespace",
     "bearings",
+    "belts",
     "bondgraph",
     "calibrate",
     "calibration",

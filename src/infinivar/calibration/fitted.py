@@ -80,12 +80,11 @@ def of_transmission(drive: CoboticDrive, fit: Fit, source: str) -> list[Fitted]:
 
 def _guideway(guide: Guideway, preload: float) -> Iterator[tuple[str, str, float]]:
     """Fields that make up the guideway friction, their units, and their value per unit of friction."""
-    whole = guide.friction_force(preload)
-    share = guide.coefficient * preload / whole if whole > 0 else 0.0
+    share, (constant, coefficient) = guide.follows(preload), guide.fields
     if share > 0:
-        yield "guideway.coefficient", "1", share / preload
+        yield f"guideway.{coefficient}", "1", share / preload
     if share < 1:
-        yield "guideway.friction", "N", 1.0 - share
+        yield f"guideway.{constant}", "N", 1.0 - share
 
 
 def _in_a_sum(fit: Fit, parameter: str, source: str) -> tuple[str, float | None]:

@@ -324,8 +324,7 @@ def load_on_wheel(
     errors = errors or Errors()
     guide = drive.guideway
     share = data.preload * (1.0 + errors.preload) / drive.transmission.preload
-    whole = guide.friction_force(drive.transmission.preload)
-    follows = guide.coefficient * drive.transmission.preload / whole if whole > 0 else 0.0
+    follows = guide.follows(drive.transmission.preload)
     size = guideway_friction * (1.0 - follows + follows * share)
     return (data.mass + errors.mass) * rig.gravity + coulomb(data.link_travel, size)
 

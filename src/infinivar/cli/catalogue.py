@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=False)
 
-Kind = Annotated[str, typer.Argument(help="motors, gearheads, bearings, rails or materials.", show_default=False)]
+Kind = Annotated[
+    str, typer.Argument(help="motors, gearheads, bearings, rails, belts or materials.", show_default=False)
+]
 Sets = Annotated[
     list[str] | None,
     typer.Option("--set", help="Only this set, by name or as a file; repeat for more sets. [default: all sets]"),
@@ -30,8 +32,8 @@ Sets = Annotated[
 def catalogue(context: typer.Context, as_json: Json = False) -> None:
     """List the catalogue parts that a study can use.
 
-    Show the shipped motors, gearheads, bearings, rails and materials with the key to give as `part`. The commands below work on
-    other sets of parts as well: your own, those beside a study, and those of installed packages.
+    Show the shipped motors, gearheads, bearings, rails, belts and materials with the key to give as `part`. The commands below
+    work on other sets of parts as well: your own, those beside a study, and those of installed packages.
     """
     if context.invoked_subcommand is not None:
         if as_json:
@@ -146,6 +148,7 @@ def search(
         "gearheads": ("ratio", "efficiency", "continuous_torque", "mass"),
         "bearings": ("bore", "outside_diameter", "dynamic_rating"),
         "rails": ("static_rating", "width", "carriage_mass"),
+        "belts": ("pitch", "width", "belt_density", "permissible_force"),
         "materials": ("youngs_modulus", "poisson", "yield_strength"),
     }
     found = search_parts(

@@ -10,7 +10,7 @@ from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.bounds import NonZero
-from infinivar._core.fields import brief, check, component, quantity
+from infinivar._core.fields import brief, check, component, quantity, value_at
 from infinivar._core.labels import labelled
 from infinivar.axis import LINEAR, Axis
 from infinivar.contact import creep
@@ -130,10 +130,12 @@ class CoboticDrive(TurnedCylinder):
         """Validate the fields."""
         check(self)
         self.output.check_axis(self.own_axis)
-        follows = getattr(self.guideway, "coefficient", 0.0)
-        if self.cylinder_bearings is not None and self.cylinder_bearings.backing_rollers and type(follows) is float:
-            allowed = "0 with cylinder_bearings.backing_rollers, which carry the preload; state guideway.friction"
-            require(follows == 0.0, "guideway.coefficient", follows, allowed)
+        backed = self.cylinder_bearings is not None and self.cylinder_bearings.backing_rollers
+        if backed and isinstance(self.guideway, Guideway):
+            name = self.guideway.fields[1]
+            if type(follows := value_at(self.guideway, name)) is float:
+                allowed = "0 with cylinder_bearings.backing_rollers, which carry the preload; state guideway.friction"
+                require(follows == 0.0, f"guideway.{name}", follows, allowed)
         check_stated(self)
         if self.cylinder_bearings is not None and self.transmission.wheels > 1:
             rollers, allowed = (

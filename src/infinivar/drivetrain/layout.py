@@ -261,7 +261,7 @@ def _geared(made: GearedBuilding) -> Iterator[Solid | str]:
         yield from _between_ends(made, frame, "screw bearings")
         yield from _in_line(made, turning, "x", 0.5 * (frame.length + frame.thickness), 0.0)
         return
-    wide, radius = made.structure.pulley_width, stage.travel_per_radian
+    wide, radius = made.wheel_width, stage.travel_per_radian
     if stage.title == "rack":
         sweep = _about(0.0, frame.length + service.travel)  # it moves with the carriage
         yield Solid("rack", "box", sweep, _about(0.0, wide), _onwards(radius, wide))

@@ -1,7 +1,7 @@
 from . import amplifier, bearing, belt, gearhead, heat, linear, motor, screw, shaft_bearings, stage, tables
 from .amplifier import Amplifier
 from .bearing import Bearing
-from .belt import Belt, Rack
+from .belt import Belt, Rack, TimingBelt
 from .gear_friction import GearFriction
 from .gearhead import Gearhead
 from .linear import Guideway, Pulley
@@ -43,6 +43,7 @@ __all__ = [
     "Spring",
     "StrainWave",
     "Structure",
+    "TimingBelt",
     "TorsionSpring",
     "amplifier",
     "bearing",

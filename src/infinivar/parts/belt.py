@@ -50,13 +50,43 @@ def belt_stiffness(specific_stiffness: Array, span: Array, other_span: Array | N
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Belt(OutputStage):
+class TimingBelt:
+    """Timing belt, as data sheets state it.
+
+    Raises
+    ------
+    ParameterError
+        If a field is outside its range; the message names field, value and unit.
+    """
+
+    name: str = component("Name for reports", default="belt")
+    pitch: float = quantity("m", Gt(0), "Pitch of the belt's teeth")
+    width: float | None = quantity("m", Gt(0), "Width of the belt, for masses", default=None)
+    belt_density: float | None = quantity("kg/m", Gt(0), "Mass of the belt over its length", default=None)
+    permissible_force: float | None = quantity(
+        "N", Gt(0), "Permissible force of the teeth in mesh or tension", default=None
+    )
+    specific_stiffness: float | None = quantity(
+        "N", Gt(0), "Tension per strain: with `span` the belt stretches", default=None
+    )
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+
+    @property
+    def weight(self) -> float:
+        """Mass over the length, by which belts are ordered. [kg/m]"""
+        return given(self.belt_density, math.inf)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Belt(OutputStage, TimingBelt):
     """Timing belt from the gearhead's shaft to a load that moves along the belt."""
 
     title: ClassVar[str] = "belt"
     letter: ClassVar[str] = "b"
 
-    pitch: float = quantity("m", Gt(0), "Pitch of the belt's teeth")
     teeth: float = quantity("1", Gt(0), "Number of teeth of the drive wheel")
     efficiency: float = quantity("1", Interval(gt=0, le=1), "Efficiency while the motor drives", default=1.0)
     backdriving_efficiency: float | None = quantity(
@@ -65,12 +95,6 @@ class Belt(OutputStage):
     friction_torque: float = quantity("N m", Ge(0), "Coulomb friction torque of wheels and bearings", default=0.0)
     bearings: PulleyBearings | None = component(
         "Bearings of the drive wheel's shaft under the pull of the belt, which add to friction_torque", default=None
-    )
-    permissible_force: float | None = quantity(
-        "N", Gt(0), "Permissible force of the teeth in mesh or tension", default=None
-    )
-    specific_stiffness: float | None = quantity(
-        "N", Gt(0), "Tension per strain; without it the belt is rigid", default=None
     )
     span: float | None = quantity("m", Gt(0), "Length of the span between drive wheel and load", default=None)
     other_span: float | None = quantity(
@@ -81,8 +105,6 @@ class Belt(OutputStage):
         """Validate the fields."""
         check(self)
         _check_teeth(self.teeth)
-        if self.specific_stiffness is not None and self.span is None:
-            raise ParameterError("span is missing: specific_stiffness needs it")
         if self.specific_stiffness is None and (self.span is not None or self.other_span is not None):
             raise ParameterError("specific_stiffness is missing: span needs it")
 

@@ -1,4 +1,4 @@
-"""Shipped catalogue: tables of motors, gearheads, bearings and gear efficiencies, with sources."""
+"""Shipped catalogue: tables of motors, gearheads, bearings, rails, belts and gear efficiencies, with sources."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from infinivar._core.array_namespace import Array, as_floats, namespace
 from infinivar.contact.bodies import Material
 from infinivar.errors import InputError, nearest
 from infinivar.parts.bearing import Bearing
+from infinivar.parts.belt import TimingBelt
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.parts.rail import Rail
@@ -23,9 +24,17 @@ PARTS: Mapping[str, type] = {
     "gearheads": Gearhead,
     "bearings": Bearing,
     "rails": Rail,
+    "belts": TimingBelt,
     "materials": Material,
 }
 """Part described by a row of each kind of table."""
+
+Sized = Literal["bearings", "rails", "belts"]
+"""Kinds of which the lightest that carries a load can be chosen."""
+
+_RATINGS = {"bearings": "static_rating", "rails": "static_rating", "belts": "permissible_force"}
+_SAME = 1e-6
+"""Relative difference of sizes that are equal, as some are converted from other units."""
 
 FORMS = ("m1", "m2", "m3", "m4", "m5", "m6")
 """Forms of identified friction, from Coulomb and viscous to Stribeck with squared load."""
@@ -53,7 +62,7 @@ def data(name: str) -> dict[str, Any]:
 
 
 def rows(name: str) -> dict[str, dict[str, Any]]:
-    """All that a catalogue ("motors", "gearheads", "bearings" or "materials") states of its parts, by key."""
+    """All that a catalogue ("motors", "gearheads", "bearings" and so on) states of its parts, by key."""
     raw = data(name)
     shared = {key: value for key, value in raw.items() if not isinstance(value, dict)}
     found = {key: {**shared, **value} for key, value in raw.items() if isinstance(value, dict)}
@@ -67,7 +76,7 @@ def entries(name: str) -> dict[str, dict[str, Any]]:
 
 
 @functools.cache
-def parts(kind: Literal["bearings", "rails", "materials"]) -> Mapping[str, Any]:
+def parts(kind: Literal["bearings", "rails", "belts", "materials"]) -> Mapping[str, Any]:
     """Every part of a catalogue of plain parts, by key: without the provenance that studies record."""
     fields = {field.name: field.metadata.get("unit") for field in dataclasses.fields(PARTS[kind])}
     found = {}
@@ -80,7 +89,7 @@ def parts(kind: Literal["bearings", "rails", "materials"]) -> Mapping[str, Any]:
 
 
 @functools.cache
-def _by_weight(kind: Literal["bearings", "rails"]) -> tuple[Any, ...]:
+def _by_weight(kind: Sized) -> tuple[Any, ...]:
     """The parts of a catalogue, the heaviest first."""
     return tuple(sorted(parts(kind).values(), key=lambda part: -part.weight))
 
@@ -90,33 +99,42 @@ def _read(value: Any, unit: str) -> float:
     return parse(stated, unit) if isinstance(stated, str) else float(stated)
 
 
-def lightest_part(kind: Literal["rails", "bearings"], load: float) -> Any:
-    """The lightest rail or bearing of the catalogue whose static rating reaches a load [N]; None if there is none."""
-    return next((part for part in reversed(_by_weight(kind)) if part.static_rating >= load), None)
+def _carries(kind: Sized, part: Any, load: Array, same: Mapping[str, Array]) -> Array:
+    found = getattr(part, _RATINGS[kind]) >= load
+    for name, value in same.items():
+        found = found & (abs(getattr(part, name) - value) <= _SAME * value)
+    return found
 
 
-def lightest(kind: Literal["rails", "bearings"], load: Array, sizes: tuple[str, ...]) -> dict[str, Any]:
-    """What the lightest rail or bearing of the catalogue measures whose static rating reaches a load.
+def lightest_part(kind: Sized, load: float, **same: float) -> Any:
+    """The lightest rail, bearing or belt of the catalogue that carries a load, see `lightest`; None if there is none."""
+    return next((part for part in reversed(_by_weight(kind)) if _carries(kind, part, load, same)), None)
+
+
+def lightest(kind: Sized, load: Array, sizes: tuple[str, ...], **same: Array) -> dict[str, Any]:
+    """What the lightest part of the catalogue measures whose static rating, or permissible force, reaches a load.
 
     Parameters
     ----------
     load : (...,) float   [N]
-    sizes : names         Fields or properties of `Rail` or `Bearing`.
+    sizes : names         Fields or properties of the part.
+    same : (...,) float   Sizes in SI that it must have, such as the pitch of a belt.
 
     Returns
     -------
     dict   By name, arrays of the shape of `load`, in SI; nan where no part carries it. For a single load also "name", that of
         the part, or None.
     """
-    if isinstance(load, (int, float)):
-        part = lightest_part(kind, load)
+    if all(isinstance(one, (int, float)) for one in (load, *same.values())):
+        part = lightest_part(kind, load, **same)
         found = {name: math.nan if part is None else float(getattr(part, name)) for name in sizes}
         return {**found, "name": None if part is None else part.name}
-    xp = namespace(load)
-    (load,) = as_floats(xp, load)
-    found = dict.fromkeys(sizes, xp.nan + 0.0 * load)
+    xp = namespace(load, *same.values())
+    load, *values = as_floats(xp, load, *same.values())
+    same = dict(zip(same, values, strict=True))
+    found = dict.fromkeys(sizes, xp.nan + sum(values, 0.0 * load))
     for part in _by_weight(kind):
-        carries = part.static_rating >= load
+        carries = _carries(kind, part, load, same)
         found = {name: xp.where(carries, getattr(part, name), value) for name, value in found.items()}
     return found
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from annotated_types import Gt
+from annotated_types import Ge, Gt
 
 from infinivar._core.fields import check, component, quantity
 
@@ -27,6 +27,12 @@ class Rail:
     width: float = quantity("m", Gt(0), "Width of the carriage")
     height: float = quantity("m", Gt(0), "Height of rail and carriage together")
     carriage_length: float = quantity("m", Gt(0), "Length of a carriage")
+    seal_friction: float | None = quantity(
+        "N", Ge(0), "Largest friction force of the seals of a carriage", default=None
+    )
+    friction_coefficient: float | None = quantity(
+        "1", Ge(0), "Friction force over the load of a carriage", default=None
+    )
 
     def __post_init__(self) -> None:
         """Validate the fields."""

@@ -42,6 +42,12 @@ _LISTED: dict[str, tuple[tuple[str, str, str, float], ...]] = {
         ("carriage", "carriage_mass", "g", 1e3),
         ("rail", "rail_density", "kg/m", 1.0),
     ),
+    "belts": (
+        ("pitch", "pitch", "mm", 1e3),
+        ("width", "width", "mm", 1e3),
+        ("mass", "belt_density", "g/m", 1e3),
+        ("force", "permissible_force", "N", 1.0),
+    ),
     "materials": (
         ("Young's modulus", "youngs_modulus", "GPa", 1e-9),
         ("Poisson", "poisson", "", 1.0),

@@ -127,8 +127,10 @@ def _losses(design: SizedDrive) -> Iterator[Lever]:
         yield from _scaled(drive, "rotor inertia", "kg m^2", ("motor.rotor_inertia",), LEAST)
         yield from _scaled(drive, "output inertia", "kg m^2", ("output_inertia",), LEAST)
         yield from _scaled(drive, "pulley friction", "N m", ("pulley.friction_torque",), 0.0)
-    yield from _scaled(drive, "guideway friction", "N", ("guideway.friction",), 0.0)
-    yield from _scaled(drive, "guideway friction coefficient", "1", ("guideway.coefficient",), 0.0)
+    guideway = getattr(drive, "guideway", None)
+    constant, coefficient = (f"guideway.{name}" for name in getattr(guideway, "fields", ("friction", "coefficient")))
+    yield from _scaled(drive, "guideway friction", "N", (constant,), 0.0)
+    yield from _scaled(drive, "guideway friction coefficient", "1", (coefficient,), 0.0)
 
 
 def _gear_loss(drive: Any) -> Iterator[Lever]:

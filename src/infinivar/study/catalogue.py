@@ -10,6 +10,7 @@ from infinivar._core.frozen import FrozenDict
 from infinivar.contact.bodies import Material
 from infinivar.parts import catalogue
 from infinivar.parts.bearing import Bearing
+from infinivar.parts.belt import TimingBelt
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.parts.rail import Rail
@@ -40,6 +41,11 @@ def bearings() -> Mapping[str, Bearing]:
 def rails() -> Mapping[str, Rail]:
     """Every rail with its carriage of the catalogue, by key."""
     return _all(Rail)
+
+
+def belts() -> Mapping[str, TimingBelt]:
+    """Every timing belt of the catalogue, by key."""
+    return _all(TimingBelt)
 
 
 def materials() -> Mapping[str, Material]:

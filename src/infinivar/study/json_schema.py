@@ -19,12 +19,12 @@ from infinivar.study import extensions
 from infinivar.study.requirement import JointRequirement, Requirement
 from infinivar.study.rig import Rig
 from infinivar.study.schema import (
-    CATALOGUES,
     CHOICES,
     DRIVES,
     KINDS,
     SPREAD,
     shape_key,
+    stocked,
     table_keys,
     value_schema,
 )
@@ -108,7 +108,7 @@ class _Tables:
             made |= self.properties(JointRequirement)
         if part in _EXAMPLES:
             made["base"] = {**_BASE, "examples": [_EXAMPLES[part]]}
-        if part in CATALOGUES:
+        if stocked(part):
             made["part"] = _PART
         for word in (word for word, kind in self.drives.items() if kind is part):
             made |= {"base": _BASE, "like": _LIKE} if word in DRIVES else {}

@@ -18,7 +18,7 @@ from infinivar.parts import catalogue
 from infinivar.parts.gearhead import foreign_fields
 from infinivar.study import extensions
 from infinivar.study.messages import StudyError, quoted
-from infinivar.study.schema import CATALOGUES, HEAD, KINDS, ORIGIN, SHAPE, kind_keys
+from infinivar.study.schema import CATALOGUES, HEAD, KINDS, ORIGIN, SHAPE, kind_keys, stocked
 from infinivar.study.shipped import shared_set
 from infinivar.transmission.rolling_contact import MEASURED
 
@@ -232,13 +232,13 @@ def over_part(part: type, tree: Raw, path: str, beside: Sequence[Path] = ()) -> 
     """
     result = dict(tree)
     name = result.pop("part", None)
-    stock = next((one for one in part.__mro__ if one in CATALOGUES), part)
+    stock = stocked(part)
     try:
         part = extensions.variant_of(part, result, path)
     except InputError as problem:
         raise StudyError(str(problem)) from None
     if name is not None:
-        if stock not in CATALOGUES:
+        if stock is None:
             known = ", ".join(CATALOGUES.values())
             raise StudyError(f"{path}.part = {quoted(name)} must be removed: the catalogue has {known} only")
         try:
@@ -251,6 +251,6 @@ def over_part(part: type, tree: Raw, path: str, beside: Sequence[Path] = ()) -> 
     for key, value in result.items():
         inner = part_of(hints(part).get(key))
         if inner is not None and "value" in value:
-            hint = ' with part = "..."' if inner in CATALOGUES else ""
+            hint = ' with part = "..."' if stocked(inner) else ""
             raise StudyError(f"{path}.{key} = {quoted(value['value'])} must be a table [{path}.{key}]{hint}")
     return part, result

@@ -50,6 +50,12 @@ CHOICES: dict[str, Mapping[str, Any]] = {"creep_law": creep.LAWS}
 CATALOGUES: Mapping[type, str] = {part: name for name, part in catalogue.PARTS.items()}
 """Catalogue of each kind of part."""
 
+
+def stocked(part: type) -> type | None:
+    """The kind of part of the catalogue that a class is or extends, as a stage extends its belt; None if there is none."""
+    return next((one for one in part.__mro__ if one in CATALOGUES), None)
+
+
 HEAD = ("base", "like", "title", "type")
 """Keys of a drive's table that control how it is read."""
 
@@ -431,7 +437,7 @@ def keys(part: type) -> list[str]:
             kind_keys(field.metadata["kinds"], field.metadata["key"]) if field.metadata["flat"] else [field.name]
         )
     ]
-    known = [*table_keys(part), *kinds, *(["part"] if part in CATALOGUES else []), *ORIGIN]
+    known = [*table_keys(part), *kinds, *(["part"] if stocked(part) else []), *ORIGIN]
     if DRIVES.word_of(part) is not None:
         return [*known, *HEAD]
     return [*known, "base"] if part in (Requirement, JointRequirement, Scenario, DutyCycle) else known

@@ -15,6 +15,10 @@ from infinivar.parts import catalogue
 from infinivar.parts.structure import beams
 from infinivar.parts.structure.beams import STEEL_DENSITY
 
+_BELT = ("width", "belt_density")
+_BESIDE = 6e-3
+"""Width of flanges and hub of a pulley beside its belt: median of 60 pulleys, sati2016. [m]"""
+
 
 class GearedBuilding(Building):
     """See `Building`."""
@@ -71,6 +75,22 @@ class GearedBuilding(Building):
         return self.structure.pull_ratio * self.carried if own is None or own.pull is None else own.pull
 
     @functools.cached_property
+    def belt(self) -> Mapping[str, Any]:
+        """Width and mass of a belt: as stated, else of the lightest of its pitch that carries its taut span; nan if none."""
+        stage = self.drive.stage
+        if stage.title != "belt":
+            return {**dict.fromkeys(_BELT, math.nan), "name": None}
+        own = {name: value for name in _BELT if (value := getattr(stage, name)) is not None}
+        if len(own) == len(_BELT):
+            return {**own, "name": stage.name}
+        return {**catalogue.lightest("belts", 0.5 * (self.pull + self.carried), _BELT, pitch=stage.pitch), **own}
+
+    @property
+    def wheel_width(self) -> Array:
+        """Width of pulleys, pinion and rack. [m]"""
+        return _known(self.belt["width"] + _BESIDE, self.structure.pulley_width)
+
+    @functools.cached_property
     def held(self) -> Mapping[str, Any]:
         """Sizes of a bearing of the stage."""
         own = getattr(self.drive.stage, "bearings", None)
@@ -88,7 +108,7 @@ class GearedBuilding(Building):
         stage = self.drive.stage
         if stage.title == "screw":
             return stage.diameter  # of the nut, twice as thick
-        return stage.travel_per_radian + (self.structure.pulley_width if stage.title == "rack" else 0.0)
+        return stage.travel_per_radian + (self.wheel_width if stage.title == "rack" else 0.0)
 
     def sizes(self) -> Frame | None:
         """See `Building.sizes`; the pull at the axis bends the bar along its whole length."""
@@ -114,13 +134,22 @@ class GearedBuilding(Building):
             around = beams.Section(stage.diameter, 0.5 * stage.diameter).area * nut
             basis = f"thread of {mm(stage.diameter)}, and nut"
             return self.body("screw", STEEL_DENSITY * (thread + around), basis, key="stage")
-        radius, width = stage.travel_per_radian, structure.pulley_width
+        radius, width = stage.travel_per_radian, self.wheel_width
         disc = math.pi * radius**2 * width
         if stage.title == "rack":
             basis = f"pinion of {mm(2.0 * radius)}, and rack"
             return self.body("rack", STEEL_DENSITY * (width**2 * length + disc), basis, key="stage")
         if self.metal.density is None:
             return self.body(stage.title, None, "density of structure.material is missing", key="stage")
-        strand = structure.belt_density * (2.0 * length + 2.0 * math.pi * radius)
-        basis = f"two of {mm(2.0 * radius)}, and belt or cable"
+        strand = _known(self.belt["belt_density"], structure.belt_density) * (2.0 * length + 2.0 * math.pi * radius)
+        basis = f"two of {mm(2.0 * radius)}, and {self.belt.get('name') or 'belt or cable'}"
         return self.body(stage.title, 2.0 * disc * self.metal.density + strand, basis, key="stage")
+
+
+def _known(value: Array, otherwise: Array) -> Array:
+    """A value, or another where it is not known, which is nan."""
+    if isinstance(value, float):
+        return otherwise if math.isnan(value) else value
+    xp = namespace(value, otherwise)
+    value, otherwise = as_floats(xp, value, otherwise)
+    return xp.where(xp.isnan(value), otherwise, value)

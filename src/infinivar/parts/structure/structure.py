@@ -51,8 +51,12 @@ class Structure:
         "Sum of the tensions of belt or cable over its largest force, where its pull is not stated",
         default=2.5,
     )
-    pulley_width: float = quantity("m", Interval(gt=0, le=1), "Width of pulleys, pinions and racks", default=10e-3)
-    belt_density: float = quantity("kg/m", Gt(0), "Mass of belt or cable over its length", default=0.03)
+    pulley_width: float = quantity(
+        "m", Interval(gt=0, le=1), "Width of pinions, racks and pulleys whose belt is not known", default=10e-3
+    )
+    belt_density: float = quantity(
+        "kg/m", Gt(0), "Mass over length of a cable, or a belt that is not known", default=0.03
+    )
     nut_ratio: float = quantity("1", _FACTOR, "Length of a nut over the diameter of its screw", default=3.0)
     spring_deflection: float = quantity("m", Gt(0), "Deflection of the preload spring under the preload", default=1e-3)
     spring_strength: float = quantity("Pa", Gt(0), "Permissible stress in the wire of springs", default=700e6)

@@ -19,9 +19,16 @@ from infinivar.errors import InputError, nearest
 from infinivar.parts.catalogue import PARTS
 from infinivar.parts.gearhead import PARTS_OF_LAWS
 
-Kind = Literal["motors", "gearheads", "bearings", "rails", "materials"]
+Kind = Literal["motors", "gearheads", "bearings", "rails", "belts", "materials"]
 
-ONE = {"motors": "motor", "gearheads": "gearhead", "bearings": "bearing", "rails": "rail", "materials": "material"}
+ONE = {
+    "motors": "motor",
+    "gearheads": "gearhead",
+    "bearings": "bearing",
+    "rails": "rail",
+    "belts": "belt",
+    "materials": "material",
+}
 """One row of each table, in words."""
 
 ORIGIN = {
@@ -86,18 +93,12 @@ _FURTHER: Mapping[str, tuple[Column, ...]] = {
         _stated("stages", "1", Gt(0), "Number of stages"),
         _stated("direction", "1", NonZero(), "1: output turns as the input; -1: the other way"),
     ),
-    "bearings": (),
-    "rails": (),
-    "materials": (),
 }
 """Figures of data sheets that are no fields of the part. Those of motors follow from the others, which `check` compares."""
 
 _FURTHER_TEXTS: Mapping[str, Mapping[str, str]] = {
     "motors": {"type": "Type, such as DC or BLDC"},
     "gearheads": {"type": "Type, such as planetary or spur"},
-    "bearings": {},
-    "rails": {},
-    "materials": {},
 }
 
 
@@ -107,7 +108,7 @@ def number_columns(kind: str) -> Mapping[str, Column]:
     found = {column.name: column for column in _of(PARTS[kind], "")}
     if kind == "gearheads":
         found |= {column.name: column for name, part in PARTS_OF_LAWS.items() for column in _of(part, f"{name}.")}
-    return {**found, **{column.name: column for column in _FURTHER[kind]}}
+    return {**found, **{column.name: column for column in _FURTHER.get(kind, ())}}
 
 
 def _of(part: type, prefix: str) -> list[Column]:
@@ -129,7 +130,7 @@ def text_columns(kind: str) -> Mapping[str, str]:
     """Columns of texts of a kind of table, and what they mean."""
     part = PARTS[kind]
     words = {field.name: field.metadata["meaning"] for field in dataclasses.fields(part) if field.name in choices(kind)}
-    return {**ORIGIN, **_FURTHER_TEXTS[kind], **words}
+    return {**ORIGIN, **_FURTHER_TEXTS.get(kind, {}), **words}
 
 
 @functools.cache

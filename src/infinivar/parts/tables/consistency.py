@@ -465,7 +465,7 @@ def contradictions_of(parts: PartSet, kind: str, keys: Iterable[str]) -> tuple[C
     Parameters
     ----------
     parts : PartSet
-    kind : str         "motors", "gearheads", "bearings", "rails" or "materials".
+    kind : str         "motors", "gearheads", "bearings", "rails", "belts" or "materials".
     keys : iterable    Keys of parts.
 
     Raises

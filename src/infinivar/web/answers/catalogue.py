@@ -51,6 +51,12 @@ _COLUMNS: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("carriage_mass", "g"),
         ("rail_density", "kg/m"),
     ),
+    "belts": (
+        ("pitch", "mm"),
+        ("width", "mm"),
+        ("belt_density", "g/m"),
+        ("permissible_force", "N"),
+    ),
     "materials": (
         ("youngs_modulus", "GPa"),
         ("poisson", "1"),

@@ -17,7 +17,7 @@ from infinivar._core.fields import Place
 from infinivar._core.text import capitalise
 from infinivar.errors import InputError
 from infinivar.study.provenance import DEFAULT, GIVEN, by_field, is_table, recorded, same, text_of, values
-from infinivar.study.schema import CATALOGUES, table_keys
+from infinivar.study.schema import CATALOGUES, stocked, table_keys
 from infinivar.study.study import Study
 
 _SPAN = 5.0
@@ -48,9 +48,9 @@ def fields_of(study: Study) -> list[dict[str, Any]]:
         for one in values(instance, owner, known):
             row = known.get((owner, one.path))
             if is_table(one):
-                stock = next((kind for kind in type(one.value).__mro__ if kind in CATALOGUES), None)
+                stock = stocked(type(one.value))
                 found += [] if stock is None else [_part(owner, at, one, CATALOGUES[stock], row)]
-            elif one.field.name != "name" or type(one.owner) not in CATALOGUES:
+            elif one.field.name != "name" or not stocked(type(one.owner)):
                 found.append(_field(owner, at, one, row, study.name))
     return found
 
