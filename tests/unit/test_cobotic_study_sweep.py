@@ -105,7 +105,7 @@ def test_a_wheel_that_slips_has_no_motors_to_name(shelf, tmp_path, monkeypatch):
     found = swept(problem, tmp_path / "s", monkeypatch)
     alone = [iv.size(WALKING, drive="cobotic", seed=seed, **chosen).nearest for seed in range(2)]
     assert found.nearest in alone
-    assert found.nearest.title == "wheel with any motors"
+    assert found.nearest.title.startswith("wheel with any motors")
     assert found.what_if["cobotic"].slips
     (row,) = (line for line in iv.load_sweep(tmp_path / "s").lines() if line.startswith("  1. "))
     assert row.endswith("; infeasible (wheel slip, walking: no steady rolling)")

@@ -1,6 +1,7 @@
 """What drives weigh: stated values win, missing ones are named, and derived masses move in motion and in searches."""
 
 import tomllib
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -277,3 +278,19 @@ def test_a_sized_design_weighs_the_same_as_a_study():
         again = iv.Study.from_dict(tomllib.loads(study.to_toml()), name="again")
         assert whole_mass(again, name).total == pytest.approx(design.mass, rel=1e-9)
         assert own_mass(design.drive.bodies(service_of(design.drive, KNEE.duty, KNEE.requirement, KNEE.travel))) > 0.1
+
+
+@pytest.mark.parametrize("crown", [0.0055, 0.007])
+def test_the_rim_of_a_wheel_is_above_its_axle(crown):
+    """The smallest wheel by the limit is the one below which a study is refused: 10 mm wide, on bearings smaller than its rim."""
+    geometry = COBOTIC.transmission.geometry
+    bearing = replace(geometry.axle_bearing, bore=0.008, outside_diameter=0.009)
+    narrow = replace(geometry, crown_radius=crown, axle_bearing=bearing)
+    least = float(narrow.least_wheel)
+    assert least == pytest.approx(0.004 + crown - np.sqrt(crown**2 - 0.005**2), rel=1e-12)
+    for factor, fits in ((0.999, False), (1.001, True)):
+        element = replace(COBOTIC.transmission, geometry=narrow, wheel_radius=factor * least)
+        assert (element.utilisation[iv.Limit.CLEARANCE] <= 1.0) == fits
+        refused = pytest.raises(iv.ParameterError, match="the rim falls below the axle")
+        with nullcontext() if fits else refused:
+            replace(KNEE, drives={"cobotic": replace(COBOTIC, transmission=element)})

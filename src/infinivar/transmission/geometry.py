@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 
 from annotated_types import Gt, Interval
 
-from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.array_namespace import Array, as_floats, namespace
 from infinivar._core.fields import check, component, given, quantity
 from infinivar.contact import friction as friction_law
 from infinivar.contact import hertz, hysteresis, kalker, turned
@@ -183,7 +183,10 @@ class ContactGeometry:
     bearing_span: float | None = quantity("m", Gt(0), "Distance between the axle bearings", default=None)
     wheel_width: float = quantity("m", Gt(0), "Width of the wheel along its axle", default=10e-3)
     axle_strength: float = quantity(
-        "Pa", Gt(0), "Permissible bending stress of axle and cylinder journals, which turn under their load", default=300e6
+        "Pa",
+        Gt(0),
+        "Permissible bending stress of axle and cylinder journals, which turn under their load",
+        default=300e6,
     )
     lateral_share: float = quantity(
         "1", Interval(ge=0, le=1), "Lateral force over slip force at which bearing friction is evaluated", default=0.5
@@ -369,13 +372,23 @@ class ContactGeometry:
             **self.stress(contact).utilisation,
             Limit.BEARING: plain(1.0 / safety),
             Limit.AXLE: plain(bent / self.axle_strength),
-            Limit.CLEARANCE: plain(0.5 * self.axle_bearing.outside_diameter / wheel_radius),
+            Limit.CLEARANCE: plain(self.least_wheel / wheel_radius),
         }
 
     @property
     def axle_span(self) -> Array:
         """Between the middles of the axle's bearings: as stated, else that of bearings close to the wheel. [m]"""
         return given(self.bearing_span, close_span(self.wheel_width, self.axle_bearing.breadth))
+
+    @property
+    def least_wheel(self) -> Array:
+        """Radius of the smallest wheel beside its bearings, whose rim is not below the axle. [m]"""
+        crown, bearing = self.crown_radius, self.axle_bearing
+        xp = namespace(crown, bearing.bore, bearing.outside_diameter)
+        crown, bore, outside = as_floats(xp, crown, bearing.bore, bearing.outside_diameter)
+        half = xp.minimum(xp.asarray(0.5 * self.wheel_width), crown)
+        rim = 0.5 * bore + crown - xp.sqrt(crown**2 - half**2)
+        return xp.maximum(0.5 * outside, rim)
 
     def axle_stress(self, preload: Array, moment: Array) -> Array:
         """Bending stress of the axle beside the wheel, with shear, for the bore of its bearings.

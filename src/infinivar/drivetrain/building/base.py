@@ -256,5 +256,6 @@ def kind_of(bearing: Bearing) -> str:
 
 
 def mm(value: Array) -> str:
-    """A length in words; "" for many designs."""
-    return show_in(float(value), "m", "mm", 3) if getattr(value, "ndim", 0) == 0 else ""
+    """A length in words; "" for many designs, and where its value is not known yet."""
+    known = namespace(value).__name__ == "numpy" and getattr(value, "ndim", 0) == 0
+    return show_in(float(value), "m", "mm", 3) if known else ""

@@ -218,7 +218,8 @@ class CoboticBuilding(Building):
         patch = (contact.patch.a * contact.patch.b) ** 0.5
         wall = thinnest(tube, element.preload, patch, self.structure.strength_margin, element.wheels)
         xp = namespace(wall)
-        wall = xp.minimum(xp.maximum(wall, xp.asarray(self.structure.least_wall)), THICKEST * element.cylinder_radius)
+        wall = xp.maximum(wall, xp.asarray(self.structure.least_wall))
+        wall = xp.where(wall <= THICKEST * element.cylinder_radius, wall, math.nan)
         if wall.ndim == 0 and math.isnan(wall):
             return None
         return Tube(
