@@ -134,6 +134,36 @@ def test_the_number_of_motors_on_a_shaft_is_tried(shelf, tmp_path):
     assert iv.compare(again, quick=True).duty["walking"].results["screw"].power_in == pytest.approx(two.power)
 
 
+def test_each_motor_has_an_amplifier_of_its_own(shelf, tmp_path):
+    """Standby power of two amplifiers for two motors; a template of two motors states that of both."""
+    idle = {"screw": with_values(SPRUNG, {"amplifier.standby_power": 0.5})}
+    made = iv.size(replace(STUDY, drives=idle), sets=shelf, tries={MOTORS: [1, 2]}, objective="energy")
+    without = iv.size(STUDY, sets=shelf, tries={MOTORS: [1, 2]}, objective="energy")
+    more = [
+        one.power - other.power
+        for one, other in zip(made.searches["screw"].tried, without.searches["screw"].tried, strict=True)
+    ]
+    assert more == pytest.approx([0.5, 1.0])
+    two = made.searches["screw"].tried[1].design
+    again = iv.load_study(made.study_of(two).save(tmp_path / "two.toml"))
+    assert again.drives["screw"].amplifier.standby_power == 1.0
+    assert "an amplifier for each motor" in (tmp_path / "two.toml").read_text("utf-8")
+    both = {MOTORS: [2], "drives.screw.amplifier.standby_power": [0.2]}
+    stated = iv.size(replace(STUDY, drives=idle), sets=shelf, tries=both, objective="energy")
+    assert stated.best.drive.amplifier.standby_power == 0.2
+
+
+def test_teeth_of_a_range_are_whole(shelf):
+    belt = replace(SCREW, screw=None, belt=iv.parts.Belt(pitch=0.003, teeth=16.0, efficiency=0.95))
+    study = replace(STUDY, drives={"belt": belt})
+    made = iv.size(study, sets=shelf, tries={"drives.belt.belt.teeth": "10..40"}, objective="energy")
+    tried = [one.value for one in made.searches["belt"].tried]
+    assert all(one.is_integer() for one in tried)
+    assert (tried[0], tried[-1]) == (10.0, 40.0)
+    assert len(tried) > TRIED_FIRST
+    assert made.best.drive.belt.teeth == made.best.free["belt.teeth"].value
+
+
 def test_where_nothing_is_feasible_the_nearest_of_all_is_found(shelf):
     weak = replace(STUDY, drives={"screw": with_values(SPRUNG, {"screw.permissible_force": 60.0})})
     made = iv.size(weak, sets=shelf, tries={LEADS: (0.01, 0.03)}, objective="energy")

@@ -43,6 +43,9 @@ ROLES = ("motor", "gearhead", STEERING_MOTOR, AXLE_BEARING)
 SCALES = ("motor.scale", f"{STEERING_MOTOR}.scale")
 """Numbers of motors on one shaft, which are no fields of a drive."""
 
+STANDBY = "amplifier.standby_power"
+"""Path of what all amplifiers of a drive draw at all times."""
+
 FOLLOWING = {
     "control.cylinder_bandwidth": (
         "assumed",

@@ -24,6 +24,7 @@ from infinivar.sizing.design import (
     AXLE_BEARING,
     FOLLOWING,
     SCALES,
+    STANDBY,
     STEERING_MOTOR,
     SizedDrive,
     path_words,
@@ -149,7 +150,7 @@ def _within(design: SizedDrive, path: str) -> bool:
 def _replaced(design: SizedDrive, row: Provenance) -> bool:
     """Whether a value of the template is of a part that the design replaces."""
     role, _, name = row.field.rpartition(".")
-    if row.owner == design.template and row.field in FOLLOWING and design.architecture == "cobotic":
+    if row.owner == design.template and row.field in _following_of(design):
         value = _of_path(design.drive, row.field)
         return value is None or not same(row.value, value)
     return row.owner == design.template and name not in _KEPT.get(role, ()) and _within(design, row.field)
@@ -176,9 +177,17 @@ def _sources(owner: str, design: SizedDrive) -> Iterator[Provenance]:
         yield _row(owner, path, field, free.value, "derived", f"search over parts{around}")
 
 
+def _following_of(design: SizedDrive) -> dict[str, tuple[str, str]]:
+    """Values of a design that follow from what was searched, and where they come from."""
+    found = dict(FOLLOWING) if design.architecture == "cobotic" else {}
+    if any(path in SCALES for path in design.free) and STANDBY not in design.free:
+        found[STANDBY] = "derived", "an amplifier for each motor, like those of the template"
+    return found
+
+
 def _following(study: Study, design: SizedDrive) -> Iterator[Provenance]:
     """Sources of values that follow from what was searched, where they are not the template's."""
-    for path, (kind, where) in FOLLOWING.items():
+    for path, (kind, where) in _following_of(design).items():
         value = _of_path(design.drive, path)
         if value is not None and value != _of_path(study.drives[design.template], path):
             outer, _, inner = path.rpartition(".")

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
+from infinivar._core.fields import with_values
 from infinivar._core.frozen import FrozenDict
 from infinivar.errors import ParameterError
-from infinivar.sizing.design import SCALES, FreeValue, SizedDrive, path_words
+from infinivar.sizing.design import SCALES, STANDBY, STEERING_MOTOR, FreeValue, SizedDrive, path_words
 from infinivar.sizing.margins import nearest_among
 from infinivar.sizing.progress import Progress, best_so_far, part_of
 from infinivar.sizing.records import TriedValue, merged
@@ -53,13 +55,32 @@ def _request_at(request: StudyRequest, point: Point) -> StudyRequest:
     tries, study = request.tries[request.name], request.study
     drive = drive_at(study.drives[request.name], tries, point)
     numbers = {
-        one.path.removesuffix(".scale"): value for one, value in zip(tries, point, strict=True) if one.path in SCALES
+        **request.parts.numbers,
+        **{
+            one.path.removesuffix(".scale"): value
+            for one, value in zip(tries, point, strict=True)
+            if one.path in SCALES
+        },
     }
+    if STANDBY not in [one.path for one in tries]:
+        drive = _with_amplifiers(drive, *(_motors(drive, one) for one in (request.parts.numbers, numbers)))
     return replace(
         request,
         study=replace(study, drives={**study.drives, request.name: drive}),
-        parts=replace(request.parts, numbers=FrozenDict({**request.parts.numbers, **numbers})),
+        parts=replace(request.parts, numbers=FrozenDict(numbers)),
     )
+
+
+def _motors(drive: Any, numbers: Mapping[str, float]) -> float:
+    """Number of motors of a drive, from those on one shaft by role."""
+    roles = ["motor", *([STEERING_MOTOR] if getattr(drive, "steering", None) is not None else [])]
+    return sum(numbers.get(role, 1.0) for role in roles)
+
+
+def _with_amplifiers(drive: Any, before: float, after: float) -> Any:
+    """The drive with an amplifier for each motor, where it had so many: only their standby power depends on the number."""
+    standby = drive.amplifier.standby_power
+    return drive if after == before or not standby else with_values(drive, {STANDBY: standby * after / before})
 
 
 def _value(request: StudyRequest, design: SizedDrive) -> tuple[float, float]:
