@@ -358,6 +358,8 @@ from infinivar.sizing.pool import pool as pool_of_parts
 from infinivar.sizing.robustness import judged_designs
 from infinivar.sizing.studies import motion_file, not_simulated, scenario_of, study_of
 from infinivar.sizing.tables import CoboticRequest, GearedRequest
+from infinivar.sizing.tries import BESIDE as TRIED_BESIDE
+from infinivar.sizing.tries import VALUES as TRIED_FIRST
 from infinivar.sizing.what_if import change_words, what_if
 from infinivar.study import load as study_loading
 from infinivar.study import schema as study_schema

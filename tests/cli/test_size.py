@@ -62,6 +62,31 @@ def test_winners_run_in_the_other_commands(infinivar, folder):
 
 
 @pytest.mark.slow
+def test_values_to_try_have_a_table(infinivar, folder):
+    path = "drives.geared.output_inertia"
+    tries = ("--try", f"{path}=50 g cm^2, 0.4 g m^2", "--try", "drives.geared.motor.scale=1,2")
+    done = infinivar("size", "slide.toml", "--set", "shelf.toml", "--builds", "0", *tries, "--out", "out")
+    assert (done.code, done.err) == (0, "")
+    lines = done.out.splitlines()
+    assert "28 candidates (7 pairs with 4 combinations of values each) of shelf" in lines[0]
+    for head, values in (
+        ("Output inertia", ("5e-6 kg m^2", "0.0004 kg m^2")),
+        ("Motors on one shaft", ("1", "2")),
+    ):
+        place = next(place for place, line in enumerate(lines) if line.startswith(head))
+        assert lines[place].removeprefix(head).split()[:3] == ["power", "mass", "margin"]
+        assert all(line.startswith(value) for line, value in zip(lines[place + 1 :], values, strict=False))
+        assert lines[place + 3].startswith("  best ")
+    assert "  best with a single motor" in lines
+    assert "output inertia of the best design is at an end of the values tried" in done.out
+    page = (folder / "out" / "sizing.html").read_text("utf-8")
+    assert "Best design at each output inertia" in page
+    stated = json.loads((folder / "out" / "sizing.json").read_text("utf-8"))["searches"]["geared"]["tried"]
+    assert (stated[0]["path"], stated[0]["value"]) == ("output_inertia", pytest.approx(5e-6))
+    assert "search over parts, tried: " in (folder / "out" / "design-01.toml").read_text("utf-8")
+
+
+@pytest.mark.slow
 def test_margins_of_many_designs_are_in_tables_that_fit_a_page(infinivar, folder):
     """At most eight designs beside each other, each margin under the name of its design, and what was not checked once."""
     lines = (f"[gearheads.q{k}]\nratio = {8 + 0.5 * k}\nefficiency = 0.8\nmass = '90 g'\n" for k in range(13))
@@ -148,7 +173,9 @@ def test_no_feasible_design(infinivar, folder):
         (("--slip-margin", "1.1"), "slip_margin: for cobotic drives only"),
         (("--life", "5 h", "--seed", "0"), "life, seed: for cobotic drives only"),
         (("--generations", "40"), "generations: for cobotic drives only"),
-        (("--leads", "5 mm"), "leads: the template has no screw, but a pulley, whose radius is searched"),
+        (("--try", "drives.geared"), "--try 'drives.geared' must be PATH=VALUES"),
+        (("--try", "drives.geared.pulley.radius=5 mm"), "pulley.radius: the search itself chooses it, as radius says"),
+        (("--try", "drives.geared.output_inertia=1 g"), "output_inertia = '1 g' has the unit 'g' where"),
         (("--steering-ratios", "8;9"), "--steering-ratios '8;9' must be numbers separated by commas"),
         (("--life", "5 mm"), "--life '5 mm'"),
     ],

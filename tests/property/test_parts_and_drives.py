@@ -44,6 +44,9 @@ def test_scaled_motor_is_that_many_motors(motor, factor, seed):
     assert_allclose(many.power, one.power * factor, rtol=1e-9, atol=1e-9)
     for limit in (Limit.THERMAL, Limit.VOLTAGE):
         assert_allclose(many.utilisation[limit], one.utilisation[limit], rtol=1e-9, atol=1e-12)
+    for name, loss in one.losses.items():
+        assert_allclose(many.losses[name], loss * factor, rtol=1e-9, atol=1e-9)
+    assert_closed(many.power, factor * torque * speed, many.losses.values())
     assert motor.scaled(factor).peak_efficiency == pytest.approx(motor.peak_efficiency, rel=1e-12)
 
 

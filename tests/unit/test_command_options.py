@@ -66,7 +66,7 @@ def test_what_is_stated_is_read_in_si():
         {
             "objective": "mass, energy",
             "radius": ("3 mm", "5 cm"),
-            "leads": "2 mm, 5 mm",
+            "tries": ["drives.a.screw.lead=2 mm, 5 mm", "drives.a.belt.teeth = 10..20"],
             "ranges": ["preload=800 N..3 kN"],
             "steering_ratios": "8,16",
             "life": "2 h",
@@ -75,7 +75,7 @@ def test_what_is_stated_is_read_in_si():
     )
     assert read.objective == ("mass", "energy")
     assert read.radius == pytest.approx((3e-3, 5e-2))
-    assert read.leads == pytest.approx((2e-3, 5e-3))
+    assert read.tries == {"drives.a.screw.lead": "2 mm, 5 mm", "drives.a.belt.teeth": "10..20"}
     assert read.ranges == {"preload": (800.0, 3000.0)}
     assert read.steering_ratios == (8.0, 16.0)
     assert read.life == 7200.0
@@ -83,6 +83,7 @@ def test_what_is_stated_is_read_in_si():
     shown = {row.name: row.value for row in read.rows()}
     assert shown["radius"] == "0.003 m, 0.05 m"
     assert shown["ranges"] == "preload from 800 N to 3000 N"
+    assert shown["tries"] == "drives.a.screw.lead = 2 mm, 5 mm; drives.a.belt.teeth = 10..20"
     assert shown["seed"] == "0"
     assert shown["life"] == "7200 s"
     assert shown["builds"] == "128"
@@ -93,7 +94,9 @@ def test_what_is_stated_is_read_in_si():
     [
         ("objective", "power", "--it 'power' must be energy, mass, or both"),
         ("radius", ("5 mm", "3 mm"), "--it '5 mm' '3 mm' must be a range above 0"),
-        ("leads", "2 N", "--it '2 N' "),
+        ("life", "2 N", "--it '2 N' "),
+        ("tries", ["drives.a.screw.lead"], "must be PATH=VALUES"),
+        ("tries", ["drives.a.b=1", "drives.a.b=2"], "names drives.a.b twice"),
         ("steering_ratios", "a", "must be numbers separated by commas"),
         ("ranges", ["preload"], "must be NAME=LOW..HIGH"),
         ("ranges", ["preload=1 N..2 N", "preload=1 N..2 N"], "names a value twice"),
@@ -122,12 +125,19 @@ def test_the_page_offers_what_the_fields_say():
 
 
 def test_what_a_page_states_becomes_arguments():
-    stated = {"top": 3, "radius": "3 mm, 50 mm", "ranges": "preload=1 kN..2 kN", "slip_margin": 1.2}
+    stated = {
+        "top": 3,
+        "radius": "3 mm, 50 mm",
+        "tries": "drives.a.screw.lead=2 mm, 5 mm, drives.a.belt.teeth=9",
+        "ranges": "preload=1 kN..2 kN",
+        "slip_margin": 1.2,
+    }
     read = job_options(SizeOptions, {"options": stated})
     assert read == {
         **SizeOptions().arguments(),
         "top": 3,
         "radius": (3e-3, 50e-3),
+        "tries": {"drives.a.screw.lead": "2 mm, 5 mm", "drives.a.belt.teeth": "9"},
         "ranges": {"preload": (1000.0, 2000.0)},
         "slip_margin": 1.2,
         "builds": 0,
@@ -150,7 +160,7 @@ def test_what_a_page_states_becomes_arguments():
         {"slip_margin": 0.5},
         {"slip_margin": "2"},
         {"objective": 3},
-        {"leads": "1 mm," * 100},
+        {"life": "1" * 1000},
         {"file": "x"},
         [],
     ],

@@ -88,7 +88,7 @@ def test_no_other_search_finds_a_better_geared_drive(seed):
 
 
 def test_no_other_search_finds_better_cobotic_drives():
-    """NSGA-II over pair, steering motor, ratio, bearings, number of wheels and five values, 1 % apart at most, at masses as far apart as ours."""
+    """NSGA-II over pair, steering motor, ratio, bearings, number of wheels and five values: no more than 1 % better."""
     own = KNEE.drives["cobotic"]
     template = replace(own, transmission=replace(own.transmission, steering_model="shear"))
     motors, gears, pairs = part_tables(1, 6, 5)

@@ -24,6 +24,7 @@ winding_time_constant = "0.2 s"
 housing_time_constant = "600 s"
 max_winding_temperature = "155 degC"
 """
+LEADS = "drives.screw.screw.lead"
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +83,7 @@ def test_candidates_left_are_those_evaluated_where_stages_are_given(tmp_path):
     screws = [iv.parts.Screw(lead=lead, diameter=0.01, friction_coefficient=0.05) for lead in (0.01, 0.02, 0.03)]
     study = replace(WALKING, drives={"screw": replace(WALKING.drives["geared"], pulley=None, screw=screws[0])})
     chosen = {"sets": tmp_path / "hot.toml", "objective": "mass"}
-    sized = iv.size(study, leads=[one.lead for one in screws], **chosen).searches["screw"]
+    sized = iv.size(study, tries={LEADS: [one.lead for one in screws]}, **chosen).searches["screw"]
     same = iv.sweeps.geared_sweep(study, stages=screws, **chosen)
     assert same.result(iv.sweep(same, tmp_path / "t")).searches["screw"].left == sized.left
     for record in (swept, sized):
@@ -117,9 +118,12 @@ def test_of_equal_misses_a_sweep_finds_the_one_that_size_does(shelf, tmp_path, o
     study = replace(WALKING, drives={"screw": replace(WALKING.drives["geared"], pulley=None, screw=screws[0])})
     problem = iv.sweeps.geared_sweep(study, sets=shelf, stages=screws, objective=objective, size=2)
     found = problem.result(iv.sweep(problem, tmp_path / "s")).searches["screw"]
-    whole = iv.size(study, sets=shelf, leads=[one.lead for one in screws], objective=objective).searches["screw"]
+    leads = [one.lead for one in screws]
+    whole = iv.size(study, sets=shelf, tries={LEADS: leads}, objective=objective).searches["screw"]
     assert found.nearest.tightest[1] == Limit.OUTPUT_FORCE
-    assert found.nearest == whole.nearest
+    lead = whole.nearest.free["screw.lead"]
+    assert (lead.value, lead.tried) == (found.nearest.free["screw.lead"].value, (0.01, 0.03))
+    assert found.nearest == replace(whole.nearest, free=found.nearest.free)
     assert found.counts == whole.counts
 
 

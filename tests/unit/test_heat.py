@@ -298,3 +298,24 @@ def test_many_motors_at_once_are_as_hot_as_each_alone():
             if run:
                 np.testing.assert_allclose(found.history[place], alone.winding_history, rtol=1e-12)
         assert run or found.highest[3] == math.inf
+
+
+@pytest.mark.parametrize("number", [2, 3, 7.5])
+def test_motors_on_one_shaft_are_as_hot_as_each_alone(number):
+    """Each has its share of current and friction; the time constants stay."""
+    motor = motors()["ec-i-40-36v"]
+    current = 1.5 * motor.continuous_current * np.sin(np.linspace(0.0, 6.0, 40))
+    one = heat.heat(motor, current, 0.4 + 0.0 * current, 2.0)
+    many = heat.heat(motor.scaled(number), number * current, number * (0.4 + 0.0 * current), 2.0)
+    for name in ("winding", "housing", "mean_winding"):
+        assert getattr(many, name) == pytest.approx(getattr(one, name), rel=1e-12)
+    assert many.within_limit == one.within_limit
+
+
+def test_motors_on_one_shaft_lie_in_line():
+    motor = replace(motors()["ec-i-40-36v"], length=0.03)
+    three = motor.scaled(3)
+    assert (three.diameter, three.length) == (motor.diameter, pytest.approx(0.09))
+    assert motor.scaled(1) == replace(motor, name=f"1 x {motor.name}")
+    part = motor.scaled(2.7)
+    assert (part.diameter, part.length) == (None, None)

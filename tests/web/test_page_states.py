@@ -190,9 +190,9 @@ def test_the_options_of_a_computation_are_a_form(page):
     panel.locator("table").first.wait_for(timeout=120000)
     panel.get_by_text("Options").last.click()
     assert panel.get_by_label("top").get_attribute("placeholder") == "20"
-    panel.get_by_label("leads").fill("2 N")
+    panel.get_by_label("life").fill("2 N")
     panel.get_by_role("button", name="Search the catalogue").click()
-    panel.get_by_text("leads '2 N'").wait_for(timeout=60000)
+    panel.get_by_text("life '2 N'").wait_for(timeout=60000)
 
 
 def test_a_view_that_is_missing_leaves_the_rest_alone(browser, server):

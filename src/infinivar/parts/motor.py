@@ -25,6 +25,7 @@ SCALED = {
     "inductance": -1,
     "rotor_inertia": 1,
     "mass": 1,
+    "length": 1,
     "winding_to_housing": -1,
     "housing_to_ambient": -1,
 }
@@ -165,11 +166,13 @@ class Motor:
     def scaled(self, factor: float) -> Motor:
         """`factor` such motors on one shaft: torque, currents, inertia and mass scale; speed and voltage do not; see `multiple`.
 
-        No other scaling preserves efficiency, speed and voltage. The result has no diameter and no length.
+        They share torque and current equally, each with an amplifier of its own, or all in parallel on one: to the supply and to
+        the shaft both are the same. They lie in line: one behind the other, with the diameter of one. No other scaling preserves
+        efficiency, speed and voltage. A fraction of a motor has no diameter and no length.
         """
-
-        values = {name: getattr(self, name) for name in SCALED}
-        return replace(self, name=f"{factor:g} x {self.name}", diameter=None, length=None, **multiple(values, factor))
+        values = multiple({name: getattr(self, name) for name in SCALED}, factor)
+        sizes = {} if float(factor).is_integer() else {"diameter": None, "length": None}
+        return replace(self, name=f"{factor:g} x {self.name}", **{**values, **sizes})
 
     def with_resistance(self, resistance: float) -> Motor:
         """The motor with another winding resistance [ohm] and the same friction: the no-load current follows the speed."""

@@ -27,10 +27,12 @@ from infinivar.sizing.design import (
     AXLE_BEARING,
     CYLINDER_BEARING,
     ROLES,
+    SCALES,
     STEERING_MOTOR,
     UNITS,
     SizedDrive,
     allowance_words,
+    at_end,
     beyond_words,
     demand_words,
     exceeded_words,
@@ -41,7 +43,7 @@ from infinivar.sizing.design import (
 )
 from infinivar.sizing.margins import TaskDemand
 from infinivar.sizing.pool import ChosenPart
-from infinivar.sizing.records import SearchRecord, WheelRecord, limit_lines
+from infinivar.sizing.records import SearchRecord, TriedValue, WheelRecord, limit_lines
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.studies import motion_file, scenario_of, study_of
 from infinivar.sizing.what_if import WhatIf, amount, needed_words, present_words
@@ -214,6 +216,7 @@ def text(sizing: Sizing) -> Iterator[str]:
             yield ""
             yield from _listed(sizing, group, title, designs)
     for lines in (
+        *(lines for name in sizing.searches for lines in _tried_lines(sizing, name)),
         printed_lines(sizing.hangs_on),
         *(_changes(one) for one in sizing.what_if.values()),
         () if sizing.doubt is None else _doubt_lines(sizing.doubt),
@@ -279,6 +282,41 @@ def _listed(sizing: Sizing, group: str, title: str, designs: tuple[SizedDrive, .
         yield f"... and {len(designs) - LISTED} more in the report"
 
 
+def tried_of(search: SearchRecord | WheelRecord) -> dict[str, list[TriedValue]]:
+    """Values that were tried, by path."""
+    paths = dict.fromkeys(one.path for one in search.tried)
+    return {path: [one for one in search.tried if one.path == path] for path in paths}
+
+
+def tried_cells(one: TriedValue) -> tuple[str, ...]:
+    """A value that was tried, and of the best design with it power, mass, margin and parts, or what its nearest miss exceeds."""
+    value = shown(one.value, one.unit)
+    if one.design is None:
+        return value, "–", "–", "–", "no candidate"
+    if not one.feasible:
+        return value, "–", "–", "–", f"infeasible: {exceeded_words(one.design)}"
+    return value, *_figures(one.design), one.design.title
+
+
+def tried_end(path: str, design: SizedDrive | None) -> str:
+    """Where the best design lies among the values that were tried."""
+    free = None if design is None else design.free.get(path)
+    if free is None or len(free.tried) < 2:
+        return ""
+    if path in SCALES and free.value == 1.0:
+        return "best with a single motor"
+    return f"best {'at an end of' if at_end(path, free) else 'inside'} the values tried: {shown(free.value, free.unit)}"
+
+
+def _tried_lines(sizing: Sizing, name: str) -> Iterator[list[str]]:
+    """Yield the lines on the best design of a template with each value of a path that was tried."""
+    for path, tried in tried_of(sizing.searches[name]).items():
+        like = f" of {name}" if len(sizing.searches) > 1 else ""
+        head = (f"{capitalise(path_words(path))}{like}", "power", "mass", "margin", "parts of the best")
+        end = tried_end(path, sizing.best_of.get(name))
+        yield [*aligned([head, *map(tried_cells, tried)], whole=range(4)), *([f"  {end}"] if end else [])]
+
+
 def _changes(change: WhatIf) -> Iterator[str]:
     """Lines on what would have to change for another outcome."""
     yield f"{change.headline}:"
@@ -307,7 +345,8 @@ def _fates(name: str, search: SearchRecord) -> Iterator[str]:
 
 def _wheel_fates(name: str, search: WheelRecord) -> Iterator[str]:
     """Lines on what became of the candidates for a cobotic template."""
-    yield f"Template {name}: {counted(search.candidates, 'combinations')} of parts{_ranges(search)}"
+    times = "" if search.stages == 1 else f" ({search.stages:,} {search.stage_words})"
+    yield f"Template {name}: {counted(search.candidates, 'combinations')} of parts{times}{_ranges(search)}"
     yield (
         f"  {counted(search.wheels, 'wheel designs')}, {search.rolled:,} of which roll, cover "
         f"{counted(_rounded(search.drives), 'drives')}; {counted(search.evaluated, 'motors')} evaluated at every instant, "
@@ -349,6 +388,7 @@ def _without_unit(value: float, unit: str) -> str:
 def html(sizing: Sizing, masses: Mapping[str, WholeMass], image: str, sheets: Mapping[str, str]) -> str:
     """The report as one self-contained page."""
     known = [*sizing.designs, *sizing.front, *sizing.best_of.values()]
+    tried = [one.path for search in sizing.searches.values() for one in search.tried]
     return render(
         "sizing.html",
         sizing=sizing,
@@ -378,8 +418,11 @@ def html(sizing: Sizing, masses: Mapping[str, WholeMass], image: str, sheets: Ma
         file_of=file_of,
         best_file=best_file,
         path_words=path_words,
+        tried_of=tried_of,
+        tried_cells=tried_cells,
+        tried_end=tried_end,
         roles=[role for role in ROLES if any(role in one.parts for one in known)],
-        frees=[path for path in UNITS if any(path in one.free for one in known)],
+        frees=dict.fromkeys(path for path in (*UNITS, *tried) if any(path in one.free for one in known)),
         role_words=role_words,
         part_in=_part_in,
         tightest=_tightest,

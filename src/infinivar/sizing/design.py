@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from infinivar._core.described import derived, reported, rows
 from infinivar._core.result import Frozen, result
@@ -42,6 +42,29 @@ UNITS = {
 ROLES = ("motor", "gearhead", STEERING_MOTOR, AXLE_BEARING, CYLINDER_BEARING)
 """Roles of parts that are searched."""
 
+SCALES = ("motor.scale", f"{STEERING_MOTOR}.scale")
+"""Numbers of motors on one shaft, which are no fields of a drive."""
+
+STANDBY = "amplifier.standby_power"
+"""Path of what all amplifiers of a drive draw at all times."""
+
+FOLLOWING = {
+    "control.cylinder_bandwidth": (
+        "assumed",
+        "as fast as the steering servo, to hold the constant speed that the search over parts assumes",
+    ),
+    "transmission.cylinder_wall": ("derived", "thinnest wall that carries the preload, by structure.strength_margin"),
+    "transmission.cylinder_length": ("derived", "travel, wheel, and room at both ends"),
+    "transmission.cylinder_end_plate": ("derived", "structure.least_wall"),
+    "cylinder_inertia": ("derived", "of the tube"),
+    "link_mass": ("derived", "of what moves with the link"),
+    "steering.bell_inertia": ("derived", "of bell and wheel"),
+}
+"""Values of cobotic drives that follow from those searched, where they come from; without one, the drive derives them itself."""
+
+_FEW = 4
+"""Most values tried that are listed one by one."""
+
 _LEAD = {STEERING_MOTOR: "steering ", AXLE_BEARING: "bearings ", CYLINDER_BEARING: "cylinder on "}
 """What precedes the name of a part, by role."""
 
@@ -55,16 +78,20 @@ class FreeValue(Frozen):
     value          Chosen.
     low, high      Between these all limits are kept, with all else as chosen; nan if the design keeps them nowhere.
     unit           In SI.
+    tried          Values of a template that were tried, of which it is one; empty if the search chose it from a range.
     """
 
-    value: float
-    low: float
-    high: float
-    unit: str
+    value: float = reported()
+    low: float = reported()
+    high: float = reported()
+    unit: str = reported()
+    tried: tuple[float, ...] = reported(default=(), optional=True)
 
     @property
     def words(self) -> str:
         """Value and range."""
+        if self.tried:
+            return f"{shown(self.value, self.unit)} ({tried_words(self.tried, self.unit)})"
         if math.isnan(self.low):
             return shown(self.value, self.unit)
         return f"{shown(self.value, self.unit)} (feasible from {shown(self.low, self.unit)} to {shown(self.high, self.unit)})"
@@ -216,8 +243,23 @@ def shown(value: float, unit: str, digits: int = 4) -> str:
     return show_in(value, "m", "mm", digits) if unit == "m" else show(value, unit, digits)
 
 
+def tried_words(values: Sequence[float], unit: str) -> str:
+    """Values that were tried, or the ends of many."""
+    if len(values) <= _FEW:
+        return f"tried: {', '.join(shown(one, unit) for one in values)}"
+    return f"{len(values)} values tried from {shown(values[0], unit)} to {shown(values[-1], unit)}"
+
+
+def at_end(path: str, free: FreeValue) -> bool:
+    """Whether a value is the first or last of those tried; a single motor on a shaft is no end."""
+    ends = free.tried[-1:] if path in SCALES and free.tried[:1] == (1.0,) else (free.tried[:1] + free.tried[-1:])
+    return len(free.tried) > 1 and free.value in ends
+
+
 def path_words(path: str) -> str:
     """Path of a value in a drive, in words."""
+    if path in SCALES:
+        return f"{role_words(path.removesuffix('.scale'))}s on one shaft"
     return path.removeprefix("transmission.").removeprefix("geometry.").replace(".", " ").replace("_", " ")
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping
-from typing import Any, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -56,3 +57,25 @@ def nearest_of(demands: Any, mass: Any) -> int:
         here = beyond[left]
         left = left[here <= here.min() * (1.0 + SAME)]
     return int(left[np.argmin(np.nan_to_num(np.asarray(mass, dtype=float)[left], nan=np.inf))])
+
+
+class Missed(Protocol):
+    """A design that exceeds limits."""
+
+    @property
+    def demands(self) -> Mapping[TaskDemand, float]:
+        """Demand over allowance by limit. [-]"""
+        ...
+
+    @property
+    def mass(self) -> float:
+        """Its mass. [kg]"""
+        ...
+
+
+def nearest_among(missed: Sequence[Missed]) -> int | None:
+    """Place of the design that comes nearest to keeping all limits; None if there are none."""
+    if not missed:
+        return None
+    demands = list(itertools.zip_longest(*(one.demands.values() for one in missed), fillvalue=0.0))
+    return nearest_of(demands, [one.mass for one in missed])

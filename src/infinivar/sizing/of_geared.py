@@ -43,14 +43,8 @@ def geared(request: StudyRequest, progress: Progress | None) -> Found:
 
 def requests_of(request: StudyRequest) -> list[GearedRequest]:
     """Searches over tables for a template: by the first objective, and for the front of two."""
-    own = {"stages": stages_of(request), "radius": range_of(request)}
+    own = {"stages": request.stages, "radius": range_of(request)}
     return [request.on_tables(GearedRequest, objective=one, **own) for one in request.objectives]
-
-
-def stages_of(request: StudyRequest) -> tuple[OutputStage, ...]:
-    """Output stages to try with every pair; none for that of the template, or a range of radii."""
-    screw = request.template.screw
-    return request.stages or tuple(replace(screw, lead=lead) for lead in request.leads if screw is not None)
 
 
 def range_of(request: StudyRequest) -> tuple[float, float] | None:
@@ -85,9 +79,7 @@ def record_of_counts(request: StudyRequest, **counts: Any) -> SearchRecord:
     """What became of the candidates, from what was counted, by name, and what the search was over."""
     radius = range_of(request)
     ranges = {} if radius is None else {"pulley.radius": radius}
-    if request.leads and request.template.screw is not None:
-        ranges["screw.lead"] = min(request.leads), max(request.leads)
-    return SearchRecord(**counts, ranges=ranges, **_stages_tried(stages_of(request)))
+    return SearchRecord(**counts, ranges=ranges, **_stages_tried(request.stages))
 
 
 def _stages_tried(stages: Sequence[OutputStage]) -> dict[str, Any]:
@@ -129,7 +121,7 @@ def drive_of(request: StudyRequest, found: Design) -> SizedDrive:
     free = {}
     if isinstance(stage, Pulley):
         free["pulley.radius"] = FreeValue(value=stage.radius, low=low, high=high, unit="m")
-    if isinstance(stage, Screw):
+    if isinstance(stage, Screw) and request.stages:
         free["screw.lead"] = FreeValue(value=stage.lead, low=math.nan, high=math.nan, unit="m")
     return SizedDrive(
         template=request.name,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from infinivar.errors import InputError, nearest
-from infinivar.options import Options, amount, amounts, numbers, option, span
+from infinivar.options import Options, amount, numbers, option, span
 
 GENERATIONS = 40
 """Of the search over cobotic drives."""
@@ -65,6 +65,28 @@ def _ranges_shown(ranges: Mapping[str, tuple[float, float]]) -> str:
     return ", ".join(words())
 
 
+def _tries(name: str, said: list[str]) -> dict[str, str]:
+    """Texts of values by path; each path is followed by "="."""
+    found: dict[str, str] = {}
+    last = ""
+    for part in ",".join(said).split(","):
+        path, equals, values = part.partition("=")
+        if equals:
+            last, values = path.strip(), values.strip()
+            if last in found:
+                raise InputError(f"{name} names {last} twice; give all its values at once")
+            found[last] = values
+        elif last:
+            found[last] += f", {part.strip()}"
+        if not last:
+            raise InputError(f'{name} {part!r} must be PATH=VALUES, such as "drives.geared.screw.lead=2 mm, 5 mm"')
+    return found
+
+
+def _tries_shown(tries: Mapping[str, Any]) -> str:
+    return "; ".join(f"{path} = {said if isinstance(said, str) else list(said)}" for path, said in tries.items())
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SizeOptions(Options):
     """What `size` can be given beside the study and its templates."""
@@ -92,10 +114,16 @@ class SizeOptions(Options):
         usual="a fifth to five times the template's",
         metavar="LOW HIGH",
     )
-    leads: Sequence[float] | None = amounts(
-        'Geared drives with a screw: leads to try, separated by commas, such as "2 mm, 5 mm, 10 mm".',
-        "m",
+    tries: Mapping[str, Any] | None = option(
+        "Values of a template to try, each with everything that the search chooses: values separated by commas, such as "
+        '"drives.geared.screw.lead=2 mm, 5 mm", or a range, such as '
+        '"drives.geared.output.series_spring.stiffness=60 N/mm..300 N/mm"; repeat for more.',
+        list[str],
+        _tries,
+        name="try",
         usual="the template's",
+        metavar="PATH=VALUES",
+        show=_tries_shown,
     )
     ranges: Mapping[str, tuple[float, float]] | None = option(
         "Cobotic drives: range of cylinder_radius, cylinder_speed, wheel_radius, crown_radius or preload, such as "
@@ -127,6 +155,6 @@ class SizeOptions(Options):
         default=128,
     )
 
-    GEARED: ClassVar[tuple[str, ...]] = ("radius", "leads")
+    GEARED: ClassVar[tuple[str, ...]] = ("radius",)
     COBOTIC: ClassVar[tuple[str, ...]] = ("ranges", "steering_ratios", "wheels", "slip_margin", "life")
     """Of one architecture only, and of every search over it."""

@@ -129,7 +129,7 @@ class PartPool(Frozen):
         if number == 1.0:
             return self.motors
         names = np.array([f"{number:g} x {name}" for name in self.motors["name"]])
-        return {**multiple(self.motors, number), "name": names, "diameter": self.motors["diameter"] * np.nan}
+        return {**multiple(self.motors, number), "name": names}
 
     def contradictions(self, chosen: Iterable[tuple[str, ChosenPart]]) -> tuple[str, ...]:
         """What the data sheets of parts, each with its role, state that contradicts itself, a line each, the worst first."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from infinivar._core.described import finite, reported, rows
+from infinivar._core.described import derived, finite, reported, rows
 from infinivar._core.result import Frozen, result
 from infinivar._core.text import counted
 from infinivar.limits import Demand
@@ -18,6 +21,43 @@ OF_FRONT = ": left out of the front"
 """End of a reason for which candidates are left out of the front alone."""
 
 _UNCHECKED_ROWS = rows("limit", "part", "candidates")
+
+
+@result
+class TriedValue(Frozen):
+    """A value of a template that was tried, and the best found with it.
+
+    Attributes
+    ----------
+    path           In the drive.
+    value          In SI.
+    unit           In SI.
+    candidates     Number of candidates with it.
+    feasible       Whether one of them keeps all limits.
+    design         The best of them, or the nearest miss; None if there is neither.
+    """
+
+    path: str = reported()
+    value: float = reported()
+    unit: str = reported()
+    candidates: int = reported()
+    feasible: bool = reported()
+    design: SizedDrive | None
+
+    @derived("W")
+    def power(self) -> float:
+        """Mean power of the best design; nan if none is feasible, or without a motion. [W]"""
+        return self.design.power if self.feasible and self.design is not None else math.nan
+
+    @derived("kg")
+    def mass(self) -> float:
+        """Mass of the best design; nan if none is feasible. [kg]"""
+        return self.design.mass if self.feasible and self.design is not None else math.nan
+
+    @derived("1")
+    def margin(self) -> float:
+        """Margin of the best design, or of the nearest miss; nan if there is neither. [-]"""
+        return math.nan if self.design is None else self.design.margin
 
 
 @result
@@ -35,8 +75,9 @@ class SearchRecord(Frozen):
     ranges         Ranges searched, by path. [m]
     cloud          Mass and mean power of the feasible candidates that were evaluated; nan where not known. (n, 2) [kg], [W]
     nearest        If no candidate is feasible, that which comes nearest to keeping all limits, see `nearest_of`.
-    stages         Number of output stages tried with every pair.
+    stages         Number of output stages, or combinations of values, tried with every pair.
     stage_words    What they differ in: radii, leads, or "output stages".
+    tried          Values of the template that were tried, each with the best design.
     """
 
     candidates: int = reported()
@@ -50,6 +91,7 @@ class SearchRecord(Frozen):
     nearest: SizedDrive | None = reported(default=None)
     stages: int = reported(default=1)
     stage_words: str = "output stages"
+    tried: tuple[TriedValue, ...] = reported(default=(), optional=True)
 
     @property
     def counted_as(self) -> str:
@@ -95,6 +137,9 @@ class WheelRecord(Frozen):
         more instants. (n,) [W] or [kg]
     compiled       Whether JAX compiled the laws of the wheel.
     nearest        If no candidate is feasible, the one found that is nearest.
+    stages         Number of combinations of values of the template that were tried.
+    stage_words    What they differ in.
+    tried          Values of the template that were tried, each with the best design.
     """
 
     candidates: int = reported()
@@ -114,16 +159,38 @@ class WheelRecord(Frozen):
     history: np.ndarray = reported(convert=finite)
     compiled: bool = reported(default=False)
     nearest: SizedDrive | None = reported(default=None)
+    stages: int = 1
+    stage_words: str = ""
+    tried: tuple[TriedValue, ...] = reported(default=(), optional=True)
 
     @property
     def words(self) -> str:
         """Number of candidates."""
-        return counted(self.candidates, "cobotic combinations")
+        found = counted(self.candidates, "cobotic combinations")
+        return found if self.stages == 1 else f"{found} ({self.stages:,} {self.stage_words})"
 
     @property
     def unjudged(self) -> dict[str, int]:
         """None: combinations without the values that a law needs are counted by part."""
         return {}
+
+
+def merged(records: Sequence[Any], best: Any) -> Any:
+    """One record of several searches over drives like one template; what cannot be added is that of the best."""
+    added = ("candidates", "left", "evaluated", "wheels", "rolled", "drives", "excluded", "blocked", "unchecked")
+    own: dict[str, Any] = {name: _sum([getattr(one, name) for one in records]) for name in added if hasattr(best, name)}
+    if isinstance(best, SearchRecord):
+        counts = _sum([{count[:3]: np.array(count[3:]) for count in one.counts} for one in records])
+        own["counts"] = tuple(LimitCount(*key, *map(int, numbers)) for key, numbers in counts.items())
+    return replace(best, **own, cloud=np.concatenate([one.cloud for one in records]))
+
+
+def _sum(values: Sequence[Any]) -> Any:
+    """Sum of numbers, or of the numbers of each entry."""
+    if not isinstance(values[0], Mapping):
+        return sum(values)
+    keys = dict.fromkeys(key for one in values for key in one)
+    return {key: sum(one[key] for one in values if key in one) for key in keys}
 
 
 def limit_lines(counts: Iterable[LimitCount]) -> Iterator[str]:

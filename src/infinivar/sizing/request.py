@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -14,7 +14,6 @@ from infinivar.drivetrain.drive import Drive, axis_fault, refuse_machine
 from infinivar.errors import InputError, ParameterError, nearest, require
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.linear import Pulley
-from infinivar.parts.screw import Screw
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.cobotic.space import FREE
 from infinivar.sizing.cobotic.wheels import check_template
@@ -22,6 +21,7 @@ from infinivar.sizing.design import SizedDrive
 from infinivar.sizing.options import AIMS, GENERATIONS, SLIP_MARGIN, Aim, SizeOptions
 from infinivar.sizing.pool import PartPool, pool_of
 from infinivar.sizing.records import SearchRecord, WheelRecord
+from infinivar.sizing.tries import Try, tries_of
 from infinivar.study.check import check_study
 from infinivar.study.study import Study
 
@@ -50,8 +50,8 @@ class StudyRequest:
     aims              Objectives; designs are ordered by the first, and two ask for a front.
     top               Number of designs to return, besides those of the front.
     radius            Range of the pulley of geared drives; None for that around the template's. [m]
-    leads             Of the screw of geared drives, to try with every pair; empty for that of the template. [m]
-    stages            Output stages to try with every pair instead.
+    stages            Output stages of geared drives to try with every pair instead.
+    tries             Values of the templates to try, by template; each combination is a search.
     ranges            Of the free values of cobotic drives, by name.
     wheels            Numbers of wheels of cobotic drives; empty for 1, 2 and 3.
     steering_ratios   Between steering motor and bell; None for those around the template's. [-]
@@ -68,8 +68,8 @@ class StudyRequest:
     aims: tuple[str, ...]
     top: int
     radius: tuple[float, float] | None = None
-    leads: tuple[float, ...] = ()
     stages: tuple[OutputStage, ...] = ()
+    tries: Mapping[str, tuple[Try, ...]] = field(default_factory=dict)
     ranges: Mapping[str, tuple[float, float]]
     wheels: tuple[int, ...] = ()
     steering_ratios: tuple[float, ...] | None = None
@@ -154,10 +154,10 @@ def request_of(
         number = options.get(word)
         whole = number is None or (isinstance(number, int) and not isinstance(number, bool) and number >= least)
         require(whole, word, number, f"a whole number >= {least}")
-    ranges = options.pop("ranges", None) or {}
+    ranges, tries = options.pop("ranges", None) or {}, options.pop("tries", None)
     stated = {name: value for name, value in options.items() if value is not None}
     _check_options(study, templates, stated | ({"ranges": ranges} if ranges else {}))
-    kinds = {"leads": float, "steering_ratios": float, "wheels": int}
+    kinds = {"steering_ratios": float, "wheels": int}
     several = {name: tuple(map(kind, stated[name])) for name, kind in kinds.items() if name in stated}
     request = StudyRequest(
         study=study,
@@ -167,6 +167,7 @@ def request_of(
         aims=aims,
         top=top,
         ranges=ranges,
+        tries={} if tries is None else tries_of(study, templates, tries),
         loss_model=loss_model,
         **{**stated, **several},
     )
@@ -249,14 +250,11 @@ def _check_options(study: Study, names: Sequence[str], given: Mapping[str, Any])
         if useless and not any(isinstance(drive, one) for drive in drives):
             raise InputError(f"{', '.join(useless)}: for {kind} drives only; no {kind} drive is searched")
     stages = [drive.stage for drive in drives if isinstance(drive, ConventionalDrive)]
-    for name, stage in (("radius", Pulley), ("leads", Screw)):
-        if name in given and not any(isinstance(one, stage) for one in stages):
-            fate = "whose radius is searched" if isinstance(stages[0], Pulley) else "which stays as it is"
-            raise InputError(f"{name}: the template has no {stage.title}, but a {stages[0].title}, {fate}")
-    for name, what, unit in (("leads", "lead", "m"), ("steering_ratios", "ratio", "")):
-        values = tuple(given.get(name, (1.0,)))
-        fine = len(values) > 0 and all(0.0 < one < math.inf for one in values) and len({*values}) == len(values)
-        require(fine, name, values, f"one {what} or several different ones, each > 0", unit)
+    if "radius" in given and not any(isinstance(one, Pulley) for one in stages):
+        raise InputError(f"radius: the template has no pulley, but a {stages[0].title}, which stays as it is")
+    ratios = tuple(given.get("steering_ratios", (1.0,)))
+    fine = len(ratios) > 0 and all(0.0 < one < math.inf for one in ratios) and len({*ratios}) == len(ratios)
+    require(fine, "steering_ratios", ratios, "one ratio or several different ones, each > 0")
     numbers = tuple(given.get("wheels", (1,)))
     fine = len({*numbers}) == len(numbers) > 0 and {*numbers} <= {1, 2, 3}
     require(fine, "wheels", numbers, "one or several of 1, 2 and 3")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import field
@@ -14,8 +13,8 @@ from infinivar.analysis.whole_mass import WholeMass, mass_of
 from infinivar.drivetrain.masses import tube_as_of
 from infinivar.drivetrain.uncounted import not_counted
 from infinivar.sizing.builds.result import Doubt
-from infinivar.sizing.design import SizedDrive, demand_words, exceeded_words, path_words
-from infinivar.sizing.margins import nearest_of
+from infinivar.sizing.design import SizedDrive, at_end, demand_words, exceeded_words, path_words
+from infinivar.sizing.margins import nearest_among
 from infinivar.sizing.options import SizeOptions
 from infinivar.sizing.pool import SearchedSet
 from infinivar.sizing.records import SearchRecord, WheelRecord
@@ -126,10 +125,8 @@ class Sizing(Result):
     def nearest(self) -> SizedDrive | None:
         """If no candidate is feasible, that of all searches which comes nearest to keeping all limits."""
         found = [search.nearest for search in self.searches.values() if search.nearest is not None]
-        if not found:
-            return None
-        demands = list(itertools.zip_longest(*(one.demands.values() for one in found), fillvalue=0.0))
-        return found[nearest_of(demands, [one.mass for one in found])]
+        place = nearest_among(found)
+        return None if place is None else found[place]
 
     @derived()
     def cautions(self) -> tuple[str, ...]:
@@ -169,8 +166,13 @@ class Sizing(Result):
             and any(math.isclose(free.value, end, rel_tol=near) for end in ends)
         }
         owner = f"the best design of {design.template}" if len(self.searches) > 1 else "the best design"
+        tried = [
+            f"{path_words(path)} of {owner} is at an end of the values tried; values beyond it may give a better one"
+            for path, free in design.free.items()
+            if at_end(path, free)
+        ]
         grown = [word for word, end in ends.items() if cobotic and (word, end) in _COSTLESS]
-        said = [
+        said = tried + [
             f"{word} of {owner} is at an end of the range searched; a wider range may hold a better one"
             for word in ends
             if word not in grown

@@ -36,6 +36,7 @@ from infinivar.sizing.result import Sizing
 from infinivar.sizing.robustness import check_builds, with_builds
 from infinivar.sizing.studies import not_simulated, not_taken_over, study_of
 from infinivar.sizing.tables import equal_shares
+from infinivar.sizing.tried import search_tries
 from infinivar.sizing.what_if import what_if
 from infinivar.study.choices import Variant, variants
 from infinivar.study.study import Study
@@ -53,7 +54,7 @@ def size(
     sets: str | Path | Sequence[str | Path] | None = None,
     drive: str | Sequence[str] | None = None,
     radius: tuple[float, float] | None = None,
-    leads: Sequence[float] | None = None,
+    tries: Mapping[str, Any] | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
     steering_ratios: Sequence[float] | None = None,
     wheels: Sequence[int] | None = None,
@@ -83,8 +84,10 @@ def size(
     drive : str or several        Templates; by default the first geared and the first cobotic drive of the study that can be one.
     radius : (float, float)       Least and largest radius of the pulley of geared drives; by default a fifth and five times the
         template's. [m]
-    leads : sequence              Of geared drives with a screw: leads that can be bought, each tried with every pair; the
-        screw's other values stay. Without them, and with other output stages, the stage stays as it is. [m]
+    tries : mapping               Values of a template to try, each combination with everything that the search chooses, by path,
+        such as "drives.geared.screw.lead": numbers in SI, texts with units, or one text, "2 mm, 5 mm" or a range "2 mm..9 mm". Of
+        a range, 7 values in equal ratios are tried, and then 2 on each side of the best. "drives.NAME.motor.scale" is the number
+        of motors on one shaft.
     ranges : mapping              Of cobotic drives: least and largest cylinder_radius [m], cylinder_speed [rad s^-1],
         wheel_radius [m], crown_radius [m] and preload [N]; by default half and twice the template's. Equal ends fix a value.
     steering_ratios : sequence    Of cobotic drives, between steering motor and bell; by default five from half to twice the
@@ -115,7 +118,7 @@ def size(
         top=top,
         sets=[sets] if isinstance(sets, str | Path) else sets,
         radius=radius,
-        leads=leads,
+        tries=tries,
         ranges=ranges,
         steering_ratios=steering_ratios,
         wheels=wheels,
@@ -197,7 +200,7 @@ def _searched(request: StudyRequest, progress: Progress | None) -> dict[str, Fou
     found: dict[str, Found] = {}
     for place, (name, search) in enumerate(zip(names, searches, strict=True)):
         said = part_of(progress, float(ends[place]), float(ends[place + 1]), f"{name}: " if len(names) > 1 else "")
-        found[name] = search(request.like(name), said)
+        found[name] = search_tries(request.like(name), search, said)
     return found
 
 

@@ -20,7 +20,18 @@ from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.motion.waypoints import RecordedForce, Waypoints
 from infinivar.parts.motor import SCALED
-from infinivar.sizing.design import AXLE_BEARING, CYLINDER_BEARING, STEERING_MOTOR, SizedDrive, path_words, role_words
+from infinivar.sizing.design import (
+    AXLE_BEARING,
+    CYLINDER_BEARING,
+    FOLLOWING,
+    SCALES,
+    STANDBY,
+    STEERING_MOTOR,
+    SizedDrive,
+    path_words,
+    role_words,
+    tried_words,
+)
 from infinivar.study.provenance import DEFAULT, Provenance, recorded, same, text_of
 from infinivar.study.spreads import Uncertainty
 from infinivar.study.study import Study
@@ -131,20 +142,6 @@ _COUNTED = {
 }
 """Fields of parts that change losses or motion and that most sets do not state, by role; limits have a line of their own."""
 
-_FOLLOWING = {
-    "control.cylinder_bandwidth": (
-        "assumed",
-        "as fast as the steering servo, to hold the constant speed that the search over parts assumes",
-    ),
-    "transmission.cylinder_wall": ("derived", "thinnest wall that carries the preload, by structure.strength_margin"),
-    "transmission.cylinder_length": ("derived", "travel, wheel, and room at both ends"),
-    "transmission.cylinder_end_plate": ("derived", "structure.least_wall"),
-    "cylinder_inertia": ("derived", "of the tube"),
-    "link_mass": ("derived", "of what moves with the link"),
-    "steering.bell_inertia": ("derived", "of bell and wheel"),
-}
-"""Values that follow from those searched, where they come from; without one, the drive derives them itself."""
-
 
 def _within(design: SizedDrive, path: str) -> bool:
     return path in design.free or any(path.startswith(f"{role}.") for role in design.parts)
@@ -153,7 +150,7 @@ def _within(design: SizedDrive, path: str) -> bool:
 def _replaced(design: SizedDrive, row: Provenance) -> bool:
     """Whether a value of the template is of a part that the design replaces."""
     role, _, name = row.field.rpartition(".")
-    if row.owner == design.template and row.field in _FOLLOWING and design.architecture == "cobotic":
+    if row.owner == design.template and row.field in _following_of(design):
         value = _of_path(design.drive, row.field)
         return value is None or not same(row.value, value)
     return row.owner == design.template and name not in _KEPT.get(role, ()) and _within(design, row.field)
@@ -170,16 +167,27 @@ def _sources(owner: str, design: SizedDrive) -> Iterator[Provenance]:
                 where = f"{part.number:g} on one shaft of {part.where}" if several else part.where
                 yield _row(owner, f"{role}.{field.name}", field, value, kind, where)
     for path, free in design.free.items():
+        if path in SCALES:  # the values of the motor say how many there are
+            continue
         outer, _, inner = path.rpartition(".")
         stage = value_at(design.drive, outer) if outer else design.drive
         field = next(one for one in described(type(stage)) if one.name == inner)
         around = "" if math.isnan(free.low) else f", feasible from {free.low:.4g} to {free.high:.4g} {free.unit}"
+        around = f", {tried_words(free.tried, free.unit)}" if free.tried else around
         yield _row(owner, path, field, free.value, "derived", f"search over parts{around}")
+
+
+def _following_of(design: SizedDrive) -> dict[str, tuple[str, str]]:
+    """Values of a design that follow from what was searched, and where they come from."""
+    found = dict(FOLLOWING) if design.architecture == "cobotic" else {}
+    if any(path in SCALES for path in design.free) and STANDBY not in design.free:
+        found[STANDBY] = "derived", "an amplifier for each motor, like those of the template"
+    return found
 
 
 def _following(study: Study, design: SizedDrive) -> Iterator[Provenance]:
     """Sources of values that follow from what was searched, where they are not the template's."""
-    for path, (kind, where) in _FOLLOWING.items():
+    for path, (kind, where) in _following_of(design).items():
         value = _of_path(design.drive, path)
         if value is not None and value != _of_path(study.drives[design.template], path):
             outer, _, inner = path.rpartition(".")

@@ -77,7 +77,7 @@ ORIGIN = ("kind", "where")
 SCALE: Any = quantity(
     "1",
     Gt(0),
-    "Number of identical motors on one shaft (may be fractional); scales torque, currents, inertia and mass",
+    "Number of identical motors on one shaft (may be fractional); scales torque, currents, inertia, mass and length",
     default=None,
 )
 """Key of a motor that is no field of its own."""

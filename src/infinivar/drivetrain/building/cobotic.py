@@ -15,7 +15,8 @@ from infinivar.parts import catalogue
 from infinivar.parts.bearing import Bearing, ring_mass
 from infinivar.parts.shaft_bearings import WheelLoad, spread
 from infinivar.parts.structure import bodies
-from infinivar.parts.structure.tube import THICKEST, Tube, thinnest
+from infinivar.parts.structure.tube import SHORTEST, THICKEST, Tube, thinnest
+from infinivar.transmission.geometry import plain
 from infinivar.units import show
 
 _SECTION, _THIN = 6e-3, 7e-3
@@ -208,10 +209,12 @@ class CoboticBuilding(Building):
         material = geometry.cylinder_material
         if contact is None or material.yield_strength is None or material.density is None:
             return None
+        xp = namespace(element.cylinder_radius, travel)
+        needed = travel + geometry.wheel_width + 2.0 * self.structure.room
         tube = Tube(
             radius=element.cylinder_radius,
             wall=self.structure.least_wall,
-            length=travel + geometry.wheel_width + 2.0 * self.structure.room,
+            length=plain(xp.maximum(*as_floats(xp, needed, SHORTEST * element.cylinder_radius))),
             end_plate=self.structure.least_wall,
             material=material,
         )
@@ -224,7 +227,7 @@ class CoboticBuilding(Building):
             return None
         return Tube(
             radius=tube.radius,
-            wall=float(wall) if wall.ndim == 0 else wall,
+            wall=plain(wall),
             length=tube.length,
             end_plate=tube.end_plate,
             material=material,

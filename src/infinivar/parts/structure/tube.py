@@ -17,7 +17,7 @@ from infinivar.units import plain, show_in
 THINNEST, THICKEST = 0.005, 0.9
 """Wall over radius for which `shells` has a meaning: below, an area of contact is no small part of it."""
 
-_SHORTEST, _LONGEST = 0.5, 20.0
+SHORTEST, _LONGEST = 0.5, 20.0
 """Length over radius."""
 
 
@@ -173,7 +173,7 @@ def tube_of_cylinder(
         raise ParameterError("cylinder_length is missing: cylinder_wall needs it")
     for name, value, low, high in (
         ("cylinder_wall", wall, THINNEST, THICKEST),
-        ("cylinder_length", length, _SHORTEST, _LONGEST),
+        ("cylinder_length", length, SHORTEST, _LONGEST),
         ("cylinder_end_plate", end_plate, 0.0, 1.0),
     ):
         alone = isinstance(value, (int, float)) and isinstance(radius, (int, float))
