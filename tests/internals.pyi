@@ -308,6 +308,7 @@ from infinivar.sizing.builds.evaluation import judge as judge_builds
 from infinivar.sizing.builds.result import interval as builds_interval
 from infinivar.sizing.builds.spreads import FRICTION, GEAR_LOSS, RESISTANCE, TORQUE_CONSTANT, varied_of
 from infinivar.sizing.builds.spreads import draw as draw_builds
+from infinivar.sizing.carrying import at_cost, best_carried, carried_lines
 from infinivar.sizing.cobotic import size_cobotic
 from infinivar.sizing.cobotic.bounds import MOTOR as MOTOR_BOUND
 from infinivar.sizing.cobotic.bounds import cylinder_signals, lower_bounds, steering_signals

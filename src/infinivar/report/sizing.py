@@ -217,6 +217,7 @@ def text(sizing: Sizing) -> Iterator[str]:
             yield from _listed(sizing, group, title, designs)
     for lines in (
         *(lines for name in sizing.searches for lines in _tried_lines(sizing, name)),
+        sizing.carrying,
         printed_lines(sizing.hangs_on),
         *(_changes(one) for one in sizing.what_if.values()),
         () if sizing.doubt is None else _doubt_lines(sizing.doubt),

@@ -260,7 +260,8 @@ def path_words(path: str) -> str:
     """Path of a value in a drive, in words."""
     if path in SCALES:
         return f"{role_words(path.removesuffix('.scale'))}s on one shaft"
-    return path.removeprefix("transmission.").removeprefix("geometry.").replace(".", " ").replace("_", " ")
+    short = path.removeprefix("transmission.").removeprefix("geometry.").replace("bearings.bearing", "bearing")
+    return short.replace(".", " ").replace("_", " ")
 
 
 def role_words(role: str) -> str:

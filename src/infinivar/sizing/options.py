@@ -148,6 +148,10 @@ class SizeOptions(Options):
     life: float | None = amount('Cobotic drives: required life of axle and cylinder bearings, such as "5000 h".', "s")
     generations: int | None = option("Cobotic drives: length of the search.", int, least=1, usual=str(GENERATIONS))
     seed: int | None = option("Cobotic drives: the same seed gives the same result.", int, least=0, usual="0")
+    carried: float | None = amount(
+        'What a kilogram costs to carry, such as "5 W/kg": the least sum with the power is stated beside the verdict.',
+        "W/kg",
+    )
     builds: int = option(
         "Number of builds of the best designs within the spreads of their parts, a power of two; 0: none.",
         int,

@@ -13,6 +13,7 @@ from infinivar.analysis.whole_mass import WholeMass, mass_of
 from infinivar.drivetrain.masses import tube_as_of
 from infinivar.drivetrain.uncounted import not_counted
 from infinivar.sizing.builds.result import Doubt
+from infinivar.sizing.carrying import Carried, carried_lines
 from infinivar.sizing.design import SizedDrive, at_end, demand_words, exceeded_words, path_words
 from infinivar.sizing.margins import nearest_among
 from infinivar.sizing.options import SizeOptions
@@ -45,6 +46,7 @@ class Sizing(Result):
     what_if        What would have to change for the other templates to win, or to become feasible, by template.
     notes          Drives of the study that are not searched, sets that cannot be read, and what the data sheets of the designs'
                    parts state that contradicts itself.
+    carried        With two objectives, the best designs of all templates by what a kilogram costs to carry, from none on.
     doubt          How far the designs withstand the spread of their parts; None if no builds were requested.
     hangs_on       Choices that no source settles, each with the best design it gives; None without designs.
     options        With which it was computed; None if a sweep computed it.
@@ -59,6 +61,7 @@ class Sizing(Result):
     best_of: Mapping[str, SizedDrive] = reported(default_factory=dict)
     what_if: Mapping[str, WhatIf] = reported(default_factory=dict)
     notes: tuple[str, ...] = ()
+    carried: tuple[Carried, ...] = reported(default=())
     doubt: Doubt | None = reported(optional=True, default=None)
     hangs_on: Hanging | None = reported(optional=True, default=None)
     options: SizeOptions | None = field(default=None, compare=False, repr=False)
@@ -81,6 +84,11 @@ class Sizing(Result):
             drive = tube_as_of(design.drive, study.drives[name])  # so that its wall follows the factors
             found[name] = mass_of(drive, study.service(drive))
         return found
+
+    @property
+    def carrying(self) -> list[str]:
+        """What a cost of carried mass does to the choice, in words; empty where it does nothing."""
+        return carried_lines(self.carried, None if self.options is None else self.options.carried)
 
     @property
     def candidates(self) -> int:

@@ -23,8 +23,10 @@ from infinivar.analysis.whole_mass import DOUBT, factor_names, with_factor
 from infinivar.drivetrain.body import total
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.masses import tube_as_of
+from infinivar.errors import InputError, require
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.structure.structure import Structure
+from infinivar.sizing.carrying import best_carried
 from infinivar.sizing.design import SizedDrive
 from infinivar.sizing.geared.tally import SPARE
 from infinivar.sizing.of_cobotic import cobotic
@@ -63,6 +65,7 @@ def size(
     loss_model: LossModel | None = None,
     generations: int | None = None,
     seed: int | None = None,
+    carried: float | None = None,
     builds: int = 0,
     progress: Progress | None = None,
 ) -> Sizing:
@@ -98,6 +101,7 @@ def size(
     life : float                  Of cobotic drives: wanted life of axle and cylinder bearings. [s]
     loss_model : str              coulomb, proportional or strain wave, of all gearheads; by default that of the template's.
     generations, seed : int       Of the search over cobotic drives, 40 and 0 by default; the same seed gives the same result.
+    carried : float               What a kilogram costs to carry, which counts beside the power; see `Sizing.carrying`. [W/kg]
     builds : int                  Number of builds of the designs to judge, a power of two; 0 for none. See `doubt`.
     progress : callable           Called with words on the best design so far and the share of work done, 0 to 1.
 
@@ -126,10 +130,17 @@ def size(
         life=life,
         generations=generations,
         seed=seed,
+        carried=carried,
         builds=builds,
     )
-    searched = {name: value for name, value in options.arguments().items() if name != "builds"}
+    searched = {name: value for name, value in options.arguments().items() if name not in ("builds", "carried")}
     request = request_of(study, drive=drive, loss_model=loss_model, **searched)
+    if carried is not None:
+        require(0.0 <= carried < math.inf, "carried", carried, ">= 0 and finite", "W/kg")
+        if len(request.aims) < 2:
+            raise InputError(
+                "carried needs both objectives, energy and mass, and a motion: it weighs one against the other"
+            )
     found = _searched(request, progress)
     if progress is not None:
         progress("what would have to change", 1.0)
@@ -153,6 +164,9 @@ def sizing_of(request: StudyRequest, found: Mapping[str, Found]) -> Sizing:
         searches={name: each.record for name, each in found.items()},
         sets=parts.sets,
         best_of=best_of,
+        carried=best_carried(
+            [one for each in found.values() for one in (*each.designs, *each.front)] if len(request.aims) > 1 else []
+        ),
         what_if=what_if(study, aims[0], best_of, missed, request.slip_margin),
         notes=(
             *request.notes,

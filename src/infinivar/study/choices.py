@@ -18,12 +18,13 @@ from infinivar.machines.wheel import Wheel
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.linear import Guideway
 from infinivar.parts.shaft_bearings import CylinderBearings
-from infinivar.study.catalogue import bearings
+from infinivar.study.catalogue import bearings, rails
 from infinivar.study.provenance import Rows, by_field
 from infinivar.study.study import Study
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
-from infinivar.units import show
+from infinivar.units import plain, show
 
 LAWS = ("linear", "vermeulen-johnson", "exact")
 """Creep laws that are compared: the paper's, the usual closed form, and rolling contact theory."""
@@ -191,6 +192,15 @@ def _bearing_model(place: str) -> Callable[[Any, str, Any], _Options | None]:
     return options
 
 
+def _guideway(part: Any, path: str, drive: Any) -> _Options | None:
+    """Makers of rails state their own coefficient: what else the catalogue has."""
+    if not isinstance(part, Guideway) or part.friction_model != "stated" or not float(part.coefficient) > 0.0:
+        return None
+    stated = {rail.friction_coefficient for rail in rails().values() if rail.friction_coefficient is not None}
+    others = {f"maker's ({plain(one)})": {"coefficient": one} for one in sorted(stated - {float(part.coefficient)})}
+    return _Options(plain(float(part.coefficient)), others) if others else None
+
+
 def _cylinder_bearings(part: Any, path: str, drive: Any) -> _Options | None:
     if not isinstance(part, CoboticDrive) or part.cylinder_bearings is not None:
         return None
@@ -241,6 +251,7 @@ _CHOICES = (
     _Choice(name="axle bearings", field="friction_model", options=_bearing_model("axle_bearing")),
     _Choice(name="cylinder bearings", field="cylinder_bearings", options=_cylinder_bearings),
     _Choice(name="cylinder bearings", field="friction_model", options=_bearing_model("cylinder_bearings.bearing")),
+    _Choice(name="guideway under preload", field="coefficient", options=_guideway),
     _Choice(name="pulley bearings", field="friction_model", options=_bearing_model("pulley.bearings.bearing")),
     _Choice(name="bell bearing", field="friction_model", options=_bearing_model("bell_bearing"), scope="motion"),
     _Choice(name=STANDBY_PER_AMPLIFIER, field="amplifier.standby_power", options=_standby, scope="supply"),

@@ -191,14 +191,20 @@ class Hunt(NamedTuple):
 
 
 def evolve(
-    hunt: Hunt, stages: Sequence[Stage], seed: int, progress: Progress | None, start: Points | None = None
+    hunt: Hunt,
+    stages: Sequence[Stage],
+    seed: int,
+    progress: Progress | None,
+    start: Points | None = None,
+    wheels: int | None = None,
 ) -> tuple[Record, np.ndarray]:
     """Search a box in stages, each from the last generation of the one before: designs of the last stage, and the history.
 
     Values are searched on a logarithmic scale. Bearings are whole numbers, their places in the order of static ratings. The
-    history has the best value after each generation. Designs of `start` take the place of some of the first generation.
+    history has the best value after each generation. Designs of `start` take the place of some of the first generation. With
+    `wheels`, only designs with this number of them are searched.
     """
-    evaluation, space = hunt.evaluation, _Space(hunt.box)
+    evaluation, space = hunt.evaluation, _Space(hunt.box, wheels)
     record, history = Record(hunt.box.heads), []
     total = sum(stage.generations for stage in stages)
     generation = space.start(hunt.population, seed, start)
@@ -233,11 +239,13 @@ def evolve(
 class _Space:
     """Wheel designs as vectors of numbers: logarithms of the free values, and ranks in the lists of heads."""
 
-    def __init__(self, box: Box) -> None:
+    def __init__(self, box: Box, wheels: int | None = None) -> None:
         self._low, self._high = np.log(box.low), np.log(box.high)
         self._own = box.own._replace(values=np.clip(box.own.values, box.low, box.high))
         self._free = np.flatnonzero(self._high > self._low)
         self._heads, self._orders = box.heads, box.heads.orders
+        if wheels is not None:
+            self._orders[1] = np.array([box.heads.wheels.index(wheels)])
         self._several = [place for place, order in enumerate(self._orders) if len(order) > 1]
 
     @property
@@ -263,7 +271,7 @@ class _Space:
     def vectors(self, points: Points) -> np.ndarray:
         """Vectors of wheel designs. (k, n)"""
         places = self._heads.places(points.head)
-        ranks = [np.argsort(self._orders[place])[places[place], None] for place in self._several]
+        ranks = [np.argsort(self._orders[place])[places[place], None] for place in self._several]  # of all in the list
         return np.hstack([np.log(points.values)[:, self._free], *ranks])
 
     def start(self, population: int, seed: int, known: Points | None) -> np.ndarray:
@@ -307,12 +315,14 @@ def find_least_power(
 ) -> tuple[Record, np.ndarray]:
     """Search for the least power several times, and once more from what was found: record and history.
 
-    One search may end with the parts that are best for the wheels it happened to begin with.
+    One search may end with the parts that are best for the wheels it happened to begin with. Each begins with one number of
+    wheels: with more of them and less preload, two values change at once, which a search rarely tries.
     """
-    known, histories = Record(hunt.box.heads), []
+    known, histories, numbers = Record(hunt.box.heads), [], hunt.box.heads.wheels
     for place in range(_STARTS):
         said = part_of(progress, place / (2 * _STARTS), (place + 1) / (2 * _STARTS))
-        found, history = evolve(hunt, [stages[0].shorter(_SHORTER)], seed + _APART * place, said)
+        of = numbers[place % len(numbers)]
+        found, history = evolve(hunt, [stages[0].shorter(_SHORTER)], seed + _APART * place, said, wheels=of)
         known.merge_best(found)
         histories.append(history)
     most = hunt.population // 2
@@ -335,7 +345,12 @@ def find_lightest(
     are those that would make a lighter whole with the lightest structure found.
     """
     evaluation = hunt.evaluation
-    record, history = evolve(hunt, stages, seed, progress)
+    record, history = Record(hunt.box.heads), np.empty(0)
+    for place, wheels in enumerate(hunt.box.heads.wheels):
+        found, more = evolve(hunt, stages, seed + _APART * place, progress, wheels=wheels)
+        record.merge_best(found)
+        history = np.concatenate([history, more])
+    history = np.minimum.accumulate(history)
     sides, shorter = evaluation.sides, [one.shorter(2) for one in stages]
     for place in range(1, _TRIES + 1):
         best = min((one.mass for one in record.best.values()), default=np.inf)
