@@ -55,7 +55,7 @@ def test_the_verdict_on_the_knee_hangs_on_what_no_source_settles(found):
     assert not hanging.decided
     assert found["knee_walking"].verdict.startswith("Undecidable: Geared, DCX 32 L wins with ")
     # Of seven answers with one winner the two nearest are named.
-    assert "cylinder bearings: maker's (skf), gear friction of geared: share of power or 5 more; see the table" in (
+    assert "cylinder bearings: maker's (skf), gear friction of geared: share of power or 6 more; see the table" in (
         found["knee_walking"].verdict
     )
     assert len(hanging.verdict) < 200

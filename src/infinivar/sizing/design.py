@@ -240,7 +240,8 @@ def allowance_words(demand: float) -> str:
 
 def shown(value: float, unit: str, digits: int = 4) -> str:
     """A free value with its unit."""
-    return show_in(value, "m", "mm", digits) if unit == "m" else show(value, unit, digits)
+    small = {"m": "mm", "N/m": "N/mm"}
+    return show_in(value, unit, small[unit], digits) if unit in small else show(value, unit, digits)
 
 
 def tried_words(values: Sequence[float], unit: str) -> str:

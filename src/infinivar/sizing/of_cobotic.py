@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -51,13 +51,14 @@ def cobotic(request: StudyRequest, progress: Progress | None) -> Found:
 
 def request_on_tables(request: StudyRequest) -> CoboticRequest:
     """The search over tables for a template."""
+    lists = {path: tuple(bearing for _, bearing in some) for path, some in _lists(request).items()}
     return request.on_tables(
         CoboticRequest,
         steering_motors=request.parts.motors_as(STEERING_MOTOR),
         steering_ratios=_ratios(request) or (1.0,),
-        bearings=tuple(bearing for _, bearing in _axles(request)),
+        bearings=lists[AXLE_BEARING],
         wheels=_wheels(request),
-        cylinder_bearings=tuple(bearing for _, bearing in _supports(request)),
+        cylinder_bearings=lists.get(CYLINDER_BEARING, ()),
         ranges=request.ranges,
         objective=request.objectives[-1],
         slip_margin=request.slip_margin,
@@ -71,23 +72,21 @@ def request_on_tables(request: StudyRequest) -> CoboticRequest:
 
 def found_of(request: StudyRequest, found: CoboticSizing) -> Found:
     """What a search over tables found, with the parts and where they are from."""
-    record = _record(request, found)
+    lists, record = _lists(request), _record(request, found)
     both = _merged(found, request), found.front if len(request.aims) > 1 else ()
-    designs, front = ([_design(request, one) for one in some] for some in both)
+    designs, front = ([_design(request, lists, one) for one in some] for some in both)
     if not designs and found.nearest is not None:
-        record = replace(record, nearest=_design(request, found.nearest))
+        record = replace(record, nearest=_design(request, lists, found.nearest))
     return Found(designs, front, record)
 
 
-def _axles(request: StudyRequest) -> Bearings:
-    """Axle bearings to try."""
-    return request.parts.bearings_like(request.template.transmission.geometry.axle_bearing)
-
-
-def _supports(request: StudyRequest) -> Bearings:
-    """Bearings of the cylinder to try; none where the template states no part for them."""
-    own = request.template.cylinder_bearings
-    return [] if own is None or own.bearing is None else request.parts.bearings_like(own.bearing)
+def _lists(request: StudyRequest) -> dict[str, Bearings]:
+    """Bearings to try, by their place in the drive; those of the cylinder where the template states a part for them."""
+    geometry, held = request.template.transmission.geometry, request.template.cylinder_bearings
+    found: dict[str, Bearings] = {AXLE_BEARING: request.parts.bearings_like(geometry.axle_bearing)}
+    if held is not None and held.bearing is not None:
+        found[CYLINDER_BEARING] = request.parts.bearings_like(held.bearing)
+    return found
 
 
 def _wheels(request: StudyRequest) -> tuple[int, ...]:
@@ -124,6 +123,7 @@ def _merged(found: CoboticSizing, request: StudyRequest) -> list[CoboticDesign]:
 
 def _record(request: StudyRequest, found: CoboticSizing) -> WheelRecord:
     ranges = ranges_of(request.template, request.ranges, _wheels(request))
+    names = {path: tuple(bearing.name for _, bearing in some) for path, some in _lists(request).items()}
     return WheelRecord(
         candidates=found.candidates,
         wheels=found.wheels,
@@ -135,8 +135,8 @@ def _record(request: StudyRequest, found: CoboticSizing) -> WheelRecord:
         unchecked=found.unchecked,
         ranges={COBOTIC_PATHS[name]: (float(low), float(high)) for name, (low, high) in ranges.items()},
         steering_ratios=_ratios(request),
-        bearings=tuple(bearing.name for _, bearing in _axles(request)),
-        cylinder_bearings=tuple(bearing.name for _, bearing in _supports(request)),
+        bearings=names[AXLE_BEARING],
+        cylinder_bearings=names.get(CYLINDER_BEARING, ()),
         numbers_of_wheels=_wheels(request),
         cloud=found.cloud,
         history=found.history,
@@ -153,7 +153,7 @@ def _held(drive: CoboticDrive) -> CoboticDrive:
     )
 
 
-def _design(request: StudyRequest, found: CoboticDesign) -> SizedDrive:
+def _design(request: StudyRequest, lists: Mapping[str, Bearings], found: CoboticDesign) -> SizedDrive:
     pool = request.parts
     chosen: dict[str, ChosenPart] = {}
     free = {COBOTIC_PATHS[key]: value for key, value in found.values.items()}
@@ -164,13 +164,8 @@ def _design(request: StudyRequest, found: CoboticDesign) -> SizedDrive:
         free[STEERING_RATIO] = found.ratio
     if len(_wheels(request)) > 1:
         free[WHEELS] = found.wheels
-    for role, tried, place in (
-        (AXLE_BEARING, _axles(request), found.bearing),
-        (CYLINDER_BEARING, _supports(request), found.support),
-    ):
-        part = tried[place][0] if tried else None
-        if part is not None:
-            chosen[role] = part
+    places = {AXLE_BEARING: found.bearing, CYLINDER_BEARING: found.support}
+    chosen |= {role: part for role, some in lists.items() if (part := some[places[role]][0]) is not None}
     return SizedDrive(
         template=request.name,
         parts=chosen,

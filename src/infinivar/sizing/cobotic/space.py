@@ -6,6 +6,7 @@ cylinder, the bearing of the cylinder. Many of them are one drive with columns f
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -200,7 +201,10 @@ class Space:
         steering = self.template.steering
         if steering is None:
             return self
-        return Space(replace(self.template, steering=replace(steering, motor=motor)), self.heads, self.service)
+        other = copy.copy(self)
+        other.template = with_own_inertias(replace(self.template, steering=replace(steering, motor=motor)))
+        other.compiled = None
+        return other
 
     def batches(self, points: Points, size: int) -> Iterator[np.ndarray]:
         """Yield places of designs to be computed together."""
