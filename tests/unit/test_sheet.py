@@ -96,3 +96,12 @@ def test_margins_are_ratings_over_loads():
     assert loads(GEARED)["carriage"].radial == SERVICE.force
     assert_allclose(loads(GEARED)["pulley bearing"].radial, 0.5 * GEARED.pulley.bearings.pull, rtol=1e-12)
     assert loads(GEARED, Service(0.06, None)) == {}
+
+
+def test_preloads_that_cancel_load_no_bearing():
+    """Two opposed wheels leave nothing across the cylinder but the tilt of the link's force, which is none of rounding."""
+    element = replace(COBOTIC.transmission, wheels=2)
+    loads = {one.body: one for one in replace(COBOTIC, transmission=element).loads(KNEE.service(COBOTIC))}
+    assert loads["cylinder bearing, second"].radial == 0.0
+    assert loads["cylinder bearing, second"].margin == math.inf
+    assert loads["cylinder bearing, first"].axial > 0.0

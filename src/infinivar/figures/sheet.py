@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -195,7 +196,13 @@ def draw_all(mass: WholeMass, loads: Sequence[Load], title: str) -> Figure:
             axes[1, 0],
             ("load on", "part", "radial", "axial", "static rating\nover load"),
             [
-                (body, part, show(radial, "N", 3), show(axial, "N", 3), plain(margin, 3))
+                (
+                    body,
+                    part,
+                    show(radial, "N", 3),
+                    show(axial, "N", 3),
+                    plain(margin, 3) if math.isfinite(margin) else "–",
+                )
                 for body, part, radial, axial, margin in numbers["loads"]
             ],
             (0.28, 0.26, 0.15, 0.15, 0.16),

@@ -70,7 +70,9 @@ class CoboticBuilding(Building):
                 for sign in (1, -1)
             ]
             ends = [support.reactions(spread(wheel, element.wheels)) for wheel in wheels]
-            found = [tuple(max(float(one[place][of]) for one in ends) for of in (0, 1)) for place in (0, 1)]
+            largest = [[max(float(one[place][of]) for one in ends) for of in (0, 1)] for place in (0, 1)]
+            # What preloads that cancel leave is rounding.
+            found = [tuple(load if load > 1e-9 * preload else 0.0 for load in one) for one in largest]
         bearing = stated or catalogue.lightest_part("bearings", self.carried)
         for name, (radial, axial) in zip(("cylinder bearing, first", "cylinder bearing, second"), found, strict=True):
             if bearing is not None:
