@@ -277,3 +277,27 @@ def test_answers_beyond_ten_are_counted(shipped):
     assert len(knee.rows) == 10
     assert knee.more > 0
     assert knee.to_dict()["more"] == knee.more
+
+
+def test_guideways_have_the_coefficient_of_makers_or_what_cancelling_preloads_leave(shipped):
+    """Of one wheel the catalogue's coefficient; of two, whose preloads cancel, the friction under the preload of one."""
+    study = shipped["knee_walking"]
+    drive = study.drives["cobotic"]
+    element = replace(drive.transmission, wheels=2)
+    for one, expected in (
+        (drive, {"maker's (0.004)": (0.0, 0.004)}),
+        (
+            replace(drive, transmission=element),
+            {
+                "that of one wheel stays, 0.001": (0.001 * element.preload, 0.001),
+                "that of one wheel stays, maker's (0.004)": (0.004 * element.preload, 0.001),
+            },
+        ),
+    ):
+        changed = replace(study, drives={"cobotic": one}, titles={"cobotic": "cobotic"})
+        found = {
+            each.instead: each.drives["cobotic"] for each in variants(changed) if each.choice.startswith("guideway")
+        }
+        assert {words: (made.guideway.friction, made.guideway.coefficient) for words, made in found.items()} == {
+            words: pytest.approx(values) for words, values in expected.items()
+        }

@@ -193,12 +193,19 @@ def _bearing_model(place: str) -> Callable[[Any, str, Any], _Options | None]:
 
 
 def _guideway(part: Any, path: str, drive: Any) -> _Options | None:
-    """Makers of rails state their own coefficient: what else the catalogue has."""
+    """Makers of rails state their own coefficient; and where several wheels hold each other, some load may stay."""
     if not isinstance(part, Guideway) or part.friction_model != "stated" or not float(part.coefficient) > 0.0:
         return None
+    own, element = float(part.coefficient), getattr(drive, "transmission", None)
     stated = {rail.friction_coefficient for rail in rails().values() if rail.friction_coefficient is not None}
-    others = {f"maker's ({plain(one)})": {"coefficient": one} for one in sorted(stated - {float(part.coefficient)})}
-    return _Options(plain(float(part.coefficient)), others) if others else None
+    makers = {f"maker's ({plain(one)})": one for one in sorted(stated - {own})}
+    if not isinstance(element, RotaryLinearIVT) or element.wheels == 1:
+        return _Options(plain(own), {words: {"coefficient": one} for words, one in makers.items()}) if makers else None
+    left = {f"that of one wheel stays, {words}": one for words, one in {plain(own): own, **makers}.items()}
+    return _Options(
+        "preloads cancel",
+        {words: {"friction": float(part.friction + one * element.preload)} for words, one in left.items()},
+    )
 
 
 def _cylinder_bearings(part: Any, path: str, drive: Any) -> _Options | None:
