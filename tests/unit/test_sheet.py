@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
@@ -61,6 +62,19 @@ def test_loads_are_in_balance_with_preload_and_force():
     assert_allclose(found["cylinder bearing, second"].radial, second, rtol=1e-12)
     assert found["cylinder bearing, first"].axial == SERVICE.force
     assert found["carriage"].radial == element.preload
+
+
+def test_the_sheet_has_the_wheel_where_the_motion_takes_it():
+    """The knee's link moves from -53 to 0 mm: each bearing's largest load over the motion is at most that of the sheet."""
+    drive = KNEE.drives["cobotic"]
+    (duty,) = KNEE.duty.values()
+    course = iv.duty_cycle(drive, duty).instants.course
+    rolled = drive.roll(course, load_mass=duty.moved_mass)
+    real = drive.held(rolled.wheel_torque, rolled.force, course.position)
+    found = loads(drive, KNEE.service(drive))
+    for place, (radial, _) in zip(("first", "second"), real, strict=True):
+        shown = found[f"cylinder bearing, {place}"].radial
+        assert 0.85 * shown < np.max(radial) <= 1.001 * shown
 
 
 def test_the_sheet_bounds_the_limit_over_a_motion():

@@ -20,6 +20,8 @@ class Service(NamedTuple):
     """Largest. [N]; of a drive that turns a shaft [N m]"""
     energies: Mapping[str, float] = {}
     """Largest energy in each spring, by the name of its place in the output; what is missing is not known. [J]"""
+    reach: tuple[float, float] | None = None
+    """Least and largest position in the motions; None without one. [m]"""
 
 
 NO_SERVICE = Service(None, None)
@@ -46,6 +48,7 @@ def service_of(
 
     own, axis = drive.output.chain, drive.axis
     travels: list[float] = []
+    reached: list[float] = []
     forces: list[float] = []
     energies: dict[str, float] = {}
     for cycle in duty.values():
@@ -54,7 +57,9 @@ def service_of(
         position = np.asarray(load.course.position, dtype=float)
         step = cycle.period / position.size
         force = np.abs(load.course.driving_force(load.mass).value)
-        travels += [float(np.ptp(some))] if (some := position[np.isfinite(position)]).size else []
+        some = position[np.isfinite(position)]
+        travels += [float(np.ptp(some))] if some.size else []
+        reached += [float(some.min()), float(some.max())] if some.size else []
         forces += [float(np.max(some))] if (some := force[np.isfinite(force)]).size else []
         for place in own:
             if place.name in load.stored:
@@ -72,4 +77,5 @@ def service_of(
             travels.append(abs(float(ends[1]) - float(ends[0])))
     if travel is not None and drive.output.linkage is None:
         travels.append(travel)
-    return Service(max(travels, default=drive.structure.travel), max(forces, default=None), energies)
+    reach = (min(reached), max(reached)) if reached else None
+    return Service(max(travels, default=drive.structure.travel), max(forces, default=None), energies, reach)

@@ -81,7 +81,7 @@ class Guideway:
                 raise ParameterError(f'{name} is missing: friction_model = "rail" needs it')
         for name in _FIELDS["stated"]:
             if isinstance(value := getattr(self, name), float):
-                require(value == 0.0, name, value, '0 with friction_model = "rail"')
+                require(value == 0.0, name, value, '0 with friction_model = "rail", also where a base states another')
 
     @property
     def fields(self) -> tuple[str, str]:

@@ -162,7 +162,7 @@ def _design(request: StudyRequest, lists: Mapping[str, Bearings], found: Cobotic
     if found.steering >= 0:
         chosen[STEERING_MOTOR] = pool.motor(STEERING_MOTOR, found.steering)
         free[STEERING_RATIO] = found.ratio
-    if len(_wheels(request)) > 1:
+    if len(_wheels(request)) > 1 or found.wheels > 1:
         free[WHEELS] = found.wheels
     places = {AXLE_BEARING: found.bearing, CYLINDER_BEARING: found.support}
     chosen |= {role: part for role, some in lists.items() if (part := some[places[role]][0]) is not None}
@@ -175,6 +175,6 @@ def _design(request: StudyRequest, lists: Mapping[str, Bearings], found: Cobotic
         drive=_held(found.drive),
         mass=found.mass,
         power=found.power,
-        demands=found.demands,
+        demands={key: one for key, one in found.demands.items() if key[1:] not in found.unchecked},
         unchecked=found.unchecked,
     )

@@ -175,6 +175,8 @@ class PartPool(Frozen):
                 made = replace(own, **{name: getattr(part, name) for name in _OF_BEARING})
                 if not any(_alike(made, known) for _, known in found):
                     found.append((_chosen(one, "bearings", int(row)), made))
+                elif found[0][0] is None and _alike(made, own):
+                    found[0] = (_chosen(one, "bearings", int(row)), own)
         return found
 
 

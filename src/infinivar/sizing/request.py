@@ -257,7 +257,8 @@ def _check_options(study: Study, names: Sequence[str], given: Mapping[str, Any])
     require(fine, "steering_ratios", ratios, "one ratio or several different ones, each > 0")
     numbers = tuple(given.get("wheels", (1,)))
     fine = len({*numbers}) == len(numbers) > 0 and {*numbers} <= {1, 2, 3}
-    require(fine, "wheels", numbers, "one or several of 1, 2 and 3")
+    said = ", ".join(f"{one:g}" for one in numbers) or "none"
+    require(fine, "wheels", said, "one or several of 1, 2 and 3, each once")
     for name, ends in given.get("ranges", {}).items():
         if name not in FREE:
             raise InputError(

@@ -136,7 +136,7 @@ def size(
     searched = {name: value for name, value in options.arguments().items() if name not in ("builds", "carried")}
     request = request_of(study, drive=drive, loss_model=loss_model, **searched)
     if carried is not None:
-        require(0.0 <= carried < math.inf, "carried", carried, ">= 0 and finite", "W/kg")
+        require(0.0 <= carried < math.inf, "carried", show(carried, "W/kg"), ">= 0 W/kg and finite")
         if len(request.aims) < 2:
             raise InputError(
                 "carried needs both objectives, energy and mass, and a motion: it weighs one against the other"
@@ -193,7 +193,10 @@ def _coupled(best_of: Mapping[str, SizedDrive]) -> Iterator[str]:
     for template, design in best_of.items():
         wheels = getattr(getattr(design.drive, "transmission", None), "wheels", 1)
         if wheels > 1:
-            yield f"not counted: what turns the bells of the {wheels} wheels of the best design like {template} together"
+            yield (
+                f"not counted: what turns the bells of the {wheels} wheels of the best design like {template} together; their "
+                "preloads are taken as equal, so that rail and cylinder bearings carry none"
+            )
 
 
 def _not_simulated(study: Study, best_of: Mapping[str, SizedDrive]) -> Iterator[str]:

@@ -46,7 +46,7 @@ class CoboticBuilding(Building):
         yield self.body("frame", None, self._words()) if tube is None else self.frame()
 
     def loads(self) -> Iterator[Load]:
-        """See `Building.loads`: under the slip force, and with the wheel at the ends of the travel, or beside a bearing."""
+        """See `Building.loads`: under the slip force, and with the wheel at the ends of the motions, or beside a bearing."""
         element, drive, force = self.drive.transmission, self.drive, given(self.service.force, 0.0)
         preload, geometry, support = element.preload, element.geometry, drive.cylinder_bearings
         if geometry is None:
@@ -63,7 +63,7 @@ class CoboticBuilding(Building):
         stated = None if support is None else support.bearing
         found = [(self.carried, force), (self.carried, 0.0)]
         if support is not None and support.span is not None and self.service.travel is not None:
-            travels = (-0.5 * self.service.travel, 0.5 * self.service.travel)
+            travels = self.service.reach or (-0.5 * self.service.travel, 0.5 * self.service.travel)
             wheels = [
                 WheelLoad(preload, 0.0, sign * force, element.cylinder_radius, end)
                 for end in travels

@@ -217,10 +217,11 @@ class Evaluation:
         structure = structure[np.isfinite(structure)]
         if not able.size:
             return result
-        heaviest = self.heaviest
+        heaviest = np.inf if points.heaviest is None else points.heaviest[able]
+        heaviest = np.minimum(heaviest, self.heaviest)
         if self.envelope is not None and self.envelope.mass is not None:
-            heaviest = min(heaviest, self.envelope.mass)
-        if np.isfinite(heaviest) and self.objective == "energy":
+            heaviest = np.minimum(heaviest, self.envelope.mass)
+        if np.all(np.isfinite(heaviest)) and self.objective == "energy":
             self._choose_under(result, points, wheels, able, heaviest - structure)
             result.mass[able] += structure
             self._keep_within(result, points, able)

@@ -39,6 +39,9 @@ _SHORTER = 3
 """Each of them has as many generations as the last one, divided by this."""
 
 
+_FARTHEST, _NEAREST = 0.15, 0.02
+"""Standard deviations of the logarithms of values in the first and last look around the front."""
+
 Key = tuple[int, int, int]
 """Pair of motor and gearhead, axle bearing with wheels (`Heads.apart`), pair of steering motor and ratio."""
 
@@ -413,3 +416,38 @@ def fill_front(
             progress(f"least so far at {heaviest:.3g} kg: {best.power:.5g} W", (place + 1) / (levels + 1))
         heaviest, place = min(best.mass * _LIGHTER, min(heaviest, max(ends)) - step if place else np.inf), place + 1
     hunt.evaluation.heaviest = np.inf
+
+
+def improve_front(hunt: Hunt, stage: Stage, known: Record, rounds: int, seed: int, progress: Progress | None) -> None:
+    """Look around every design of the front for one that draws less at its mass, or at one on the way to the next lighter.
+
+    Parameters
+    ----------
+    stage    The last of a search: judges at all instants.
+    known    Holds the front; better designs are added.
+    rounds   Of as many designs as a generation has. Steps become smaller from `_FARTHEST` to `_NEAREST`.
+    """
+    evaluation, heads = hunt.evaluation, hunt.box.heads
+    evaluation.look_at(stage.tasks, stage.whole)
+    random, ranks = np.random.default_rng(seed), [np.argsort(order) for order in heads.orders]
+    for place, step in enumerate(np.geomspace(_FARTHEST, _NEAREST, rounds)):
+        front = [known.light[key] for key in known.front()]
+        if not front:
+            return
+        parents = random.integers(len(front), size=hunt.population)
+        count = (hunt.population, len(FREE))
+        values = np.array([front[parent].values for parent in parents])
+        values *= np.exp(step * random.standard_normal(count) * (random.random(count) < 0.5))
+        places = heads.places(np.array([front[parent].head for parent in parents]))
+        moved = [
+            order[np.clip(rank[one] + random.choice([-1, 0, 0, 0, 1], hunt.population), 0, len(order) - 1)]
+            for order, rank, one in zip(heads.orders, ranks, places, strict=True)
+        ]
+        moved[1] = places[1]  # another number of wheels needs another preload
+        lighter = np.array([one.mass for one in front[1:]] + [front[-1].mass])[parents]
+        mass = np.array([one.mass for one in front])[parents]
+        heaviest = lighter + random.random(hunt.population) * (mass - lighter)
+        points = Points(np.clip(values, hunt.box.low, hunt.box.high), heads.at(moved), heaviest)
+        known.add(points, evaluation.values(points))
+        if progress is not None:
+            progress("looking around the front", (place + 1) / rounds)

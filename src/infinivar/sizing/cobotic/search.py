@@ -21,7 +21,16 @@ from infinivar.parts.gearhead import LossModel
 from infinivar.sizing.cobotic.bounds import MOTOR, STEERING, Side
 from infinivar.sizing.cobotic.designs import best_designs, front_designs, nearest_design
 from infinivar.sizing.cobotic.evaluation import Evaluation
-from infinivar.sizing.cobotic.evolution import Box, Hunt, Record, Stage, fill_front, find_least_power, find_lightest
+from infinivar.sizing.cobotic.evolution import (
+    Box,
+    Hunt,
+    Record,
+    Stage,
+    fill_front,
+    find_least_power,
+    find_lightest,
+    improve_front,
+)
 from infinivar.sizing.cobotic.space import FREE, Heads, Points, Space, heads_of, values_of
 from infinivar.sizing.cobotic.wheels import CompiledWheels, check_template
 from infinivar.sizing.found import CoboticDesign, CoboticSizing
@@ -193,7 +202,9 @@ def _front(
     lightest = best_designs(evaluation, light, whole, top)
     record.merge(light)
     evaluation.objective = "energy"
-    fill_front(hunt, [one.shorter(LEVELS) for one in stages], record, LEVELS, seed, part_of(progress, 0.6, 1.0))
+    fill_front(hunt, [one.shorter(LEVELS) for one in stages], record, LEVELS, seed, part_of(progress, 0.6, 0.9))
+    rounds = sum(one.generations for one in stages) // 2
+    improve_front(hunt, stages[-1], record, rounds, seed, part_of(progress, 0.9, 1.0))
     return record, history, (*best_designs(evaluation, record.by_power(), whole, top), *lightest)
 
 

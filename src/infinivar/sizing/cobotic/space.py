@@ -97,10 +97,12 @@ class Points(NamedTuple):
     """In the order of `FREE`. (k, 5)"""
     head: np.ndarray
     """Place of the head. (k,) int"""
+    heaviest: np.ndarray | None = None
+    """Largest whole mass of each; None: any that the search permits. (k,) [kg]"""
 
     def of(self, places: Any) -> Points:
         """Some of them."""
-        return Points(self.values[places], self.head[places])
+        return Points(*(None if one is None else one[places] for one in self))  # type: ignore[arg-type]
 
 
 class Space:
