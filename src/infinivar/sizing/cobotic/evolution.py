@@ -155,6 +155,8 @@ class Record:
         for key, one in other.best.items():
             if key not in self.best or one.value < self.best[key].value:
                 self.best[key] = one
+        if self.nearest is None or (other.nearest is not None and other.nearest[0] < self.nearest[0]):
+            self.nearest = other.nearest
         self.merge(other)
 
     def by_power(self) -> Record:
@@ -349,8 +351,10 @@ def find_lightest(
     """
     evaluation = hunt.evaluation
     record, history = Record(hunt.box.heads), np.empty(0)
-    for place, wheels in enumerate(hunt.box.heads.wheels):
-        found, more = evolve(hunt, stages, seed + _APART * place, progress, wheels=wheels)
+    numbers = hunt.box.heads.wheels
+    for place, wheels in enumerate(numbers):
+        said = part_of(progress, place / len(numbers), (place + 1) / len(numbers))
+        found, more = evolve(hunt, stages, seed + _APART * place, said, wheels=wheels)
         record.merge_best(found)
         history = np.concatenate([history, more])
     history = np.minimum.accumulate(history)
