@@ -320,9 +320,9 @@ from infinivar.sizing.cobotic.sampled import SideSampled
 from infinivar.sizing.cobotic.sampled import sample as cobotic_sample
 from infinivar.sizing.cobotic.search import prepared as prepared_search
 from infinivar.sizing.cobotic.space import FREE as FREE_LIMIT
-from infinivar.sizing.cobotic.space import Heads, with_own_inertias
 from infinivar.sizing.cobotic.space import Points as WheelPoints
 from infinivar.sizing.cobotic.space import values_of as wheel_values
+from infinivar.sizing.cobotic.space import with_own_inertias
 from infinivar.sizing.cobotic.wheels import AXLE as AXLE_LIMIT
 from infinivar.sizing.cobotic.wheels import CONTACT as CONTACT_LIMIT
 from infinivar.sizing.cobotic.wheels import CompiledWheels, static_demands

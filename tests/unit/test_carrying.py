@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.errors import InputError, ParameterError
+from infinivar import InputError, ParameterError
 from internals import at_cost, best_carried, carried_lines
 
 
