@@ -85,7 +85,7 @@ def test_the_record_has_the_best_at_each_value(found):
 def test_a_design_says_what_was_tried_and_loads_again(found, tmp_path):
     free = found.best.free
     assert free[LEAD].tried == (0.01, 0.02, 0.04)
-    assert free[STIFFNESS].words.endswith("N/m (tried: 20000 N/m, 100000 N/m)")
+    assert free[STIFFNESS].words.endswith("N/mm (tried: 20 N/mm, 100 N/mm)")
     study = found.study_of(found.best)
     (row,) = [row for row in study.provenance if row.field == STIFFNESS]
     assert (row.kind, row.where) == ("derived", "search over parts, tried: 20000 N/m, 100000 N/m")
