@@ -88,7 +88,7 @@ def test_a_design_says_what_was_tried_and_loads_again(found, tmp_path):
     assert free[STIFFNESS].words.endswith("N/mm (tried: 20 N/mm, 100 N/mm)")
     study = found.study_of(found.best)
     (row,) = [row for row in study.provenance if row.field == STIFFNESS]
-    assert (row.kind, row.where) == ("derived", "search over parts, tried: 20000 N/m, 100000 N/m")
+    assert (row.kind, row.where) == ("derived", "search over parts, tried: 20 N/mm, 100 N/mm")
     again = iv.load_study(study.save(tmp_path / "best.toml"))
     assert again.drives["screw"].screw.lead == free[LEAD].value
     assert again.drives["screw"].output.series_spring.stiffness == free[STIFFNESS].value
