@@ -99,6 +99,16 @@ def as_floats(xp: Any, *values: Array) -> tuple[Array, ...]:
     return tuple(xp.asarray(value, dtype=xp.float64) for value in values)
 
 
+def is_number(value: Array) -> bool:
+    """Whether a value is one plain number, of Python or NumPy, not many and none of another array library."""
+    return namespace(value).__name__ == "numpy" and getattr(value, "ndim", 0) == 0
+
+
+def plain(value: Array) -> Any:
+    """A NumPy scalar as a float, which every array library accepts; any other value unchanged."""
+    return float(value) if is_number(value) else value
+
+
 def finite_floats(xp: Any, **named: Array) -> tuple[Array, ...]:
     """As `as_floats`, for finite values that broadcast to one shape. Values that are being traced are not checked.
 

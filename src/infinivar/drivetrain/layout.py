@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator
 from typing import Any, Literal, NamedTuple
 
-from infinivar._core.array_namespace import Array, as_floats, namespace
+from infinivar._core.array_namespace import Array, as_floats, namespace, plain
 from infinivar.drivetrain.building.base import Building, Frame
 from infinivar.drivetrain.building.cobotic import CoboticBuilding
 from infinivar.drivetrain.building.geared import GearedBuilding
@@ -102,8 +102,7 @@ def _or(stated: Array | None, otherwise: Array) -> Array:
         return otherwise
     xp = namespace(stated, otherwise)
     (stated,) = as_floats(xp, stated)
-    found = xp.where(xp.isnan(stated), otherwise, stated)
-    return float(found) if getattr(found, "ndim", 1) == 0 and xp.__name__ == "numpy" else found
+    return plain(xp.where(xp.isnan(stated), otherwise, stated))
 
 
 def _extent(ranges: list[Range]) -> Array:

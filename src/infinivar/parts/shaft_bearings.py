@@ -20,7 +20,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 from annotated_types import Ge, Gt
 
-from infinivar._core.array_namespace import Array, as_floats, namespace
+from infinivar._core.array_namespace import Array, as_floats, namespace, plain
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import check, component, given, quantities, quantity
 from infinivar.contact.friction import coulomb
@@ -395,4 +395,4 @@ class PulleyBearings(ShaftBearings):
         loads = Reactions((xp.abs(pull * (1.0 - share)), 0.0), (xp.abs(pull * share), 0.0))
         found = self.friction(loads, self.speed)
         # A constant of the drive: a plain number goes with arrays of any library.
-        return float(found) if xp.__name__ == "numpy" and found.ndim == 0 else found
+        return plain(found)

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 
 from annotated_types import Gt, Interval
 
-from infinivar._core.array_namespace import Array, as_floats, namespace
+from infinivar._core.array_namespace import Array, as_floats, namespace, plain
 from infinivar._core.fields import check, component, given, quantity
 from infinivar.contact import friction as friction_law
 from infinivar.contact import hertz, hysteresis, kalker, turned
@@ -461,8 +461,3 @@ _kept_shear = functools.lru_cache(maxsize=64)(_shear)
 def _largest(values: list[Array]) -> Array:
     xp = namespace(*values)
     return functools.reduce(lambda one, other: plain(xp.maximum(xp.asarray(one), xp.asarray(other))), values)
-
-
-def plain(value: Array) -> Any:
-    """A NumPy scalar as a float, which every array library accepts; any other value unchanged."""
-    return float(value) if namespace(value).__name__ == "numpy" and getattr(value, "ndim", 0) == 0 else value

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 from annotated_types import Ge, Gt, Interval
 
-from infinivar._core.array_namespace import Array, as_floats, bisect, namespace, safe_divide, signed_infinity
+from infinivar._core.array_namespace import Array, as_floats, bisect, namespace, plain, safe_divide, signed_infinity
 from infinivar._core.bounds import QUARTER_TURN
 from infinivar._core.fields import check, component, quantity
 from infinivar._core.labels import labelled
@@ -34,7 +34,7 @@ from infinivar.contact.creep import CreepLaw
 from infinivar.errors import AuditError, ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.structure.tube import Tube, tube_of_cylinder
-from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact, plain
+from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact
 from infinivar.transmission.inverse import steering_tangent
 from infinivar.transmission.kinematics import RIGHT_ANGLE, Steering, contact_balance, driven, relative_velocities
 from infinivar.transmission.operating_point import OperatingPoint

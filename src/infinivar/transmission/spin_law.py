@@ -17,11 +17,11 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.array_namespace import Array, namespace, plain
 from infinivar.contact.exact.spin_calls import force_ratio, moment_ratio
 from infinivar.contact.exact.spin_map import SpinMap, scales, spin_map
 from infinivar.errors import ParameterError
-from infinivar.transmission.geometry import LossGroups, PressedContact, plain
+from infinivar.transmission.geometry import LossGroups, PressedContact
 
 
 class Pressed(Protocol):

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from infinivar._core.array_namespace import Array, as_floats, namespace
+from infinivar._core.array_namespace import Array, as_floats, is_number, namespace
 from infinivar._core.fields import given
 from infinivar.contact.bodies import Material
 from infinivar.drivetrain.body import Body
@@ -107,7 +107,7 @@ class Building:
         if stated is not None:
             return Body(name, stated, "stated", "as stated", moving)
         # Of many designs alike those that no part carries are nan; one design says so.
-        if mass is not None and namespace(mass).__name__ == "numpy" and getattr(mass, "ndim", 0) == 0:
+        if mass is not None and is_number(mass):
             mass = float(mass)
             if math.isnan(mass):
                 return Body(name, None, "derived", "what it depends on is not known", moving)
@@ -257,5 +257,4 @@ def kind_of(bearing: Bearing) -> str:
 
 def mm(value: Array) -> str:
     """A length in words; "" for many designs, and where its value is not known yet."""
-    known = namespace(value).__name__ == "numpy" and getattr(value, "ndim", 0) == 0
-    return show_in(float(value), "m", "mm", 3) if known else ""
+    return show_in(float(value), "m", "mm", 3) if is_number(value) else ""

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from infinivar._core.array_namespace import Array, as_floats, namespace
+from infinivar._core.array_namespace import Array, as_floats, namespace, plain
 from infinivar._core.fields import given
 from infinivar.drivetrain.body import Body
 from infinivar.drivetrain.building.base import UNKNOWN, Building, Frame, Load, held_by, kind_of, load_on, mm
@@ -16,7 +16,6 @@ from infinivar.parts.bearing import Bearing, ring_mass
 from infinivar.parts.shaft_bearings import WheelLoad, spread
 from infinivar.parts.structure import bodies
 from infinivar.parts.structure.tube import SHORTEST, THICKEST, Tube, thinnest
-from infinivar.transmission.geometry import plain
 from infinivar.units import show
 
 _SECTION, _THIN = 6e-3, 7e-3
