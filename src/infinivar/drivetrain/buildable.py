@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
 from infinivar._core.fields import given
 from infinivar.drivetrain.service import Service
 from infinivar.errors import ParameterError
+from infinivar.parts.structure.bodies import crown_height
 from infinivar.parts.structure.tube import THICKEST
 from infinivar.units import show, show_in
 
@@ -46,8 +46,7 @@ def impossible(drive: Any, service: Callable[[], Service]) -> str | None:
     if geometry is None:
         return None
     bore, radius, span = geometry.axle_bearing.bore, element.wheel_radius, geometry.bearing_span
-    half = min(0.5 * geometry.wheel_width, geometry.crown_radius)
-    rim = radius - geometry.crown_radius + math.sqrt(geometry.crown_radius**2 - half**2)
+    rim = radius - float(crown_height(geometry.crown_radius, geometry.wheel_width))
     travel = service().travel if element.cylinder_length is not None else None
     path = "transmission.geometry"
     faults = (

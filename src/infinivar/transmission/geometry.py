@@ -21,7 +21,7 @@ from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.bearing import Bearing, BearingPair
 from infinivar.parts.structure.beams import Section, stress
-from infinivar.parts.structure.bodies import close_span
+from infinivar.parts.structure.bodies import close_span, crown_height
 from infinivar.transmission import creepage
 
 SurfaceShape = Literal["cylinder", "sphere", "plane"]
@@ -383,12 +383,11 @@ class ContactGeometry:
     @property
     def least_wheel(self) -> Array:
         """Radius of the smallest wheel beside its bearings, whose rim is not below the axle. [m]"""
-        crown, bearing = self.crown_radius, self.axle_bearing
-        xp = namespace(crown, bearing.bore, bearing.outside_diameter)
-        crown, bore, outside = as_floats(xp, crown, bearing.bore, bearing.outside_diameter)
-        half = xp.minimum(xp.asarray(0.5 * self.wheel_width), crown)
-        rim = 0.5 * bore + crown - xp.sqrt(crown**2 - half**2)
-        return xp.maximum(0.5 * outside, rim)
+        bearing = self.axle_bearing
+        fall = crown_height(self.crown_radius, self.wheel_width)
+        xp = namespace(fall, bearing.bore, bearing.outside_diameter)
+        fall, bore, outside = as_floats(xp, fall, bearing.bore, bearing.outside_diameter)
+        return xp.maximum(0.5 * outside, 0.5 * bore + fall)
 
     def axle_stress(self, preload: Array, moment: Array) -> Array:
         """Bending stress of the axle beside the wheel, with shear, for the bore of its bearings.

@@ -16,6 +16,25 @@ def close_span(wheel_width: Array, bearing_width: Array) -> Array:
     return wheel_width + bearing_width + 2.0 * _GAP
 
 
+def crown_height(crown: Array, width: Array) -> Array:
+    r"""How far the rim of a wheel falls to its sides, :math:`\varrho - \sqrt{\varrho^2 - (w/2)^2}`.
+
+    Parameters
+    ----------
+    crown, width : (...,) float   As for `crowned_volume`. [m]
+
+    Returns
+    -------
+    (...,) float   [m]
+
+    Source: sagitta of an arc.
+    """
+    xp = namespace(crown, width)
+    crown, width = as_floats(xp, crown, width)
+    half = xp.minimum(0.5 * width, crown)
+    return crown - xp.sqrt(crown**2 - half**2)
+
+
 def crowned_volume(radius: Array, crown: Array, width: Array) -> Array:
     r"""Volume of a wheel whose rim is an arc, :math:`\pi\int (r - \varrho + \sqrt{\varrho^2 - z^2})^2 dz` over its width.
 
