@@ -64,7 +64,9 @@ class Rolled(NamedTuple):
     losses: Mapping[str, Array]
     """Of wheel, guideway, bearings; "creep" with what steering adds, see `infinivar.transmission.turning.shares`. [W]"""
     utilisation: Mapping[Limit, Array]
-    """Of the wheel. [-]"""
+    """Of the wheel, and of the cylinder's bearings. [-]"""
+    held: Reactions | None
+    """Loads of the cylinder's bearings, if they are a part. [N]"""
 
 
 class TurnedCylinder:
@@ -256,7 +258,7 @@ class CoboticDrive(TurnedCylinder):
             },
             utilisation={
                 **element.utilisation,
-                **self.supported(element.torque, force + drag, load.position),
+                **self.supported(self.held(element.torque, force + drag, load.position), element.torque),
                 **side.utilisation,
                 **returned,
                 **load.utilisation,
@@ -311,12 +313,11 @@ class CoboticDrive(TurnedCylinder):
             return None
         return bearings.reactions(self._wheels(torque, force, position))
 
-    def supported(self, torque: Array, force: Array, position: Array | None) -> dict[Limit, Array]:
-        """Demand over allowance of the cylinder's bearings, if they are a part; arguments as for `turned`. [-]"""
-        bearings, loads = self.cylinder_bearings, self.held(torque, force, position)
-        if loads is None:
+    def supported(self, loads: Reactions | None, torque: Array) -> dict[Limit, Array]:
+        """Demand over allowance of the cylinder's bearings under their loads, see `held`; none where they are no part. [-]"""
+        bearings = self.cylinder_bearings
+        if bearings is None or loads is None:
             return {}
-        assert bearings is not None
         found = {Limit.SUPPORT: bearings.static_demand(loads)}
         if self.transmission.geometry is not None:
             found[Limit.JOURNAL] = bearings.journal_stress(loads, torque) / self.transmission.geometry.axle_strength
@@ -440,6 +441,7 @@ class CoboticDrive(TurnedCylinder):
         if self.transmission.turns_with_spin:
             element, moment = turning_contact.deliver(self.transmission, **motion, steering_rate=rate)
         rubbing, rubbed = self.turned(turning.value, element.torque, link.value, course.position)
+        held = self.held(element.torque, link.value, course.position)
         return Rolled(
             load,
             turning,
@@ -449,7 +451,8 @@ class CoboticDrive(TurnedCylinder):
             Varying(element.steering_tangent, rate, acceleration),
             moment,
             {**rubbed, **element.losses, "guideway": guide_loss},
-            {**element.utilisation, **self.supported(element.torque, link.value, course.position)},
+            {**element.utilisation, **self.supported(held, element.torque)},
+            held,
         )
 
     def steered(self, rolled: Rolled, stick_speed: float | None = None) -> tuple[MotorSide, dict[str, Array]]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from infinivar._core.described import derived, reported
 from infinivar._core.result import Frozen, result
@@ -59,13 +60,8 @@ def best_carried(designs: Sequence[SizedDrive]) -> tuple[Carried, ...]:
     best = min(every, key=lambda one: (one.power, one.mass))
     found = [best]
     while lighter := [one for one in every if one.mass < best.mass]:
-        crossing = [(one.power - best.power) / (best.mass - one.mass) for one in lighter]
-        cost, _, place = min(
-            (cost, one.mass, place) for place, (cost, one) in enumerate(zip(crossing, lighter, strict=True))
-        )
-        best = Carried(
-            cost=cost, template=lighter[place].template, power=lighter[place].power, mass=lighter[place].mass
-        )
+        crossing = [replace(one, cost=(one.power - best.power) / (best.mass - one.mass)) for one in lighter]
+        best = min(crossing, key=lambda one: (one.cost, one.mass))
         found.append(best)
     return tuple(found)
 

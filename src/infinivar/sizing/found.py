@@ -42,6 +42,11 @@ class FoundDesign:
     unchecked: tuple[Demand, ...]
 
     @property
+    def checked(self) -> dict[TaskDemand, float]:
+        """Demands of limits that the data sheets state."""
+        return {key: demand for key, demand in self.demands.items() if key[1:] not in self.unchecked}
+
+    @property
     def margin(self) -> float:
         """Allowance over demand of the tightest limit. [-]"""
         return margin_of(self.demands)

@@ -72,7 +72,8 @@ def request_on_tables(request: StudyRequest) -> CoboticRequest:
 
 def found_of(request: StudyRequest, found: CoboticSizing) -> Found:
     """What a search over tables found, with the parts and where they are from."""
-    lists, record = _lists(request), _record(request, found)
+    lists = _lists(request)
+    record = _record(request, lists, found)
     both = _merged(found, request), found.front if len(request.aims) > 1 else ()
     designs, front = ([_design(request, lists, one) for one in some] for some in both)
     if not designs and found.nearest is not None:
@@ -114,16 +115,16 @@ def _method(generations: int) -> Literal["numpy", "jax"]:
 
 def _merged(found: CoboticSizing, request: StudyRequest) -> list[CoboticDesign]:
     """The best by the first objective, each combination of parts once."""
-    ordered = sorted(found.designs, key=lambda one: one.mass if request.by_mass else one.power)
+    ordered = sorted(found.designs, key=request.value)
     kept: dict[tuple[int, int, int, int, float], CoboticDesign] = {}
     for one in ordered:
         kept.setdefault((one.pair, one.bearing, one.wheels, one.steering, one.ratio), one)
     return list(kept.values())[: request.top]
 
 
-def _record(request: StudyRequest, found: CoboticSizing) -> WheelRecord:
+def _record(request: StudyRequest, lists: Mapping[str, Bearings], found: CoboticSizing) -> WheelRecord:
     ranges = ranges_of(request.template, request.ranges, _wheels(request))
-    names = {path: tuple(bearing.name for _, bearing in some) for path, some in _lists(request).items()}
+    names = {path: tuple(bearing.name for _, bearing in some) for path, some in lists.items()}
     return WheelRecord(
         candidates=found.candidates,
         wheels=found.wheels,
@@ -175,6 +176,6 @@ def _design(request: StudyRequest, lists: Mapping[str, Bearings], found: Cobotic
         drive=_held(found.drive),
         mass=found.mass,
         power=found.power,
-        demands={key: one for key, one in found.demands.items() if key[1:] not in found.unchecked},
+        demands=found.checked,
         unchecked=found.unchecked,
     )

@@ -130,6 +130,6 @@ def drive_of(request: StudyRequest, found: Design) -> SizedDrive:
         drive=found.drive,
         mass=found.mass,
         power=found.power,
-        demands={key: one for key, one in found.demands.items() if key[1:] not in found.unchecked},
+        demands=found.checked,
         unchecked=found.unchecked,
     )

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
@@ -35,6 +35,20 @@ _OPTIONS = {
 
 _KINDS: Mapping[str, type[Drive]] = {"geared": ConventionalDrive, "cobotic": CoboticDrive}
 """Architectures that are searched."""
+
+
+class Weighed(Protocol):
+    """A design that was found, of tables or of a study."""
+
+    @property
+    def mass(self) -> float:
+        """Of the whole drive. [kg]"""
+        ...
+
+    @property
+    def power(self) -> float:
+        """Mean power from the supply. [W]"""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -88,6 +102,10 @@ class StudyRequest:
     def by_mass(self) -> bool:
         """Whether designs are ordered by their mass."""
         return self.aims[0] == "mass"
+
+    def value(self, design: Weighed) -> float:
+        """What the first objective makes small. [kg] or [W]"""
+        return design.mass if self.by_mass else design.power
 
     @property
     def name(self) -> str:

@@ -223,7 +223,7 @@ def _searched(request: StudyRequest, progress: Progress | None) -> dict[str, Fou
 
 def _ordered(designs: list[SizedDrive], request: StudyRequest) -> list[SizedDrive]:
     """The first designs by the first objective; those of one template keep their order."""
-    return sorted(designs, key=lambda one: one.mass if request.by_mass else one.power)[: request.top]
+    return sorted(designs, key=request.value)[: request.top]
 
 
 def _front(designs: list[SizedDrive]) -> list[SizedDrive]:

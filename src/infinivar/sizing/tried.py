@@ -85,7 +85,7 @@ def _with_amplifiers(drive: Any, before: float, after: float) -> Any:
 
 def _value(request: StudyRequest, design: SizedDrive) -> tuple[float, float]:
     """What the first objective makes small; of equals, the design with the largest margin comes first."""
-    return design.mass if request.by_mass else design.power, -design.margin
+    return request.value(design), -design.margin
 
 
 def _best(found: dict[Point, Found], request: StudyRequest) -> Point:

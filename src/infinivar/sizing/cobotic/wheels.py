@@ -286,7 +286,6 @@ def ask(drive: CoboticDrive, task: Task) -> Demanded:
     assert drive.steering is not None
     resisting = drive.steering.friction_torques(drive.transmission)
     xp = namespace(rolled.torque)
-    held = drive.held(rolled.wheel_torque, rolled.force, rolled.load.course.position)
     return Demanded(
         rolled.torque,
         dict(rolled.utilisation),
@@ -297,7 +296,7 @@ def ask(drive: CoboticDrive, task: Task) -> Demanded:
         resisting["bell"],
         xp.mean(rolled.losses["rolling"], axis=-1),
         drive.steering.inertia_of_bell,
-        math.inf if held is None else drive.cylinder_bearings.life(held),  # type: ignore[union-attr]
+        math.inf if rolled.held is None else drive.cylinder_bearings.life(rolled.held),  # type: ignore[union-attr]
     )
 
 
