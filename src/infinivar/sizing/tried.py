@@ -78,7 +78,7 @@ def _motors(drive: Any, numbers: Mapping[str, float]) -> float:
 
 
 def _with_amplifiers(drive: Any, before: float, after: float) -> Any:
-    """The drive with an amplifier for each motor, where it had one for each before: only their standby power depends on the number."""
+    """The drive with an amplifier for each motor, as before: only their standby power depends on the number."""
     standby = drive.amplifier.standby_power
     return drive if after == before or not standby else with_values(drive, {STANDBY: standby * after / before})
 
