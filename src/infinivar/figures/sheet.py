@@ -161,7 +161,7 @@ def _name(
             (right + 0.8 * gap, level),
             fontsize=7,
             va="center",
-            arrowprops={"arrowstyle": "-", "linewidth": 0.4, "shrinkA": 0, "shrinkB": 0},
+            arrowprops={"arrowstyle": "-", "linewidth": 0.4, "shrinkA": 0, "shrinkB": 0, "relpos": (0.0, 0.5)},
         )
 
 
