@@ -15,7 +15,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import httpx
 import numpy as np
@@ -33,6 +33,8 @@ class Served:
     port: int
     token: str | None
     seconds: float
+    errors: Path
+    """What it prints on stderr."""
 
     def client(self, name: str | None = "test", **options: Any) -> httpx.Client:
         headers = {} if name is None else {"X-Client": name}
@@ -84,7 +86,9 @@ def unpacked(content: bytes) -> tuple[dict, dict]:
     return header, arrays
 
 
-def begun(*arguments: str, folder: Path, **environment: str) -> subprocess.Popen[str]:
+def begun(
+    *arguments: str, folder: Path, stderr: int | IO[str] = subprocess.PIPE, **environment: str
+) -> subprocess.Popen[str]:
     """A server that may not run yet; its state is kept in a folder."""
     import infinivar
 
@@ -93,7 +97,7 @@ def begun(*arguments: str, folder: Path, **environment: str) -> subprocess.Popen
     return subprocess.Popen(
         [sys.executable, "-P", "-m", "infinivar", "serve", "--no-browser", *arguments],
         stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        stderr=stderr,
         text=True,
         cwd=folder,
         env={**os.environ, "PYTHONPATH": path, "INFINIVAR_STATE": str(folder / "state"), **environment},
@@ -106,16 +110,18 @@ def serving(*arguments: str, folder: Path, **environment: str) -> Iterator[Serve
     pytest.importorskip("starlette")
     pytest.importorskip("uvicorn")
     begin = time.perf_counter()
-    process = begun(*arguments, folder=folder, **environment)
+    # A pipe that nobody reads fills up with tracebacks, and the server then waits for ever.
+    errors = folder / "stderr.txt"
+    with errors.open("w") as file:
+        process = begun(*arguments, folder=folder, stderr=file, **environment)
     try:
         assert process.stdout is not None
         line = process.stdout.readline()
         found = ADDRESS.search(line)
         if found is None:
             process.wait(20)
-            assert process.stderr is not None
-            raise AssertionError(f"the server printed {line!r}, and on stderr {process.stderr.read()!r}")
-        yield Served(process, found[1], int(found[3]), found[4], time.perf_counter() - begin)
+            raise AssertionError(f"the server printed {line!r}, and on stderr {errors.read_text()!r}")
+        yield Served(process, found[1], int(found[3]), found[4], time.perf_counter() - begin, errors)
     finally:
         if process.poll() is None:
             process.kill()

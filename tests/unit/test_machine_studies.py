@@ -157,6 +157,11 @@ BAD = {
     ),
     "like itself": (PLATFORM.replace('like = "cobotic"', 'like = "separate"'), "drives.separate.like", "another drive"),
     "like nobody": (PLATFORM.replace('like = "cobotic"', 'like = "cobotik"'), "drives.separate.like", "'cobotic'"),
+    "like no name of a drive": (
+        PLATFORM.replace('like = "cobotic"', 'like = ")"'),
+        "drives.separate.like",
+        "another drive: cobotic",
+    ),
     "like with another type": (
         PLATFORM.replace('like = "cobotic"', 'like = "cobotic"\ntype = "arm"'),
         "drives.separate.type",

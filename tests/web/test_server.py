@@ -214,7 +214,7 @@ def test_it_stops_cleanly(tmp_path, how):
             begin = time.perf_counter()
             assert one.stop(how) == 0
             assert time.perf_counter() - begin < 5.0
-        assert one.process.stderr.read() == ""
+        assert one.errors.read_text() == ""
         assert "Ctrl-C" in one.process.stdout.read()
         assert all(gone(process) for process in own)
 

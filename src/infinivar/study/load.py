@@ -332,8 +332,8 @@ class _Loading:
                 break
             name = like
             seen.add(name)
-            stated = re.compile(rf"\bdrives\.{name}(?![\w-])")
-            known |= {stated.sub(f"drives.{drive}", line) for line in faults.get(name, ())}
+            stated = re.compile(rf"\bdrives\.{re.escape(name)}(?![\w-])")
+            known |= {stated.sub(lambda _: f"drives.{drive}", line) for line in faults.get(name, ())}
         return known
 
     def _like(self, drive: str, description: Raw, where: str, seen: tuple[str, ...] = ()) -> Raw:
