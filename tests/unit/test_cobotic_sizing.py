@@ -124,6 +124,29 @@ def single(evaluation, points, place, pair, steered):
     return replace(drive, motor=motor, gearhead=gearhead, steering=steering)
 
 
+@pytest.mark.parametrize("wheels", [1, 3])
+@pytest.mark.parametrize("places", [[4, 0, 5], [2], [], [False, True, False, False, True, True]], ids=str)
+def test_some_of_many_drives_are_as_if_made_alone(wheels, places):
+    """Laws computed when a drive is made are taken over with its rows, not computed again: the same to the last digit."""
+    evaluation, box = problem(requirement=REGION)
+    points, places = some_points(box, 6, seed=5, wheels=wheels), np.array(places, dtype=type((places or [0])[0]))
+    taken = evaluation.space.built(points).of(places)
+    alone = points.of(places)
+    assert alone.drive is None
+    assert taken.drive is not None
+    if not len(taken.head):
+        assert np.shape(taken.drive.transmission.preload) == (0, 1)
+        return
+    own, again = (evaluate(evaluation.space, one, evaluation.tasks, life=3.6e6) for one in (taken, alone))
+    assert own.demands.keys() == again.demands.keys()
+    for key, demand in own.demands.items():
+        np.testing.assert_array_equal(demand, again.demands[key])
+    statics = static_demands(taken.drive), static_demands(evaluation.space.columns(alone))
+    for key, demand in statics[0].items():
+        np.testing.assert_array_equal(demand, statics[1][key])
+    np.testing.assert_array_equal(evaluation.space.structure(taken), evaluation.space.structure(alone))
+
+
 @sampled(
     ("template", "loss_model", "wheels"),
     [(SPIN, "coulomb", 2), (SHEAR, "proportional", 1), (NO_RETURN, "proportional", 3)],

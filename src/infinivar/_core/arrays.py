@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from infinivar._core.frozen import frozen, rebuilt
 from infinivar.errors import ParameterError
+
+_WHOLE = {float, int, bool, str, type(None)}
+"""Types of most fields, which have no rows."""
 
 _SHOWN = 60
 """Characters of a value shown in a message."""
@@ -45,6 +50,45 @@ def real_array(name: str, values: Any) -> np.ndarray:
     except (TypeError, ValueError):
         pass  # rows of different lengths, or objects that are no numbers
     raise ParameterError(f"{name} must be a real number or an array of them, got {shown(values)}")
+
+
+def rows_of(value: Any, places: Any) -> Any:
+    """Some rows of a part that was made with columns of values, without the laws that its making computes.
+
+    Parameters
+    ----------
+    value           A number, a column (k, 1), or a dataclass, tuple or mapping of these.
+    places : int or bool array   Of the rows that are kept; columns of one row stay.
+
+    Returns
+    -------
+    Any   The same with columns of these rows; what has none is shared with the value.
+    """
+    if isinstance(value, np.ndarray):
+        return value[places] if value.ndim == 2 and len(value) > 1 else value
+    if isinstance(value, (tuple, Mapping)):
+        names: Any = value if isinstance(value, Mapping) else range(len(value))
+        fields = {name: value[name] for name in names}
+    elif dataclasses.is_dataclass(value):
+        fields = {name: getattr(value, name) for name in _names(type(value))}
+    else:
+        return value
+    kept = {name: one if type(one) in _WHOLE else rows_of(one, places) for name, one in fields.items()}
+    if all(one is fields[name] for name, one in kept.items()):
+        return value
+    if isinstance(value, Mapping):
+        return kept
+    if isinstance(value, tuple):
+        return type(value)(*kept.values()) if hasattr(value, "_fields") else tuple(kept.values())
+    made = object.__new__(type(value))
+    for name, one in kept.items():
+        object.__setattr__(made, name, one)
+    return made
+
+
+@functools.cache
+def _names(part: type) -> tuple[str, ...]:
+    return tuple(one.name for one in dataclasses.fields(part))
 
 
 class Whole:

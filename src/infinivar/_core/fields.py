@@ -104,13 +104,15 @@ def check_value(field: str, value: Any, unit: str, bound: Bound) -> None:
     if isinstance(value, (bool, str, bytes, list, tuple, dict, set)) or value is None:
         require(False, field, repr(value), _condition(bound), f"in {shown}" if shown and bound == FINITE else shown)
     if isinstance(value, (int, float)):
-        require(fits(bound, value), field, value, _condition(bound, value), shown)
+        if not fits(bound, value):
+            require(False, field, value, _condition(bound, value), shown)
     elif type(value).__module__ == "numpy":
         import numpy as np
 
         value = np.asarray(value)
         wrong = ~(np.isfinite(value) & within(bound, value))
-        require(not wrong.any(), field, value[wrong][:1], words(bound), shown)
+        if wrong.any():
+            require(False, field, value[wrong][:1], words(bound), shown)
 
 
 def check_number(field: str, value: Any, unit: str, bound: Bound) -> None:

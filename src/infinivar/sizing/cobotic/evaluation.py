@@ -119,8 +119,6 @@ class Evaluation:
         self.structured = not open_structure(space.template, space.service)
         """Whether the mass of the structure is known: where not, only motors and gearheads count."""
         self.look_at(tasks, tasks)
-        self.heaviest = np.inf
-        """Largest whole mass, where the objective is the energy. [kg]"""
         self.envelope = request.envelope
         self.wheels = self.rolled = self.sampled = 0
         self.blocked: dict[TaskDemand, int] = {}
@@ -156,10 +154,11 @@ class Evaluation:
         self.wheels += count
         result = _none(count)
         for some in self.space.batches(points, _AT_ONCE):
-            result.value[some], held = self._first_look(points.of(some))
-            some = some[held]
-            for places in self.space.batches(points.of(some), self._chosen_at_once):
-                here = self._with_motors(points.of(some[places]))
+            looked = self.space.built(points.of(some))
+            result.value[some], held = self._first_look(looked)
+            some, looked = some[held], looked.of(held)
+            for places in self.space.batches(looked, self._chosen_at_once):
+                here = self._with_motors(looked.of(places))
                 for whole, one in zip(result, here, strict=True):
                     whole[some[places]] = one
         return result
@@ -217,8 +216,7 @@ class Evaluation:
         structure = structure[np.isfinite(structure)]
         if not able.size:
             return result
-        heaviest = np.inf if points.heaviest is None else points.heaviest[able]
-        heaviest = np.minimum(heaviest, self.heaviest)
+        heaviest = np.full(len(able), np.inf) if points.heaviest is None else points.heaviest[able]
         if self.envelope is not None and self.envelope.mass is not None:
             heaviest = np.minimum(heaviest, self.envelope.mass)
         if np.all(np.isfinite(heaviest)) and self.objective == "energy":

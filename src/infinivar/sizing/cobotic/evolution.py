@@ -1,7 +1,7 @@
 """Differential evolution over wheel designs, and what it finds: the lightest drive, and the front of mass and power.
 
-A search by power alone finds the heavy end of the front, one by mass alone the light end. Between them each level is a search
-for the least power with motors and gearhead of less than a given mass, which starts from the wheel designs known so far.
+A search by power alone finds the heavy end of the front, one by mass alone the light end. What is between them is then searched
+at once, from the designs that both met on their way.
 """
 
 from __future__ import annotations
@@ -40,7 +40,10 @@ _SHORTER = 3
 
 
 _FARTHEST, _NEAREST = 0.15, 0.02
-"""Standard deviations of the logarithms of values in the first and last look around the front."""
+"""Standard deviations of the logarithms of values in the first and last round along the front."""
+
+_NEXT = 0.8
+"""That of a rank in a list."""
 
 Key = tuple[int, int, int]
 """Pair of motor and gearhead, axle bearing with wheels (`Heads.apart`), pair of steering motor and ratio."""
@@ -270,7 +273,8 @@ class _Space:
         values[:, self._free] = np.clip(x[: len(self._free)].T, self._low[self._free], self._high[self._free])
         places = [np.full(x.shape[1], order[0]) for order in self._orders]
         for row, place in enumerate(self._several, len(self._free)):
-            places[place] = self._orders[place][np.rint(x[row]).astype(int)]
+            order = self._orders[place]
+            places[place] = order[np.clip(np.rint(x[row]), 0, len(order) - 1).astype(int)]
         return Points(np.exp(values), self._heads.at(places))
 
     def vectors(self, points: Points) -> np.ndarray:
@@ -393,65 +397,36 @@ def _lighter(sides: Sequence[Side], mass: float) -> list[Side]:
     return found
 
 
-def fill_front(
-    hunt: Hunt, stages: Sequence[Stage], known: Record, levels: int, seed: int, progress: Progress | None
-) -> None:
-    """Search between the ends of the front that are known, and add what is found.
+def fill_front(hunt: Hunt, stage: Stage, known: Record, rounds: int, seed: int, progress: Progress | None) -> None:
+    """Search the whole front at once, from the designs on it that are known, and add what is found.
 
-    Parameters
-    ----------
-    stages   Of each level.
-    known    Holds the designs of least power and of least mass.
-    levels   Most levels. The mass falls from one to the next by at least one part in `levels` of the range.
-    """
-    ends = [known.light[key].mass for key in known.front()]
-    if len(ends) < 2:
-        return
-    lightest, step = min(ends), (max(ends) - min(ends)) / levels
-    heaviest, place = np.inf, 0  # the first level is the least power once more, from all that is known
-    while heaviest >= lightest:
-        hunt.evaluation.heaviest = heaviest
-        start = known.points_near(min(heaviest, max(ends)), hunt.population // 2)
-        found, _ = evolve(hunt, stages, seed + place, None, start)
-        known.merge(found)
-        under = [one for one in known.light.values() if one.mass <= heaviest]
-        best = min(under, key=lambda one: one.power)
-        if progress is not None and np.isfinite(heaviest):
-            progress(f"least so far at {heaviest:.3g} kg: {best.power:.5g} W", (place + 1) / (levels + 1))
-        heaviest, place = min(best.mass * _LIGHTER, min(heaviest, max(ends)) - step if place else np.inf), place + 1
-    hunt.evaluation.heaviest = np.inf
-
-
-def improve_front(hunt: Hunt, stage: Stage, known: Record, rounds: int, seed: int, progress: Progress | None) -> None:
-    """Look around every design of the front for one that draws less at its mass, or at one on the way to the next lighter.
+    Each design begins from one of the front and moves by the difference of two others, and a little in any direction. Its motors
+    are those of the least power that make it not heavier than a mass between its parent's and that of the next lighter design.
 
     Parameters
     ----------
     stage    The last of a search: judges at all instants.
-    known    Holds the front; better designs are added.
-    rounds   Of as many designs as a generation has. Steps become smaller from `_FARTHEST` to `_NEAREST`.
+    known    Holds the designs of least power and of least mass.
+    rounds   Of as many designs as a generation has. Small moves become smaller from `_FARTHEST` to `_NEAREST`.
+
+    Source: storn1997, for the differences.
     """
-    evaluation, heads = hunt.evaluation, hunt.box.heads
-    evaluation.look_at(stage.tasks, stage.whole)
-    random, ranks = np.random.default_rng(seed), [np.argsort(order) for order in heads.orders]
-    for place, step in enumerate(np.geomspace(_FARTHEST, _NEAREST, rounds)):
+    space, random, count = _Space(hunt.box), np.random.default_rng(seed), hunt.population
+    hunt.evaluation.look_at(stage.tasks, stage.whole)
+    for place, small in enumerate(np.geomspace(_FARTHEST, _NEAREST, rounds)):
         front = [known.light[key] for key in known.front()]
         if not front:
             return
-        parents = random.integers(len(front), size=hunt.population)
-        count = (hunt.population, len(FREE))
-        values = np.array([front[parent].values for parent in parents])
-        values *= np.exp(step * random.standard_normal(count) * (random.random(count) < 0.5))
-        places = heads.places(np.array([front[parent].head for parent in parents]))
-        moved = [
-            order[np.clip(rank[one] + random.choice([-1, 0, 0, 0, 1], hunt.population), 0, len(order) - 1)]
-            for order, rank, one in zip(heads.orders, ranks, places, strict=True)
-        ]
-        moved[1] = places[1]  # another number of wheels needs another preload
-        lighter = np.array([one.mass for one in front[1:]] + [front[-1].mass])[parents]
-        mass = np.array([one.mass for one in front])[parents]
-        heaviest = lighter + random.random(hunt.population) * (mass - lighter)
-        points = Points(np.clip(values, hunt.box.low, hunt.box.high), heads.at(moved), heaviest)
-        known.add(points, evaluation.values(points))
+        x, mass = space.vectors(_points(front)), np.array([one.mass for one in front])
+        lighter = np.append(mass[1:], mass[-1])
+        parents, first, second = random.integers(len(front), size=(3, count))
+        share = random.random((count, 1))
+        differs = random.random((count, 1)) < 0.5
+        step = np.where(space.integrality, _NEXT, small) * np.where(differs, 0.3, 1.0)
+        moved = step * random.standard_normal(step.shape) + differs * share * (x[first] - x[second])
+        moved *= random.random(step.shape) < 0.6
+        heaviest = lighter[parents] + random.random(count) * (mass - lighter)[parents]
+        points = space.points((x[parents] + moved).T)._replace(heaviest=heaviest)
+        known.add(points, hunt.evaluation.values(points))
         if progress is not None:
-            progress("looking around the front", (place + 1) / rounds)
+            progress("searching along the front", (place + 1) / rounds)

@@ -29,7 +29,6 @@ from infinivar.sizing.cobotic.evolution import (
     fill_front,
     find_least_power,
     find_lightest,
-    improve_front,
 )
 from infinivar.sizing.cobotic.space import FREE, Heads, Points, Space, heads_of, values_of
 from infinivar.sizing.cobotic.wheels import CompiledWheels, check_template
@@ -42,9 +41,6 @@ from infinivar.study.requirement import Requirement
 
 RANGE = 2.0
 """Values are searched from the template's divided by this to the template's times this, unless a range is given."""
-
-LEVELS = 16
-"""Most masses between the ends of a front at which the least power is searched, each in a search shorter by as much."""
 
 _WEIGHTLESS = 1e-300
 """Mass of the steering gear, of which only the ratio is searched."""
@@ -202,9 +198,8 @@ def _front(
     lightest = best_designs(evaluation, light, whole, top)
     record.merge(light)
     evaluation.objective = "energy"
-    fill_front(hunt, [one.shorter(LEVELS) for one in stages], record, LEVELS, seed, part_of(progress, 0.6, 0.9))
-    rounds = sum(one.generations for one in stages) // 2
-    improve_front(hunt, stages[-1], record, rounds, seed, part_of(progress, 0.9, 1.0))
+    rounds = 3 * sum(one.generations for one in stages) // 2
+    fill_front(hunt, stages[-1], record, rounds, seed, part_of(progress, 0.6, 1.0))
     return record, history, (*best_designs(evaluation, record.by_power(), whole, top), *lightest)
 
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar._core.arrays import rows_of
 from infinivar.drivetrain.body import own_mass
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.envelope import Envelope
@@ -100,9 +101,13 @@ class Points(NamedTuple):
     heaviest: np.ndarray | None = None
     """Largest whole mass of each; None: any that the search permits. (k,) [kg]"""
 
+    drive: CoboticDrive | None = None
+    """The drives that they are, once `Space.built` has made them: their heads are then of one kind."""
+
     def of(self, places: Any) -> Points:
         """Some of them."""
-        return Points(*(None if one is None else one[places] for one in self))  # type: ignore[arg-type]
+        heaviest = None if self.heaviest is None else self.heaviest[places]
+        return Points(self.values[places], self.head[places], heaviest, rows_of(self.drive, places))
 
 
 class Space:
@@ -123,8 +128,14 @@ class Space:
         """First head of the same kind, by head. (h,) int"""
         self._numbers: dict[int, dict[tuple[str, str], np.ndarray]] = {}
 
+    def built(self, points: Points) -> Points:
+        """The designs with the drives that they are; their heads must be of one kind."""
+        return points._replace(drive=self.columns(points))
+
     def columns(self, points: Points) -> CoboticDrive:
         """Wheel designs as one drive with columns for values (k, 1); their heads must be of one kind."""
+        if points.drive is not None:
+            return points.drive
         first = int(points.head[0])
         numbers = {name: values[points.head, None] for name, values in self.numbers(first).items()}
         return self.drive({name: points.values[:, place, None] for place, name in enumerate(FREE)}, first, numbers)
