@@ -447,9 +447,7 @@ def small_search(**options):
         steering_motors=part_tables(2, 3)[0],
         steering_ratios=(8.0, 16.0),
         bearings=AXLES,
-        wheels=(1, 2),
-        cylinder_bearings=HELD,
-        **{**usual, **options},
+        **{"wheels": (1, 2), "cylinder_bearings": HELD, **usual, **options},
     )
 
 

@@ -382,7 +382,7 @@ def test_the_best_of_each_build_is_the_best_of_the_feasible(sizing, doubted):
 
 
 def test_one_design_in_both_lists_is_judged_once(sizing, doubted):
-    for design, one in zip(sizing.front, doubted.front, strict=True):
+    for design, one in zip(sizing.front[:5], doubted.front, strict=True):  # so many are judged
         for other, same in zip(sizing.designs, doubted.designs, strict=True):
             if other.parts == design.parts and other.free["pulley.radius"].value == design.free["pulley.radius"].value:
                 np.testing.assert_array_equal(one.power, same.power)

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from infinivar._core.pareto import front
+from infinivar._core.pareto import spread_front
 from infinivar.drivetrain.body import total
 from infinivar.drivetrain.envelope import Envelope
 from infinivar.drivetrain.masses import with_tube
@@ -28,9 +28,6 @@ from infinivar.sizing.margins import TaskDemand
 
 _ROUNDING = 1e-9
 
-_APART = 0.97
-"""Mass of a design of the front over that of the one before, at most: of those between, none is listed but the lightest."""
-
 
 def best_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task], top: int) -> tuple[CoboticDesign, ...]:
     """The best feasible designs in order, each of other parts, judged by the whole tasks."""
@@ -44,12 +41,7 @@ def front_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task])
     keys = record.front() if evaluation.request.moving else []
     found = _feasible(evaluation, ((key[0], record.light[key]) for key in keys), whole, len(keys))
     mass, power = (np.array([getattr(one, name) for one in found]) for name in ("mass", "power"))
-    every = [found[place] for place in front(mass, power)] if found else []
-    kept = every[:1]
-    for one in every[1:]:
-        if one.mass < kept[-1].mass * (1.0 if one is every[-1] else _APART):
-            kept.append(one)
-    return tuple(kept)
+    return tuple(found[place] for place in spread_front(mass, power))
 
 
 def _feasible(

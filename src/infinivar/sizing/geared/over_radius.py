@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from infinivar._core.pareto import front
+from infinivar._core.pareto import spread_front
 from infinivar.sizing.found import Design, GearedSizing
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.radius_bounds import Radii
@@ -33,6 +33,8 @@ _GOLDEN_STEPS = 24
 _GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 _BEYOND = 1e9
 """Above every demand of interest."""
+_LIGHTER = 33
+"""Radii of a pair that may be on the front, from the smallest feasible one to that of its least power."""
 _HALVINGS = 30
 """Bisections of the ends of the feasible radii, on a logarithmic scale."""
 
@@ -74,8 +76,9 @@ class RadiusSearch:
         return worst.reshape(radii.shape), np.where(np.isnan(power), 0.0, power).reshape(radii.shape)
 
     def best(self, rows: np.ndarray, bounds: Radii) -> _Found:
-        """Best radius of pairs within bounds: of the largest margin, or of the least power at which every limit is kept.
+        """Best radius of pairs within bounds: the smallest, or that of the least power, at which every limit is kept.
 
+        Of a pair that has none the radius of the largest margin.
         Within bounds every limit is kept on one interval of radii, so that the largest demand falls towards the radius with the
         largest margin from both sides; the power is sought beside the best of several radii.
         """
@@ -94,6 +97,8 @@ class RadiusSearch:
         if cheap.any():
             some = np.flatnonzero(cheap)
             radius[some] = _narrowed(radii[some], power[some], lambda tried: self.look(rows[some], tried)[1])
+        if self.objective == "mass":
+            radius = self._end(rows, radius, bounds.low)
         done = self.at(rows, radius)
         return _Found(radius, done, np.broadcast_to(mixed(done.power, self.shares), rows.shape))
 
@@ -308,9 +313,26 @@ def _best_first(
     best = np.flatnonzero(able)
     best = best[np.lexsort((rows[best], worst[best], value[best]))]
     best = best[np.sort(np.unique(rows[best], return_index=True)[1])]  # of a pair with several ranges the best
-    best = best[front(mass[best], value[best])] if search.objective == "front" else best[:top]
-    designs = _designs(search, rows[best], radius[best], Radii(bounds.low[best], bounds.high[best]))
+    if search.objective == "front":
+        best, tried = _front(search, rows, radius, bounds, best)
+    else:
+        best, tried = best[:top], radius[best[:top]]
+    designs = _designs(search, rows[best], tried, Radii(bounds.low[best], bounds.high[best]))
     return _First(designs, evaluated, able, power, mass, worst, tightest, keys)
+
+
+def _front(
+    search: RadiusSearch, rows: np.ndarray, radius: np.ndarray, bounds: Radii, best: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The front of ranges at feasible radii up to that of their least power: a smaller pulley weighs less. (k,), (k,)"""
+    low = search.ends(rows[best], radius[best], Radii(bounds.low[best], bounds.high[best])).low
+    tried = (low[:, None] * (radius[best] / low)[:, None] ** np.linspace(0.0, 1.0, _LIGHTER)).ravel()
+    every = np.repeat(best, _LIGHTER)
+    done, mass = search.at(rows[every], tried), search.whole(rows[every], tried)
+    able = np.flatnonzero(done.feasible)
+    power = np.broadcast_to(mixed(done.power, search.shares), mass.shape)
+    kept = able[spread_front(mass[able], power[able])]
+    return every[kept], tried[kept]
 
 
 def _to_beat(objective: Objective, rows: np.ndarray, value: np.ndarray, mass: np.ndarray, top: int) -> Any:

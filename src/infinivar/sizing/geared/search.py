@@ -55,8 +55,8 @@ def size_geared(
         template.
     radius : (float, float)        Least and largest radius of the template's pulley, instead of `stages`. [m]
     objective : str                energy: least mean power from the supply, over the motions by their shares of time, equal if
-        none states one. mass: least mass of motor and gearhead, of equals the one with the largest margin. front: all designs
-        of which no other has less of both.
+        none states one. mass: least mass of the whole drive, with a range of radii at the smallest that is feasible. front: of
+        designs of which no other has less of both those that are 3 % of their mass apart, and its ends.
     travel : float                 End-to-end travel of the load, as for `duty_cycle`. [m]
     loss_model : str               coulomb, proportional or strain wave, of all gearheads; by default that of the template's.
     samples : int                  Instants of a motion; as many as `duty_cycle` has by default.
