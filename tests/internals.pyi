@@ -2,7 +2,7 @@
 
 # ruff: noqa: F401
 
-from infinivar._core import collocation, complex_step, engine, extras, plugins, presentation
+from infinivar._core import c_library, collocation, complex_step, engine, extras, plugins, presentation
 from infinivar._core import files as core_files
 from infinivar._core import stored as stored_values
 from infinivar._core import toml as toml_tables
@@ -87,12 +87,14 @@ from infinivar.analysis.whole_mass import DOUBT as MASS_DOUBT
 from infinivar.analysis.whole_mass import mass_of
 from infinivar.axis import LINEAR, PLANE, ROTARY, Axis, force_axis, speed_axis
 from infinivar.bondgraph import audit as bond_graph_audit
+from infinivar.bondgraph import compiled_step, solver
 from infinivar.bondgraph import graph as bond_graph_elements
 from infinivar.bondgraph import march as bond_graph_march
 from infinivar.bondgraph import model as bond_graph_models
-from infinivar.bondgraph import solver
 from infinivar.bondgraph import solver as bond_graph_solver
 from infinivar.bondgraph.audit import CLOSURE as AUDIT_CLOSURE
+from infinivar.bondgraph.c_code import c_code
+from infinivar.bondgraph.compiled_step import _collocation as collocation_text
 from infinivar.bondgraph.loops import LawValue
 from infinivar.bondgraph.loops import ordered as ordered_loops
 from infinivar.bondgraph.model import model as bond_graph_model
@@ -155,6 +157,7 @@ from infinivar.drivetrain.envelope import Envelope
 from infinivar.drivetrain.graphs import bandwidths, compliances
 from infinivar.drivetrain.graphs import plants as plant_graphs
 from infinivar.drivetrain.graphs.closed_loop import _passed as passed_both_ways
+from infinivar.drivetrain.graphs.closed_loop import closed_loop
 from infinivar.drivetrain.graphs.compliances import hardening, hardening_energy
 from infinivar.drivetrain.layout import estimated_size
 from infinivar.drivetrain.masses import cobotic_bodies, with_tube

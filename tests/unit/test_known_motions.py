@@ -14,7 +14,7 @@ from internals import bond_graph_elements as bg
 from internals import coulomb, solver
 from internals import plant_graphs as plants
 
-METHODS = ["LSODA", "Radau", "BDF", "CVODES"]
+METHODS = ["auto", "LSODA", "Radau", "BDF", "CVODES"]
 TIMES = np.linspace(0.0, 0.5, 51)
 
 

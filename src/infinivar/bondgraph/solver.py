@@ -17,6 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory, audited
+from infinivar.bondgraph.compiled_step import compiled_stepper
 from infinivar.bondgraph.graph import BondGraph, BondGraphError
 from infinivar.bondgraph.inputs import Constant, Controller, Input
 from infinivar.bondgraph.march import March, Watch
@@ -24,7 +25,7 @@ from infinivar.bondgraph.model import Model, model
 from infinivar.bondgraph.namespaces import FloatNamespace, casadi_namespace
 from infinivar.errors import nearest
 
-Method = Literal["LSODA", "Radau", "BDF", "CVODES"]
+Method = Literal["auto", "LSODA", "Radau", "BDF", "CVODES"]
 
 _ENERGY_SCALE = 1e-2
 """Energy scale of the absolute tolerance. [J]"""
@@ -43,7 +44,7 @@ def stepper(
 
     Parameters
     ----------
-    method : str                   LSODA, Radau, BDF or CVODES.
+    method : str                   auto, LSODA, Radau, BDF or CVODES.
     made, parameters               Model of the graph and its parameter values.
     rtol : float                   Relative tolerance.
     absolute : (n,) float          Absolute tolerances of the states.
@@ -56,8 +57,17 @@ def stepper(
     """
     if method == "CVODES":
         return _cvodes(made, parameters, rtol, absolute, energies_too)
-    if method not in ("LSODA", "Radau", "BDF"):
-        raise BondGraphError(f"method must be one of LSODA, Radau, BDF, CVODES, got {method!r}")
+    if method not in ("auto", "LSODA", "Radau", "BDF"):
+        raise BondGraphError(f"method must be one of auto, LSODA, Radau, BDF, CVODES, got {method!r}")
+    plain = _scipy("LSODA" if method == "auto" else method, made, parameters, rtol, absolute, energies_too)
+    quick = compiled_stepper(made, parameters, rtol, absolute) if method == "auto" and not energies_too else None
+    return plain if quick is None else _either(quick, plain)
+
+
+def _scipy(
+    method: str, made: Model, parameters: Mapping[str, float], rtol: float, absolute: Any, energies_too: bool
+) -> Callable[..., tuple[Any, str]]:
+    """Function that integrates one segment by a method of SciPy, as `stepper` has it."""
     from scipy import integrate
 
     dynamics = made.function("dynamics" if energies_too else "motion", FloatNamespace, parameters)
@@ -119,6 +129,18 @@ def stepper(
             atol=tolerances,
         )
         return solution.y.T, "" if solution.success else f"{solution.message} Try a larger stick speed."
+
+    return piece
+
+
+def _either(
+    first: Callable[..., tuple[Any, str]], second: Callable[..., tuple[Any, str]]
+) -> Callable[..., tuple[Any, str]]:
+    """Function that integrates one segment by another method where the first fails."""
+
+    def piece(*given: Any) -> tuple[Any, str]:
+        rows, problem = first(*given)
+        return second(*given) if problem else (rows, problem)
 
     return piece
 
@@ -201,7 +223,7 @@ def solve(
     inputs: Mapping[str, float | Input] | None = None,
     initial: Mapping[str, float] | None = None,
     controller: Controller | None = None,
-    method: Method = "LSODA",
+    method: Method = "auto",
     rtol: float = RTOL,
     scales: Mapping[str, float] | None = None,
     closure: float = CLOSURE,
@@ -220,8 +242,8 @@ def solve(
     initial : mapping of name to float    States by name: flow of an inertia, displacement of a compliance, value of an
         integral signal. Default: 0.
     controller : Controller               Sets inputs at its samples.
-    method : str                          LSODA (Radau replaces it in a segment where it fails), Radau, BDF, or CVODES with
-        CasADi.
+    method : str                          auto: collocation in compiled C where the system has a compiler and every law has C,
+        otherwise LSODA. LSODA (Radau replaces it in a segment where it fails), Radau, BDF, or CVODES with CasADi.
     rtol : float                          Relative tolerance of the states.
     scales : mapping of name to float     Scales of the states; the absolute tolerance is `rtol` times the scale. Default: 1.
     closure : float                       Largest residual of the energy balance, relative to the energy moved.

@@ -72,7 +72,9 @@ class Scenario(Task):
         default=None,
     )
     tolerance: float = quantity("1", Interval(gt=0, le=1e-3), "Relative tolerance of the integration", default=1e-10)
-    method: Literal["LSODA", "Radau", "BDF", "CVODES"] = component("Solver; CVODES needs CasADi", default="LSODA")
+    method: Literal["auto", "LSODA", "Radau", "BDF", "CVODES"] = component(
+        "Solver; auto: compiled where the system has a C compiler, otherwise LSODA; CVODES needs CasADi", default="auto"
+    )
 
     def __post_init__(self) -> None:
         """Validate the fields and their combination."""

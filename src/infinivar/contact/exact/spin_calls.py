@@ -10,7 +10,7 @@ import functools
 import math
 from typing import Any
 
-from infinivar._core.array_namespace import Array, recorded
+from infinivar._core.array_namespace import Array, namespace, recorded
 from infinivar.contact.exact.spin_map import ANGLES, HALF, SIZES, SpinMap, four_splines, linear_part, spin_map
 
 
@@ -29,7 +29,8 @@ def moment_ratio(x: Array, y: Array, a_over_b: Array, poisson: Array) -> Array:
 def _both(x: Array, y: Array, a_over_b: Array, poisson: Array) -> tuple[Array, Array]:
     if isinstance(x, float) and isinstance(y, float):
         return _of_floats(x, y, a_over_b, poisson)
-    patch = spin_map(a_over_b, poisson)
+    hold = getattr(namespace(x, y, a_over_b, poisson), "hold", None)
+    patch = spin_map(a_over_b, poisson) if hold is None else hold(spin_map, a_over_b, poisson)
     if type(x).__module__.startswith("casadi") or type(y).__module__.startswith("casadi"):
         return _of_casadi(patch, x, y)
     scale = patch.scale

@@ -1,0 +1,167 @@
+"""Runs in compiled C: the same laws, exact derivatives, and motions no less exact than those of the other solvers."""
+
+import ctypes
+import functools
+import shutil
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import infinivar as iv
+from infinivar.analysis import two_ways
+from internals import (
+    FloatNamespace,
+    bond_graph_model,
+    c_code,
+    c_library,
+    casadi_namespace,
+    closed_loop,
+    collocation_text,
+)
+from internals import compiled_step as step
+from made import loaded
+from sampled import sampled
+
+pytestmark = pytest.mark.skipif(c_library.compiler() is None, reason="no C compiler on this machine")
+
+WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-Wconversion", "-pedantic")
+HAND = loaded("hand_controller")
+
+
+CASES = [
+    *(f"hand_controller {name}" for name in ("cobotic", "cobotic-b", "motor1-gear1")),
+    *(f"{study} {name}" for study in ("knee_walking", "ankle_walking") for name in loaded(study).drives),
+]
+
+
+@functools.cache
+def case(name):
+    """Drive and scenario: shaking, or walking with the controllers that a comparison simulates."""
+    study, drive = name.split()
+    drive = loaded(study).drives[drive]
+    if study == "hand_controller":
+        return drive, HAND.scenarios["shake"]
+    return drive, two_ways(drive, loaded(study).duty["walking"]).simulation.scenario
+
+
+def code_of(name):
+    """Model, parameters and C of a case."""
+    graph = closed_loop(*case(name)).graph
+    parameters = {symbol: parameter.value for symbol, parameter in graph.parameters.items()}
+    made = bond_graph_model(graph)
+    return made, parameters, c_code(made, parameters)
+
+
+def called(function, sizes, *arrays):
+    """What a C function writes into an array of that size."""
+    out = np.full(sizes, np.nan)
+    function(*(ctypes.c_void_p(one.ctypes.data) for one in (*arrays, out)))
+    return out
+
+
+@sampled("name", CASES, every=3)
+def test_rates_are_those_of_the_python_source_and_slopes_their_derivatives(name):
+    """At random states, some at rest, some slipping: to rounding; the slopes as CasADi derives the same source."""
+    casadi = pytest.importorskip("casadi")
+    made, parameters, code = code_of(name)
+    library = c_library.library(code.text + collocation_text())
+    given = code.given(parameters)
+    constants = called(library.constants, code.constants, given)
+    expected = made.function("motion", FloatNamespace, parameters)
+    names = made.states, made.inputs, made.rates
+    symbols = [casadi.SX.sym(name, len(some)) for name, some in zip("xur", names, strict=True)]
+    derived = made.function("motion", casadi_namespace(), parameters)(*(casadi.vertsplit(one) for one in symbols))
+    jacobian = casadi.Function("slopes", symbols, [casadi.jacobian(casadi.vertcat(*derived), symbols[0])])
+    random, count = np.random.default_rng(3), len(made.states)
+    scales = np.array([0.3 if kind != "flow" else 3.0 for kind in made.state_kinds])
+    for place in range(100):
+        states = scales * random.standard_normal(count) * random.choice([1e-4, 1e-2, 1.0], count)
+        resting = random.random(count) < 0.1 * (place % 2)
+        states[resting] = 0.0
+        inputs, rates = 3.0 * random.standard_normal(len(made.inputs)), random.standard_normal(len(made.rates))
+        wanted = np.array(expected(states.tolist(), inputs.tolist(), rates.tolist()))
+        got = called(library.rates_at, count, given, constants, states, inputs, rates)
+        assert np.all(np.abs(got - wanted) <= 1e-12 * (np.abs(wanted) + 1e-3 * np.max(np.abs(wanted))))
+        if not resting.any():  # where a size has no derivative
+            slopes = called(library.slopes_at, (count, count), given, constants, states, inputs, rates)
+            wanted = np.array(jacobian(states, inputs, rates))
+            assert np.all(np.abs(slopes - wanted) <= 1e-9 * (np.abs(wanted) + 1e-3 * np.max(np.abs(wanted))))
+
+
+@sampled("name", CASES, every=4)
+def test_the_text_is_clean_and_always_the_same(name, tmp_path):
+    """Without a warning of the compilers there are; values of parameters are no part of it."""
+    made, parameters, code = code_of(name)
+    other = c_code(
+        made, {symbol: 1.01 * value if "a/b" not in symbol else value for symbol, value in parameters.items()}
+    )
+    assert code.text == other.text
+    source = tmp_path / "model.c"
+    source.write_text(code.text + collocation_text(), "utf-8")
+    for compiler in filter(None, map(shutil.which, ("gcc", "clang"))):
+        done = subprocess.run(
+            [compiler, *WARNINGS, "-O1", "-c", source, "-o", tmp_path / "model.o"], capture_output=True, text=True
+        )
+        assert done.returncode == 0, done.stderr
+
+
+@sampled(
+    ("name", "scenario"), [("motor1-gear1", "push"), ("cobotic", "shake"), ("cobotic", "push"), ("cobotic-b", "reach")]
+)
+def test_it_is_nearer_to_the_exact_motion_than_the_other_solver(name, scenario):
+    """At the same tolerance, against a tolerance a thousand times smaller. A push begins within a friction of microseconds,
+    which a step of collocation could pass over: as exact there."""
+    drive, scenario = HAND.drives[name], HAND.scenarios[scenario]
+    exact, plain, found = (
+        iv.simulate(drive, replace(scenario, **options)).trajectory
+        for options in ({"method": "Radau", "tolerance": 1e-13}, {"method": "LSODA"}, {})
+    )
+    assert scenario.method == "auto"
+    for state, values in exact.states.items():
+        size = np.max(np.abs(values))
+        ours, theirs = (np.max(np.abs(one.states[state] - values)) for one in (found, plain))
+        assert ours <= max(theirs, 1e-9 * size), state
+        assert ours <= 1e-6 * size, state
+
+
+@sampled("name", CASES, every=5)
+def test_energies_and_events_are_those_of_the_other_solver(name):
+    """Of the solver's error in the energies 1e-6 is left; limits are passed at the same samples."""
+    drive, scenario = case(name)
+    found, expected = (iv.simulate(drive, replace(scenario, method=method)) for method in ("auto", "LSODA"))
+    assert found.trajectory.outcome == expected.trajectory.outcome == ""
+    moved = max(abs(one[-1]) for one in expected.trajectory.supplied.values())
+    for element, energy in expected.trajectory.lost.items():
+        assert found.trajectory.lost[element][-1] == pytest.approx(energy[-1], rel=1e-6, abs=2e-7 * moved), element
+    assert [(one.limit, one.what) for one in found.events] == [(one.limit, one.what) for one in expected.events]
+    begins = [[one.start for one in each.events] for each in (found, expected)]
+    np.testing.assert_allclose(*begins, atol=1e-6)  # between samples, where the demand is one
+
+
+def test_a_law_without_c_runs_in_python(monkeypatch):
+    def refused(*arguments):
+        raise TypeError("a recorded value has no truth value")
+
+    monkeypatch.setattr(step, "c_code", refused)
+    monkeypatch.setattr(step, "_CODES", {})
+    assert_runs_in_python()
+    assert list(step._CODES.values()) == [None]
+
+
+def test_without_a_compiler_runs_are_those_of_the_other_solver(monkeypatch):
+    monkeypatch.setattr(step, "compiler", lambda: None)
+    assert_runs_in_python()
+
+
+def assert_runs_in_python():
+    drive, scenario = HAND.drives["cobotic"], replace(HAND.scenarios["shake"], duration=0.05)
+    found, expected = (iv.simulate(drive, replace(scenario, method=method)) for method in ("auto", "LSODA"))
+    for name, values in expected.trajectory.states.items():
+        np.testing.assert_array_equal(found.trajectory.states[name], values)
+
+
+def test_a_compiler_that_fails_is_none(monkeypatch):
+    monkeypatch.setattr(c_library, "compiler", lambda: shutil.which("false"))
+    assert c_library.library("int nothing(void) { return 1; } /* never made */") is None
