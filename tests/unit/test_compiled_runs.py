@@ -5,6 +5,7 @@ import functools
 import shutil
 import subprocess
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -105,6 +106,26 @@ def test_the_text_is_clean_and_always_the_same(name, tmp_path):
             [compiler, *WARNINGS, "-O1", "-c", source, "-o", tmp_path / "model.o"], capture_output=True, text=True
         )
         assert done.returncode == 0, done.stderr
+
+
+@sampled("name", CASES, slow=5)
+def test_no_call_does_what_c_does_not_define(name, tmp_path):
+    """A hundred thousand random calls, an eighth of the values no numbers or huge, under the sanitizers of gcc."""
+    if shutil.which("gcc") is None:
+        pytest.skip("gcc has the sanitizers")
+    _, parameters, code = code_of(name)
+    numbers = ",".join(map(repr, code.given(parameters).tolist()))
+    hostile = (Path(__file__).parents[1] / "hostile.c").read_text("utf-8")
+    source, program = tmp_path / "model.c", tmp_path / "model"
+    source.write_text(code.text + collocation_text() + hostile, "utf-8")
+    checks = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
+    numbers = (f"-DPARAMETERS={numbers}", f"-DCONSTANTS={code.constants}", "-DCALLS=100000")
+    subprocess.run(["gcc", "-std=c99", "-O1", *checks, *numbers, source, "-o", program, "-lm"], check=True)
+    done = subprocess.run([program], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    finite, reached = map(int, done.stdout.split())
+    assert finite > 30_000
+    assert reached >= 25  # all that begin at possible states
 
 
 @sampled(

@@ -28,36 +28,43 @@ _FIRST = 0.1
 def compiled_stepper(
     made: Model, parameters: Mapping[str, float], rtol: float, absolute: np.ndarray
 ) -> Callable[..., tuple[np.ndarray, str]] | None:
-    """Function that integrates one segment as `solver.stepper` has it; None where the model cannot be compiled here."""
-    found = _code(made, parameters) if compiler() is not None else None
-    made_of = None if found is None else library(found.text + _collocation())
-    if found is None or made_of is None:
+    """What integrates one segment as `solver.stepper` has it; None where the model cannot be compiled here."""
+    code = _code(made, parameters) if compiler() is not None else None
+    compiled = None if code is None else library(code.text + _collocation())
+    if code is None or compiled is None:
         return None
-    given, constants, tolerances = found.given(parameters), np.empty(found.constants), np.array(absolute, dtype=float)
-    made_of.constants.argtypes = [ctypes.c_void_p] * 2
-    made_of.constants(_at(given), _at(constants))
-    step, advance, count = np.zeros(1), made_of.advance, len(made.states)
-    advance.argtypes = [
-        *[ctypes.c_void_p] * 2,
-        ctypes.c_int,
-        *[ctypes.c_void_p] * 4,
-        ctypes.c_double,
-        *[ctypes.c_void_p] * 3,
-    ]
-    rooms: dict[int, _Room] = {}
+    return _Steps(compiled, code, parameters, rtol, absolute)
 
-    def piece(now: list[float], begin: float, required: Any, functions: Sequence[Input]) -> tuple[np.ndarray, str]:
+
+class _Steps:
+    """One motion in progress, with the arrays that the library finds by their addresses."""
+
+    def __init__(
+        self, compiled: ctypes.CDLL, code: Code, parameters: Mapping[str, float], rtol: float, absolute: np.ndarray
+    ) -> None:
+        self._step, self._rooms = np.zeros(1), {}
+        self._held = code.given(parameters), np.empty(code.constants), np.array(absolute, dtype=float)
+        given, constants, tolerances = map(_at, self._held)
+        self._known, self._limits = (given, constants), (rtol, tolerances, _at(self._step))
+        compiled.constants.argtypes = [ctypes.c_void_p] * 2
+        compiled.constants(*self._known)
+        self._advance, pointer = compiled.advance, ctypes.c_void_p
+        self._advance.argtypes = [*[pointer] * 2, ctypes.c_int, *[pointer] * 4, ctypes.c_double, *[pointer] * 3]
+
+    def __call__(
+        self, now: list[float], begin: float, required: Any, functions: Sequence[Input]
+    ) -> tuple[np.ndarray, str]:
+        """Rows at the required times, and the reason of a failure, or ""."""
         size = len(required)
-        room = rooms.get(size) or rooms.setdefault(size, _Room(size, len(functions), count))
+        if size not in self._rooms:
+            self._rooms[size] = _Room(size, len(functions), len(now))
+        room = self._rooms[size]
         room.times[0], room.times[1:], room.state[:] = begin, required, now
         _fill(room, functions)
-        step[0] = step[0] or _FIRST * (room.times[-1] - begin)
+        self._step[0] = self._step[0] or _FIRST * (room.times[-1] - begin)
         times, inputs, rates, state, rows = room.places
-        known, limits = (_at(given), _at(constants)), (rtol, _at(tolerances), _at(step))
-        status = advance(*known, size, times, inputs, rates, state, *limits, rows)
+        status = self._advance(*self._known, size, times, inputs, rates, state, *self._limits, rows)
         return room.rows.copy(), "" if status == 0 else "no step is short enough"
-
-    return piece
 
 
 def _at(array: np.ndarray) -> int:
@@ -94,6 +101,9 @@ def _collocation() -> str:
 
 def _fill(room: _Room, functions: Sequence[Input]) -> None:
     """Put inputs and their rates in, at the ends of the segment as they are within it."""
+    if all(isinstance(function, Constant) for function in functions):
+        room.inputs[:], room.rates[:] = [function.value(0.0) for function in functions], 0.0
+        return
     times = room.times
     near = _BESIDE * (times[-1] - times[0])
     beside = np.array([times[0] + near, *times[1:-1], times[-1] - near])
