@@ -23,6 +23,7 @@ from internals import (
 )
 from internals import compiled_step as step
 from made import loaded
+from run_cli import run
 from sampled import sampled
 
 pytestmark = pytest.mark.skipif(c_library.compiler() is None, reason="no C compiler on this machine")
@@ -181,6 +182,16 @@ def assert_runs_in_python():
     found, expected = (iv.simulate(drive, replace(scenario, method=method)) for method in ("auto", "LSODA"))
     for name, values in expected.trajectory.states.items():
         np.testing.assert_array_equal(found.trajectory.states[name], values)
+
+
+@pytest.mark.parametrize(("switch", "said"), [("1", True), ("0", False)])
+def test_a_missing_compiler_is_said_once(monkeypatch, tmp_path, switch, said):
+    monkeypatch.setattr(c_library, "compiler", lambda: None)
+    monkeypatch.setattr(step, "compiler", lambda: None)
+    monkeypatch.setenv(c_library.SWITCH, switch)
+    outcome = run("simulate", "hand_controller", "--drive", "motor1-gear1", "--scenario", "push", folder=tmp_path)
+    assert outcome.code == 0
+    assert outcome.out.count("no C compiler found") == said
 
 
 def test_a_compiler_that_fails_is_none(monkeypatch):

@@ -30,6 +30,13 @@ def compiler() -> str | None:
     return next((found for name in names if name and (found := shutil.which(name)) is not None), None)
 
 
+def no_compiler() -> str | None:
+    """One line where the system lacks a compiler that nobody switched off."""
+    if compiler() is not None or os.environ.get(SWITCH) == "0":
+        return None
+    return "no C compiler found (cc, gcc, clang or CC): simulated in Python, two to five times slower"
+
+
 @functools.lru_cache(maxsize=64)
 def library(text: str) -> ctypes.CDLL | None:
     """The library of a text, compiled unless it is known; None without a compiler, or where it cannot."""

@@ -53,6 +53,7 @@ def simulate(
     Write a report, figures and results, including the energy audit.
     Exit with code 1 if the run is infeasible: incomplete, a limit exceeded, or a motor overheated.
     """
+    from infinivar._core.c_library import no_compiler
     from infinivar.analysis.simulate import simulate as run
     from infinivar.drivetrain.drive import is_machine
     from infinivar.report.output import claimed
@@ -75,7 +76,8 @@ def simulate(
             )
         progress("writing the report", 1.0)
         files = save(result, out, name=f"{driven}-{requested}", reconstruction=loaded.reconstruction)
-    _end(result, f"{result.title}, {result.scenario.title}", files, as_json)
+    slow = no_compiler() if result.scenario.method == "auto" else None
+    _end(result, f"{result.title}, {result.scenario.title}", files, as_json, *([slow] if slow else []))
 
 
 @with_options
@@ -202,9 +204,9 @@ def _simulate_machine(
     _end(result, title, files, as_json)
 
 
-def _end(result: Simulation | MachineRun, title: str, files: list[Path], as_json: bool) -> NoReturn:
+def _end(result: Simulation | MachineRun, title: str, files: list[Path], as_json: bool, *notes: str) -> NoReturn:
     """Print a simulated run, and exit."""
-    lines = (f"{title}: {result.verdict}", *(f"  {line}" for line in result.event_lines))
+    lines = (f"{title}: {result.verdict}", *(f"  {line}" for line in (*result.event_lines, *notes)))
     end(result.to_dict, lines, files, as_json=as_json, feasible=result.feasible)
 
 
