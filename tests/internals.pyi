@@ -2,7 +2,7 @@
 
 # ruff: noqa: F401
 
-from infinivar._core import c_library, collocation, complex_step, engine, extras, plugins, presentation
+from infinivar._core import c_library, collocation, complex_step, engine, extras, kept, plugins, presentation
 from infinivar._core import files as core_files
 from infinivar._core import stored as stored_values
 from infinivar._core import toml as toml_tables

@@ -47,7 +47,7 @@ LEAST_TORQUE = {
 }
 """Least continuous torque: of geared drives by the least radius of the pulley, and of cobotic drives. [N m]"""
 WHOLE = {
-    "shipped": (0.241, 0.277, 0.821),
+    "shipped": (0.241, 0.275, 0.821),
     "maxon": (0.167, 0.185, 0.737),
     "faulhaber": (0.226, 0.279, 0.780),
 }

@@ -20,6 +20,7 @@ from internals import (
     casadi_namespace,
     closed_loop,
     collocation_text,
+    kept,
 )
 from internals import compiled_step as step
 from made import loaded
@@ -160,6 +161,53 @@ def test_energies_and_events_are_those_of_the_other_solver(name):
     assert [(one.limit, one.what) for one in found.events] == [(one.limit, one.what) for one in expected.events]
     begins = [[one.start for one in each.events] for each in (found, expected)]
     np.testing.assert_allclose(*begins, atol=1e-6)  # between samples, where the demand is one
+
+
+def test_maker_s_friction_of_cylinder_bearings_runs_in_both_ways():
+    """Where one of the bearings has no axial load, its law must not divide by nothing."""
+    drive = HAND.drives["cobotic"]
+    bearing = iv.parts.Bearing(
+        name="6004",
+        bore=0.02,
+        outside_diameter=0.042,
+        dynamic_rating=9950.0,
+        static_rating=5000.0,
+        friction_model="skf",
+        series="60",
+        viscosity=50e-6,
+    )
+    drive = replace(
+        drive, cylinder_bearings=replace(loaded("knee_walking").drives["cobotic"].cylinder_bearings, bearing=bearing)
+    )
+    scenario = replace(HAND.scenarios["shake"], duration=0.1)
+    found, expected = (iv.simulate(drive, replace(scenario, method=method)).trajectory for method in ("auto", "LSODA"))
+    assert found.outcome == expected.outcome == ""
+    assert found.lost["cylinder bearings"][-1] == pytest.approx(expected.lost["cylinder bearings"][-1], rel=1e-6)
+
+
+@pytest.mark.parametrize("method", ["auto", "LSODA"])
+def test_a_smooth_reach_with_a_proportional_gear_loss(method):
+    """Its commands are numbers of NumPy, of which a sign is a number as well."""
+    drive = HAND.drives["motor2-gear4"]
+    drive = replace(drive, gearhead=replace(drive.gearhead, loss_model="proportional"))
+    motion = iv.motion.Reach(distance=0.02, time=0.25, profile="smooth")
+    scenario = replace(HAND.scenarios["reach"], motion=motion, duration=0.05, method=method)
+    assert iv.simulate(drive, scenario).trajectory.outcome == ""
+
+
+def test_what_is_kept_is_whole_or_not_used(tmp_path, monkeypatch):
+    """A file that was cut, changed or replaced counts as none, and is made again."""
+    monkeypatch.setattr(kept, "folder", lambda: tmp_path / "cache")
+    assert kept.find("key", ".so") is None
+    path = kept.keep("key", ".so", b"content")
+    assert kept.find("key", ".so") == path
+    for wrong in (b"cont", b"", b"contents", b"Content"):
+        path.write_bytes(wrong)
+        assert kept.find("key", ".so") is None
+        assert kept.keep("key", ".so", b"content") == path
+    assert [one.name for one in path.parent.iterdir()] == [path.name]
+    monkeypatch.setattr(kept, "folder", lambda: path / "no folder")
+    assert kept.keep("key", ".so", b"content") is None
 
 
 def test_a_law_without_c_runs_in_python(monkeypatch):

@@ -218,7 +218,7 @@ def simulate(
         columns=columns,
         events=run_limits.events(run.time, utilisation, settled, peaks),
         root_mean_squares=FrozenDict(run_limits.root_mean_squares(run.time, utilisation, settled, run.squares)),
-        largest_error=float(max(np.max(run.peaks[_ERROR]), _error(drive, scenario, run.instants).max())),
+        largest_error=float(max(np.max(run.peaks.get(_ERROR, 0.0)), _error(drive, scenario, run.instants).max())),
     )
 
 

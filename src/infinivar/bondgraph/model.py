@@ -6,14 +6,13 @@ import functools
 import hashlib
 import inspect
 import json
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from infinivar._core import files
+from infinivar._core import kept
 from infinivar.bondgraph.code import compiled
 from infinivar.bondgraph.graph import BondGraph
 from infinivar.bondgraph.namespaces import FloatNamespace
@@ -73,16 +72,15 @@ def model(graph: BondGraph) -> Model:
         As `infinivar.bondgraph.equations.derive`, and if a law uses a function that the array namespace lacks.
     """
     key = _fingerprint(graph)
-    path = None if key is None else cache_folder() / f"{key}.json"
+    path = None if key is None else kept.find(key, ".json")
     if path is not None:
         try:
-            kept = json.loads(path.read_text("utf-8"))
-            return Model(**{name: _tuples(value) for name, value in kept.items()})
+            return Model(**{name: _tuples(value) for name, value in json.loads(path.read_text("utf-8")).items()})
         except (OSError, ValueError, TypeError):
-            pass  # missing or truncated: derive it again
+            pass  # gone since, or of an older program: derive it again
     made = _derived(graph)
-    if path is not None:
-        _keep(path, made)
+    if key is not None:
+        kept.keep(key, ".json", json.dumps(asdict(made)).encode())
     return made
 
 
@@ -123,21 +121,6 @@ def _derived(graph: BondGraph) -> Model:
         dynamics=source(equations, {**derivatives, **powers}),
         outputs=source(equations, outputs),
     )
-
-
-def cache_folder() -> Path:
-    """Folder of cached models, which need not exist."""
-    return files.of_user("cache")
-
-
-def _keep(path: Path, made: Model) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8") as file:
-            json.dump(asdict(made), file)
-        Path(file.name).replace(path)
-    except OSError:
-        pass  # continue without a cache
 
 
 def _tuples(value: Any) -> Any:

@@ -13,7 +13,7 @@ class FloatNamespace:
     """Functions for generated code on plain floats; several times faster than NumPy on scalars."""
 
     where = clip = None  # `compiled` replaces them with conditional expressions
-    sign = staticmethod(lambda value: (value > 0) - (value < 0))
+    sign = staticmethod(lambda value: float(value > 0) - float(value < 0))
     abs, sqrt, exp, log = abs, math.sqrt, math.exp, math.log
     sin, cos, tan, asin, acos, atan, tanh = math.sin, math.cos, math.tan, math.asin, math.acos, math.atan, math.tanh
 

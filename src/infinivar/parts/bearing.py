@@ -368,7 +368,8 @@ class Bearing:
             push = xp.where(pushed, axial, 1.0)
             # The formula holds for axial loads below the static rating; at 200 times that the angle exceeds 90 degrees.
             angle = math.radians(24.6) * (push / self.static_rating) ** 0.24
-            sine = xp.sin(xp.clip(angle, 0.0, 0.5 * math.pi))
+            # Smallest angles of loads that count are 1e-4; without a load generated code divides by the sine all the same.
+            sine = xp.sin(xp.clip(angle, 1e-6, 0.5 * math.pi))
             g_rr = r1 * mean**1.96 * _power(xp, radial + xp.where(pushed, r2 / sine * push, 0.0), 0.54)
             combined = mean**-0.145 * (radial**5 + s2 * mean**1.5 / sine * push**4) ** (1.0 / 3.0)
             return g_rr, s1 * xp.where(pushed, combined, mean**-0.26 * radial ** (5.0 / 3.0))
