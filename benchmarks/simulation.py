@@ -1,9 +1,9 @@
 """Two seconds of closed-loop cobotic motion, friction reversing at 10 Hz, rtol 1e-6: the bond graph against equations by hand.
 
-Ours is compiled where there is a C compiler, by hand it is SciPy's LSODA on Python; the controller is the same. Ours also sums up the energy of every source and loss, loads the
-model, computes every effort and flow and runs the audit; by hand there is nothing but the motion. CVODES is CasADi's, on
-the same graph, its expressions and integrators made each time, as a run of the program does. Last, deriving the
-equations of Fig 10 in a fresh process, without and with a model kept from before.
+Ours is compiled where there is a C compiler, by hand it is SciPy's LSODA on Python; the controller is the same. Ours also sums
+up the energy of every source and loss, loads the model, computes every effort and flow and runs the audit; by hand there is
+nothing but the motion. CVODES is CasADi's, on the same graph, its expressions and integrators made each time, as a run of the
+program does. Last, deriving the equations of Fig 10 in a fresh process, without and with a model kept from before.
 """
 
 from __future__ import annotations

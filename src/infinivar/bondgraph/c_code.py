@@ -45,9 +45,8 @@ class Code:
 
     def given(self, parameters: Mapping[str, float]) -> np.ndarray:
         """The array `p` for values of the parameters: these, and the data held."""
-        tape = self.tape
-        held = [_flat(tape.data(function, arguments, parameters)) for function, arguments in tape.held]
-        return np.concatenate([np.array([parameters[name] for name in tape.parameters], dtype=float), *held])
+        own = np.array([parameters[name] for name in self.tape.parameters], dtype=float)
+        return np.concatenate([own, *map(_flat, self.tape.data(parameters))])
 
 
 def _flat(data: Any) -> np.ndarray:
@@ -81,7 +80,7 @@ def c_code(made: Model, parameters: Mapping[str, float]) -> Code:
     symbols: Any = dict(zip(tape.parameters, values, strict=True))
     results = made.function("motion", TapeNamespace(tape), symbols)(states, inputs, rates)
     slopes = [tape.slope(one, by) for one in results for by in states]
-    sizes = [len(_flat(tape.data(function, arguments))) for function, arguments in tape.held]
+    sizes = [len(_flat(one)) for one in tape.data(tape.parameters)]
     begins = {f"held{place}": len(tape.parameters) + sum(sizes[:place]) for place in range(len(sizes))}
     writer = _Writer(tape, begins)
     once = writer.once([*results, *slopes])
@@ -101,21 +100,24 @@ def c_code(made: Model, parameters: Mapping[str, float]) -> Code:
             *writer.body(once, [(f"k[{place}]", Value(tape, one)) for place, one in enumerate(once)], constants=False),
             "}",
             "",
-            "static void motion(const double *p, const double *k, const double *x, const double *u, const double *du, double *f)",
-            "{",
-            "    (void)p; (void)k; (void)x; (void)u; (void)du;",
-            *writer.body(once, [(f"f[{place}]", one) for place, one in enumerate(results)]),
-            "}",
-            "",
-            "static void slopes(const double *p, const double *k, const double *x, const double *u, const double *du, double *j)",
-            "{",
-            "    (void)p; (void)k; (void)x; (void)u; (void)du;",
-            *writer.body(once, [(f"j[{place}]", one) for place, one in enumerate(slopes)]),
-            "}",
-            "",
+            *_function("motion", "f", writer.body(once, [(f"f[{place}]", one) for place, one in enumerate(results)])),
+            *_function("slopes", "j", writer.body(once, [(f"j[{place}]", one) for place, one in enumerate(slopes)])),
         ]
     )
     return Code(text, tape, len(once))
+
+
+def _function(name: str, out: str, body: Iterable[str]) -> list[str]:
+    """A function of the states, inputs and rates that writes into an array."""
+    arguments = ", ".join([*(f"const double *{one}" for one in ("p", "k", "x", "u", "du")), f"double *{out}"])
+    return [
+        f"static void {name}({arguments})",
+        "{",
+        "    (void)p; (void)k; (void)x; (void)u; (void)du;",
+        *body,
+        "}",
+        "",
+    ]
 
 
 def _plain(name: str) -> str:
@@ -148,9 +150,8 @@ class _Writer:
             if place in found:
                 continue
             found.add(place)
-            operation, arguments = self.tape.nodes[place]
-            if place not in stop and operation not in _GIVEN and operation not in self.begins:
-                waiting += [one for one in arguments if isinstance(one, int)]
+            if place not in stop and not self._is_given(place):
+                waiting += [one for one in self.tape.nodes[place].arguments if isinstance(one, int)]
         return sorted(found)
 
     def once(self, results: Sequence[Number]) -> list[int]:

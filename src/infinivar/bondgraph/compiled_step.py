@@ -15,7 +15,7 @@ import numpy as np
 
 from infinivar._core.c_library import compiler, library
 from infinivar.bondgraph.c_code import Code, c_code
-from infinivar.bondgraph.inputs import Constant, Input
+from infinivar.bondgraph.inputs import Constant, Input, over
 from infinivar.bondgraph.model import Model
 
 _BESIDE = 1e-6
@@ -101,18 +101,12 @@ def _collocation() -> str:
 
 def _fill(room: _Room, functions: Sequence[Input]) -> None:
     """Put inputs and their rates in, at the ends of the segment as they are within it."""
-    if all(isinstance(function, Constant) for function in functions):
+    if all(isinstance(function, Constant) for function in functions):  # between samples mostly so
         room.inputs[:], room.rates[:] = [function.value(0.0) for function in functions], 0.0
         return
-    times = room.times
+    times, ends = room.times, [0, -1]
     near = _BESIDE * (times[-1] - times[0])
-    beside = np.array([times[0] + near, *times[1:-1], times[-1] - near])
-    looked = beside.tolist()
-    for column, function in enumerate(functions):
-        if isinstance(function, Constant):
-            room.inputs[:, column], room.rates[:, column] = function.size, 0.0
-            continue
-        room.rates[:, column] = [function.rate(time) for time in looked]
-        room.inputs[:, column] = [function.value(time) for time in looked]
-        for end in (0, -1):
-            room.inputs[end, column] += room.rates[end, column] * (times[end] - beside[end])
+    beside = times.copy()
+    beside[ends] += near, -near
+    room.inputs[:], room.rates[:] = over(functions, beside), over(functions, beside, rate=True)
+    room.inputs[ends] += room.rates[ends] * (times - beside)[ends, None]

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+import numpy as np
+
 
 class Input(Protocol):
     """An external input as a function of time."""
@@ -55,3 +57,18 @@ class Constant:
     def rate(self, time: float) -> float:
         """Zero."""
         return 0.0
+
+
+def over(functions: Sequence[Input], times: np.ndarray, rate: bool = False) -> np.ndarray:
+    """Values or rates of the functions at given times. (n, functions)"""
+    found = np.empty((len(times), len(functions)))
+    if all(isinstance(function, Constant) for function in functions):
+        found[:] = 0.0 if rate else [function.value(0.0) for function in functions]
+        return found
+    instants = times.tolist()
+    for column, function in enumerate(functions):
+        if isinstance(function, Constant):
+            found[:, column] = 0.0 if rate else function.size
+        else:
+            found[:, column] = [function.rate(time) if rate else function.value(time) for time in instants]
+    return found

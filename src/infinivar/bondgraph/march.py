@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from infinivar.bondgraph.graph import BondGraph, BondGraphError
-from infinivar.bondgraph.inputs import Constant, Controller, Input
+from infinivar.bondgraph.inputs import Constant, Controller, Input, over
 from infinivar.bondgraph.model import Model
 from infinivar.bondgraph.namespaces import FloatNamespace
 
@@ -162,7 +162,7 @@ class March:
         ends = rows[stride - 1 :: stride]
         first = self.reached
         self.rows[first:last] = ends[: len(inside)]
-        self.held[first:last] = _over(functions, inside)
+        self.held[first:last] = over(functions, inside)
         self.passed_at[first:last] = range(self.passed + 1, self.passed + 1 + len(inside))
         self.passed += len(requested)
         self.reached = last
@@ -170,7 +170,7 @@ class March:
         moving = [functions[self.made.inputs.index(name)] for name in self.made.rates]
         states = rows.reshape(len(requested), stride, rows.shape[1])[:, :-1, : self.count]
         states = states.reshape(len(between), self.count)
-        self.nodes.append((states, _over(functions, between), _over(moving, between, rate=True), between))
+        self.nodes.append((states, over(functions, between), over(moving, between, rate=True), between))
         self.widths.append(widths)
         if (self.passed - self.summed) * len(_NODES) >= _MOST_NODES:
             self._sum()
@@ -270,20 +270,9 @@ class March:
     def inputs(self) -> tuple[Any, Any]:
         """Inputs and their rates at the output times reached. (n, inputs), (n, rates)"""
         moving: list[Input] = [self.outside.get(name, Constant(0.0)) for name in self.made.rates]
-        return self.held[: self.reached], _over(moving, self.times[: self.reached], rate=True)
+        return self.held[: self.reached], over(moving, self.times[: self.reached], rate=True)
 
 
 def _mean(powers: np.ndarray, weights: Sequence[float] = _WEIGHTS) -> np.ndarray:
     """Mean over each interval of powers at its nodes, in an order that no library's number of threads changes."""
     return sum(weight * powers[:, node] for node, weight in enumerate(weights))  # type: ignore[return-value]
-
-
-def _over(functions: Sequence[Input], times: Any, rate: bool = False) -> Any:
-    """Values or rates of the functions at given times. (n, functions)"""
-    found = np.empty((len(times), len(functions)))
-    if all(isinstance(function, Constant) for function in functions):
-        found[:] = 0.0 if rate else [function.value(0.0) for function in functions]
-        return found
-    for column, function in enumerate(functions):
-        found[:, column] = [function.rate(time) if rate else function.value(time) for time in times.tolist()]
-    return found

@@ -10,6 +10,7 @@ between the instants at which an input may jump: controller samples and steps of
 from __future__ import annotations
 
 import contextlib
+import functools
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal
@@ -59,9 +60,11 @@ def stepper(
         return _cvodes(made, parameters, rtol, absolute, energies_too)
     if method not in ("auto", "LSODA", "Radau", "BDF"):
         raise BondGraphError(f"method must be one of auto, LSODA, Radau, BDF, CVODES, got {method!r}")
-    plain = _scipy("LSODA" if method == "auto" else method, made, parameters, rtol, absolute, energies_too)
+    plain = functools.partial(
+        _scipy, "LSODA" if method == "auto" else method, made, parameters, rtol, absolute, energies_too
+    )
     quick = compiled_stepper(made, parameters, rtol, absolute) if method == "auto" and not energies_too else None
-    return plain if quick is None else _either(quick, plain)
+    return plain() if quick is None else _either(quick, plain)
 
 
 def _scipy(
@@ -134,13 +137,14 @@ def _scipy(
 
 
 def _either(
-    first: Callable[..., tuple[Any, str]], second: Callable[..., tuple[Any, str]]
+    first: Callable[..., tuple[Any, str]], make_second: Callable[[], Callable[..., tuple[Any, str]]]
 ) -> Callable[..., tuple[Any, str]]:
-    """Function that integrates one segment by another method where the first fails."""
+    """Function that integrates one segment by another method where the first fails; that is made only then."""
+    second = functools.cache(make_second)
 
     def piece(*given: Any) -> tuple[Any, str]:
         rows, problem = first(*given)
-        return second(*given) if problem else (rows, problem)
+        return second()(*given) if problem else (rows, problem)
 
     return piece
 

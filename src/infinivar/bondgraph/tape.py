@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+
+from infinivar.bondgraph.namespaces import FUNCTIONS, FloatNamespace
 
 _OPERATIONS: Mapping[str, Callable[..., Any]] = {
     "add": operator.add,
@@ -29,12 +31,9 @@ _OPERATIONS: Mapping[str, Callable[..., Any]] = {
     "not": operator.not_,
     "neg": operator.neg,
     "where": lambda condition, yes, no: yes if condition else no,
-    "sign": lambda value: float((value > 0) - (value < 0)),
-    "abs": abs,
-    **{
-        name: getattr(math, name)
-        for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "floor", "isfinite")
-    },
+    "floor": math.floor,
+    "isfinite": math.isfinite,
+    **{name: getattr(FloatNamespace, name) for name in FUNCTIONS if name not in ("where", "clip")},
 }
 """What is recorded, as it is on numbers."""
 
@@ -60,8 +59,8 @@ class Tape:
         """Nothing is recorded yet; values of parameters state the shapes of what is held."""
         self.parameters = parameters
         self.nodes: list[Node] = []
-        self.held: list[tuple[Callable[..., Any], tuple[Number, ...]]] = []
-        """Functions of parameters whose results are data, and their arguments."""
+        self.held: list[tuple[Callable[..., Any], tuple[str, ...]]] = []
+        """Functions of parameters whose results are data, and the names of these parameters."""
         self._known: dict[Any, Value] = {}
         self._slopes: dict[tuple[int, int], Number] = {}
 
@@ -90,23 +89,16 @@ class Tape:
 
     def hold(self, function: Callable[..., Any], *arguments: Value) -> Any:
         """What a function of parameters gives, as data: named tuples of numbers and arrays, of shapes that do not change."""
-        places = [one.place for one in arguments]
-        known = [
-            n
-            for n, (other, same) in enumerate(self.held)
-            if other is function and [one.place for one in same] == places
-        ]
-        if not known:
-            self.held.append((function, arguments))
-        return self._pieces(self.data(function, arguments), known[0] if known else len(self.held) - 1, [0])
+        every = tuple(self.parameters)
+        one = function, tuple(every[int(self.nodes[argument.place].arguments[0])] for argument in arguments)
+        if one not in self.held:
+            self.held.append(one)
+        place = self.held.index(one)
+        return self._pieces(self.data(self.parameters)[place], place, [0])
 
-    def data(
-        self, function: Callable[..., Any], arguments: Sequence[Value], values: Mapping[str, float] | None = None
-    ) -> Any:
-        """What a held function gives for values of the parameters, by default those of the tape."""
-        given = self.parameters if values is None else values
-        names = list(self.parameters)
-        return function(*(float(given[names[int(self.nodes[one.place].arguments[0])]]) for one in arguments))
+    def data(self, parameters: Mapping[str, float]) -> list[Any]:
+        """What the functions held give for values of the parameters."""
+        return [function(*(float(parameters[name]) for name in names)) for function, names in self.held]
 
     def _pieces(self, data: Any, place: int, start: list[int]) -> Any:
         if isinstance(data, tuple):

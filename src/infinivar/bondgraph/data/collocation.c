@@ -104,7 +104,6 @@ static int stepped(const piece *one, double time, double width, const double *x,
     int pivots[SIZE];
     inputs_at(one, time, u, du);
     motion(one->p, one->k, x, u, du, start);
-    slopes(one->p, one->k, x, u, du, j);
     for (int stage = 0; stage < STAGES; stage++) {
         for (int i = 0; i < STATES; i++) {
             z[stage * STATES + i] = width * nodes[stage] * start[i];
@@ -225,9 +224,11 @@ int advance(const double *p, const double *k, int count, const double *times, co
                 }
                 continue;
             }
-            const double more = found == whole ? 1.0 : error > 0.0 ? 0.9 * pow(error, -1.0 / 6.0) : 4.0;
-            const double next = taken * (more < 4.0 ? more : 4.0);
-            *width = last && next < *width ? *width : next; /* a step cut short by the end says nothing of longer ones */
+            if (found == two) {
+                const double more = error > 0.0 ? 0.9 * pow(error, -1.0 / 6.0) : 4.0;
+                const double next = taken * (more < 4.0 ? more : 4.0);
+                *width = last && next < *width ? *width : next; /* a step cut short by the end says nothing of longer ones */
+            }
             time = last ? one.end : time + taken;
             for (int i = 0; i < STATES; i++) {
                 now[i] = found[i];
