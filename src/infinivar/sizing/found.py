@@ -157,7 +157,8 @@ class CoboticSizing(FoundDesigns):
     Attributes
     ----------
     designs      The best found, in order: of each combination of parts the best values.
-    front        Of all feasible designs evaluated, those of which no other has both less mass and less power, by power.
+    front        Of all feasible designs evaluated, those of which no other has both less mass and less power, by power:
+                 those that are 3 % of their mass apart, and the lightest.
     wheels       Wheel designs looked at: bearings, a number of wheels and five values.
     rolled       Of those, evaluated over the motions.
     drives       Drives covered: wheel designs that roll, times all motors, gearheads, steering motors and ratios.

@@ -39,7 +39,8 @@ class Sizing(Result):
     study          Study with the requirement, the motions and the templates.
     objective      What is made small: energy, mass or both; designs are ordered by the first.
     designs        The best designs, in order.
-    front          With two objectives, every design of which no other has less of both, by power.
+    front          With two objectives, designs of which no other has less of both, by power: of each template those that are
+                   3 % of their mass apart, and the lightest.
     searches       What became of the candidates, by template.
     sets           Sets searched.
     best_of        The best design like each template, by template; without those that have none.
