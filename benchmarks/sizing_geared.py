@@ -115,9 +115,7 @@ def _loop(drive: ConventionalDrive, study: iv.Study, parts: Catalogue) -> float:
     RuntimeError
         If a demand or an energy differs from that of the search.
     """
-    made = candidates(
-        drive, parts.motors, parts.gearheads, parts.pairs, loss_model="coulomb", moving=True, weighed=False
-    )
+    made = candidates(drive, parts.motors, parts.gearheads, parts.pairs, loss_model="coulomb", moving=True, stated=())
     rows = np.random.default_rng(1).choice(made.usable, LOOPED, replace=False)
     (name, motion), *_ = study.duty.items()
     done = sample(made, rows, tasks_of(drive, study.duty, None, travel=None, samples=INSTANTS), drive.stage)

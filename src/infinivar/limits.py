@@ -80,6 +80,8 @@ class Limit(IntEnum):
     """The static load on a bearing of the cylinder exceeds its rating."""
     JOURNAL = 33
     """The shaft in the bearings of the cylinder is overstressed by bending and torsion."""
+    SHAFT = 34
+    """A pulley or pinion is thinner than the shaft in the bearings that carry its pull."""
     SPACE = 30
     """The drive is larger than its envelope."""
     MASS = 31
@@ -165,6 +167,7 @@ _WORDS = {
     Limit.CLEARANCE: "clearance of the axle bearings",
     Limit.SUPPORT: "static load of the cylinder bearings",
     Limit.JOURNAL: "journal strength of the cylinder",
+    Limit.SHAFT: "room for the shaft of the pulley",
     Limit.SPACE: "envelope",
     Limit.MASS: "mass limit",
 }

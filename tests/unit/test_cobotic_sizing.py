@@ -596,7 +596,7 @@ def test_the_front_has_both_ends_and_all_between():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"objective": "power"}, "objective must be energy, mass or front"),
+        ({"objective": "power"}, "objective must be energy, mass, space, price or front"),
         ({"slip_margin": 0.5}, "slip_margin must be >= 1"),
         ({"slip_margin": math.inf}, "slip_margin must be >= 1 and finite"),
         ({"ranges": {"radius": (1.0, 2.0)}}, "ranges has an unknown entry 'radius'"),

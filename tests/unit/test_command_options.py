@@ -92,7 +92,7 @@ def test_what_is_stated_is_read_in_si():
 @pytest.mark.parametrize(
     ("name", "said", "message"),
     [
-        ("objective", "power", "--it 'power' must be energy, mass, or both"),
+        ("objective", "power", "--it 'power' must be energy, mass, space or price"),
         ("radius", ("5 mm", "3 mm"), "--it '5 mm' '3 mm' must be a range above 0"),
         ("life", "2 N", "--it '2 N' "),
         ("tries", ["drives.a.screw.lead"], "must be PATH=VALUES"),

@@ -459,8 +459,8 @@ def test_wrong_arguments_are_refused(sizing):
     designs = {"one": sizing.best}
     with pytest.raises(iv.InputError, match="needs a motion"):
         judged_designs(replace(sizing.study, duty={}), designs)
-    with pytest.raises(iv.ParameterError, match="objective must be energy or mass"):
-        judged_designs(sizing.study, designs, objective="price")
+    with pytest.raises(iv.ParameterError, match="objective must be energy, mass, space or price"):
+        judged_designs(sizing.study, designs, objective="speed")
 
 
 def test_a_value_without_spread_is_constant(sizing):

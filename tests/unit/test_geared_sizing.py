@@ -72,7 +72,7 @@ def brake():
 
 def judged(template, tables, duty, requirement=None, loss_model="coulomb", samples=SAMPLES):
     motors, gearheads, pairs = tables
-    found = candidates(template, motors, gearheads, pairs, loss_model=loss_model, moving=bool(duty), weighed=False)
+    found = candidates(template, motors, gearheads, pairs, loss_model=loss_model, moving=bool(duty), stated=())
     return found, tasks_of(template, duty, requirement, travel=None, samples=samples)
 
 
@@ -292,6 +292,7 @@ def test_brute_force_over_radii_finds_nothing_better(name):
     assert pruned.best.stage.radius == pytest.approx(whole.best.stage.radius, rel=1e-3)
     assert pruned.evaluated.sum() < whole.evaluated.sum()
     found, tasks = judged(template, tables, duty, region, loss_model, samples=60)
+    found = replace(found, service=service_of(template, duty, region))  # which the pulley's shaft has to carry
     tasks = [region_points(task, template) if isinstance(task, RegionTask) else task for task in tasks]
     radii = np.geomspace(0.003, 0.03, 120)
     feasible, power = brute_force(found, tasks, radii)
@@ -302,7 +303,8 @@ def test_brute_force_over_radii_finds_nothing_better(name):
     low, high = pruned.radii[found.usable].T
     assert np.all((low[:, None] <= radii) & (radii <= high[:, None]) | ~feasible)
     rows = np.repeat(found.usable, len(radii))
-    whole_mass = found.whole(rows, replace(template.pulley, radius=np.tile(radii, len(found.usable))))
+    every = np.tile(radii, len(found.usable))[:, None]
+    whole_mass = found.measure("mass", rows, replace(template.pulley, radius=every))
     value = np.where(feasible, power if objective == "energy" else np.reshape(whole_mass, feasible.shape), np.inf)
     best = np.sort(value.min(axis=1))[: len(pruned.designs)]
     assert len(best) == min(5, able.sum())
@@ -526,8 +528,7 @@ def test_a_motion_out_of_reach_leaves_no_design():
     tables = part_tables(23)
     found = size_geared(PULLEY, *tables, duty={"shake": SHAKE}, travel=0.01, samples=60)
     assert found.best is None
-    (travel, *_) = found.counts
-    assert (travel.limit, travel.first) == (Limit.TRAVEL, found.candidates)
+    assert {one.limit: one.first for one in found.counts if one.first} == {Limit.TRAVEL: found.candidates}
     over = size_geared(
         PULLEY, *tables, duty={"shake": SHAKE}, travel=0.01, radius=(0.004, 0.02), samples=60, prune=False
     )
@@ -538,7 +539,7 @@ def test_a_motion_out_of_reach_leaves_no_design():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"objective": "price"}, "objective must be energy, mass or front"),
+        ({"objective": "speed"}, "objective must be energy, mass, space, price or front"),
         ({"duty": {}}, "duty is empty"),
         ({"duty": {}, "objective": "mass"}, "both missing"),
         ({"top": 0}, "top must be >= 1"),

@@ -49,9 +49,9 @@ def test_designs_are_those_of_the_search_and_name_their_parts(found, shelf):
         ]
         for name in ("power", "mass", "margin"):
             np.testing.assert_array_equal(*([getattr(one, name) for one in some] for some in (there, designs)))
-    part = next(one.parts["motor"] for one in found.designs if one.parts["motor"].key == "a")
-    assert part.where == "shelf:a, Made Up 10, data sheet 7, 2024-05"
-    assert part.name == "A"
+    part = next(one.parts["motor"] for one in found.designs if one.parts["motor"].key == "b")
+    assert part.where == "shelf:b, Made Up 11, data sheet 7, 2024-05"
+    assert part.name == "B"
     assert found.best.power == min(one.power for one in found.designs)
     record = found.searches["geared"]
     assert record.candidates == 7
@@ -218,7 +218,7 @@ def test_the_nearest_miss_is_nearest_of_all():
     best = 0.0
     for radius in np.geomspace(*RADII, 40):
         stage = replace(template.pulley, radius=float(radius))
-        found = candidates(template, motors, gearheads, pairs, loss_model="coulomb", moving=False, weighed=False)
+        found = candidates(template, motors, gearheads, pairs, loss_model="coulomb", moving=False, stated=())
         best = max(best, *(margin(found.drive(int(row), stage), speed, force) for row in found.usable))
     assert nearest.margin < 1.0
     assert best <= nearest.margin * 1.001
@@ -239,10 +239,8 @@ def test_travel_does_not_decide_which_miss_is_nearest(shelf):
 
 def test_a_radius_at_the_end_of_its_range_is_said(found, shelf):
     assert not any("end of the range" in one for one in found.cautions)
-    narrow = iv.size(
-        WALKING, sets=shelf, radius=(0.003, 0.9 * found.best.free["pulley.radius"].value), objective="energy", top=1
-    )
-    assert narrow.cautions[0].startswith("pulley radius of the best design is at an end of the range searched")
+    narrow = iv.size(WALKING, sets=shelf, radius=(0.0062, 0.05), objective="energy", top=1)
+    assert any(one.startswith("pulley radius of the best design is at an end of the range") for one in narrow.cautions)
 
 
 def test_progress_is_of_both_searches(found, said):
@@ -256,8 +254,11 @@ def test_progress_is_of_both_searches(found, said):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"objective": "speed"}, "objective must be energy, mass or both, got speed"),
-        ({"objective": ()}, "objective must be energy, mass or both, got none"),
+        (
+            {"objective": "speed"},
+            "objective must be energy, mass, space or price, or energy and mass together, got speed",
+        ),
+        ({"objective": ()}, "objective must be energy, mass, space or price, or energy and mass together, got none"),
         ({"drive": ()}, "drive must name at least one drive"),
         ({"drive": "cobotic", "radius": (0.01, 0.02)}, "no geared drive is searched"),
         ({"drive": "geared", "steering_ratios": (8.0,)}, "no cobotic drive is searched"),
@@ -310,12 +311,12 @@ def test_a_result_is_frozen_and_shows_itself(found, tmp_path):
 def test_contradictions_of_the_designs_and_sets_that_cannot_be_read_are_noted(tmp_path, monkeypatch):
     """A winner by figures that contradict each other says so; a bad file does not keep the other sets from being searched."""
     path = tmp_path / "odd.toml"
-    path.write_text(SHELF.replace("[motors.a]", '[motors.a]\nstated_no_load_speed = "500 rpm"'), "utf-8")
+    path.write_text(SHELF.replace("[motors.b]", '[motors.b]\nstated_no_load_speed = "500 rpm"'), "utf-8")
     found = iv.size(WALKING, objective="mass", sets=path, radius=RADII, top=1)
-    assert found.best.parts["motor"].key == "a"
+    assert found.best.parts["motor"].key == "b"
     said = [line for line in found.cautions if "contradicts itself" in line]
     assert len(said) == 1
-    assert said[0].startswith("the data sheet contradicts itself: odd, motor a: no-load speed 500 rpm is stated, but")
+    assert said[0].startswith("the data sheet contradicts itself: odd, motor b: no-load speed 500 rpm is stated, but")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("INFINIVAR_PARTS", str(tmp_path / "home"))
     (tmp_path / "home").mkdir()

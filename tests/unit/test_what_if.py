@@ -46,6 +46,8 @@ def sized(name, mass=0.3, drive=None):
         free={},
         drive=drive,
         mass=mass,
+        volume=math.nan,
+        price=None,
         power=cycle.power_in,
         demands={("walking", *key): demand for key, demand in cycle.demands.items()},
         unchecked=(),

@@ -43,6 +43,11 @@ class Space(NamedTuple):
     height: Array
 
     @property
+    def volume(self) -> Array:
+        """Of the box. [m^3]"""
+        return self.length * self.width * self.height
+
+    @property
     def diameter(self) -> Array:
         """Of the tube along x that holds the box. [m]"""
         xp = namespace(self.width, self.height)

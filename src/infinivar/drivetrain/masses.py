@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +13,7 @@ from infinivar.drivetrain.building.cobotic import CoboticBuilding
 from infinivar.drivetrain.building.geared import GearedBuilding
 from infinivar.drivetrain.service import NO_SERVICE, Service
 from infinivar.errors import ParameterError
+from infinivar.limits import Demand
 
 
 def cobotic_bodies(drive: Any, service: Service) -> tuple[Body, ...]:
@@ -30,6 +32,11 @@ def cobotic_bodies(drive: Any, service: Service) -> tuple[Body, ...]:
 def geared_bodies(drive: Any, service: Service) -> tuple[Body, ...]:
     """Bodies of a conventional drive; see `cobotic_bodies`."""
     return tuple(GearedBuilding(drive, service))
+
+
+def shaft_demand(drive: Any, service: Service) -> Mapping[Demand, Array]:
+    """Demand over allowance of the room for the shaft of a pulley or pinion; empty of other drives. [-]"""
+    return GearedBuilding(drive, service).shaft if hasattr(drive, "stage") else {}
 
 
 def link_mass(drive: Any) -> Array | None:

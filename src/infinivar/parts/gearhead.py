@@ -129,6 +129,7 @@ class Gearhead:
     mass: float | None = quantity("kg", Gt(0), "Mass", default=None)
     diameter: float | None = quantity("m", Gt(0), "Outer diameter", default=None)
     length: float | None = quantity("m", Gt(0), "Length without shafts", default=None)
+    price: float | None = quantity("1", Ge(0), "Price, in one currency for all parts", default=None)
 
     def __post_init__(self) -> None:
         """Validate the fields."""

@@ -25,6 +25,7 @@ SCALED = {
     "inductance": -1,
     "rotor_inertia": 1,
     "mass": 1,
+    "price": 1,
     "length": 1,
     "winding_to_housing": -1,
     "housing_to_ambient": -1,
@@ -100,6 +101,7 @@ class Motor:
     mass: float | None = quantity("kg", Gt(0), "Mass", default=None)
     diameter: float | None = quantity("m", Gt(0), "Outer diameter", default=None)
     length: float | None = quantity("m", Gt(0), "Length without the shaft", default=None)
+    price: float | None = quantity("1", Ge(0), "Price, in one currency for all parts", default=None)
     winding_to_housing: float | None = quantity("K/W", Gt(0), "Thermal resistance winding to housing", default=None)
     housing_to_ambient: float | None = quantity("K/W", Gt(0), "Thermal resistance housing to ambient", default=None)
     winding_time_constant: float | None = quantity("s", Gt(0), "Thermal time constant of the winding", default=None)

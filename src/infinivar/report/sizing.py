@@ -42,6 +42,7 @@ from infinivar.sizing.design import (
     shown,
 )
 from infinivar.sizing.margins import TaskDemand
+from infinivar.sizing.measures import Measure
 from infinivar.sizing.pool import ChosenPart
 from infinivar.sizing.records import SearchRecord, TriedValue, WheelRecord, limit_lines
 from infinivar.sizing.result import Sizing
@@ -235,9 +236,9 @@ def _answer(sizing: Sizing) -> Iterator[str]:
     if sizing.hangs_on is not None and sizing.hangs_on.prefix:
         yield sizing.hangs_on.prefix.strip()
     like = [sizing.best.template] if len(sizing.searches) > 1 else []
-    yield f"{capitalise(sizing.least)}: {', '.join([*like, *sizing.best.results])}"
+    yield f"{capitalise(sizing.least)}: {', '.join([*like, *sizing.measured(sizing.best), *sizing.best.results])}"
     yield ""
-    facts = {name: _facts(design) for name, design in sizing.best_of.items()}
+    facts = {name: _facts(design, sizing.measure) for name, design in sizing.best_of.items()}
     if len(sizing.searches) > 1:
         facts = {name: {**said, "study file": best_file(name)} for name, said in facts.items()}
     words = dict.fromkeys(word for said in facts.values() for word in said)
@@ -249,13 +250,15 @@ def _answer(sizing: Sizing) -> Iterator[str]:
             yield f"{name}: no feasible design{miss}"
 
 
-def _facts(design: SizedDrive) -> dict[str, str]:
+def _facts(design: SizedDrive, measure: Measure | None) -> dict[str, str]:
     """What a design needs, weighs and keeps, its parts and its values, by their names."""
     figures = zip(("mean power", "whole mass"), _figures(design), strict=False)
     motors = {"motors and gearheads": show(design.motor_mass, "kg", 3)} if math.isfinite(design.motor_mass) else {}
     limit = {} if design.tightest is None else {"tightest limit": limit_words(design.tightest)}
     parts = {role_words(role): part.title for role, part in design.parts.items()}
+    measured = {} if measure is None else {measure.words: measure.shown(measure.of(design))}
     return {
+        **measured,
         **dict(figures),
         **motors,
         **limit,
@@ -274,10 +277,13 @@ def _figures(design: SizedDrive) -> tuple[str, str, str]:
 def _listed(sizing: Sizing, group: str, title: str, designs: tuple[SizedDrive, ...]) -> Iterator[str]:
     """Lines of a table with a row for each of the first designs."""
     several = len(sizing.searches) > 1
-    table = [(title, *(["drive"] if several else []), "power", "mass", "margin", "parts")]
+    measure = sizing.measure
+    aim = [] if measure is None else [sizing.objective[0]]
+    table = [(title, *(["drive"] if several else []), *aim, "power", "mass", "margin", "parts")]
     for place, design in enumerate(designs[:LISTED], 1):
         like = [design.template] if several else []
-        table.append((file_of(group, place).removesuffix(".toml"), *like, *_figures(design), design.title))
+        own = [] if measure is None else [measure.shown(measure.of(design))]
+        table.append((file_of(group, place).removesuffix(".toml"), *like, *own, *_figures(design), design.title))
     yield from aligned(table, whole=range(1, len(table[0]) - 1))
     if len(designs) > LISTED:
         yield f"... and {len(designs) - LISTED} more in the report"

@@ -123,6 +123,8 @@ class SizedDrive(Frozen):
     drive          Ready for `duty_cycle`, `steady_map` and `simulate`.
     mass           Of the whole drive; nan if a body's is not known. [kg]
     power          Mean power from the supply over all motions; nan without a motion. [W]
+    volume         Of the box around it; nan where no body is placed. [m^3]
+    price          Of motors and gearhead, in the currency in which they state it; None if one does not.
     demands        Demand over allowance, by motion or "requirement", limit and part. [-]
     unchecked      Limits that the data sheets do not state.
     """
@@ -133,6 +135,8 @@ class SizedDrive(Frozen):
     drive: Drive
     mass: float = reported("kg")
     power: float = reported("W")
+    volume: float = reported("m^3")
+    price: float | None = reported("1", optional=True)
     demands: Mapping[TaskDemand, float] = reported(convert=DEMAND_ROWS)
     unchecked: tuple[Demand, ...] = reported(convert=_limits)
 
@@ -186,6 +190,8 @@ def limit_words(key: TaskDemand) -> str:
     task, limit, part = key
     if limit in (Limit.SPACE, Limit.MASS):
         return f"{part} of the envelope"
+    if limit == Limit.SHAFT:
+        return limit.words
     return f"{demand_words(limit, part)}, {task}"
 
 

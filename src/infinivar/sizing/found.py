@@ -28,6 +28,8 @@ class FoundDesign:
     drive       As a study would have it; `duty_cycle` and `compare` give the same values.
     mass        Of the whole drive; nan if a body's is not known. [kg]
     power       Mean power from the supply over all motions; nan without a motion. [W]
+    volume      Of the box around it; nan where no body is placed. [m^3]
+    price       Of motors and gearhead, in the currency of their set; nan if one is not stated.
     demands     Demand over allowance by task, limit and part. [-]
     unchecked   Limits that the data sheets do not state.
     """
@@ -38,6 +40,8 @@ class FoundDesign:
     drive: ConventionalDrive | CoboticDrive
     mass: float
     power: float
+    volume: float
+    price: float
     demands: Mapping[TaskDemand, float]
     unchecked: tuple[Demand, ...]
 
@@ -101,7 +105,7 @@ class FoundDesigns:
 
     Attributes
     ----------
-    objective    energy, mass or front.
+    objective    energy, mass, space, price or front.
     candidates   Combinations of parts and, of geared drives, output stages; also those without the values that a law needs.
     excluded     Candidates or parts without the values that a law needs, and parts that no design can use, by reason.
     designs      The best, in order.
@@ -164,7 +168,7 @@ class CoboticSizing(FoundDesigns):
     drives       Drives covered: wheel designs that roll, times all motors, gearheads, steering motors and ratios.
     sampled      Motors evaluated at every instant behind a wheel; the others are excluded by bounds.
     blocked      Wheel designs that are infeasible whichever motors drive them, by the tightest limit.
-    history      Value of the objective of the best design after each generation, inf before the first. (n,) [W] or [kg]
+    history      Value of the objective of the best design after each generation, inf before the first. (n,)
     cloud        Mass and least power of each combination of parts that was the best behind a feasible wheel design. (n, 2)
         [kg], [W]
     nearest      If no design is feasible, the one found that is nearest: by the tightest limit of its motors, or of its wheel.

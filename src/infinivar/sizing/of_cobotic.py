@@ -176,6 +176,8 @@ def _design(request: StudyRequest, lists: Mapping[str, Bearings], found: Cobotic
         drive=_held(found.drive),
         mass=found.mass,
         power=found.power,
+        volume=found.volume,
+        price=None if math.isnan(found.price) else found.price,
         demands=found.checked,
         unchecked=found.unchecked,
     )

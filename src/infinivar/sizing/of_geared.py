@@ -130,6 +130,8 @@ def drive_of(request: StudyRequest, found: Design) -> SizedDrive:
         drive=found.drive,
         mass=found.mass,
         power=found.power,
+        volume=found.volume,
+        price=None if math.isnan(found.price) else found.price,
         demands=found.checked,
         unchecked=found.unchecked,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, get_args
 
 from infinivar.errors import InputError, nearest
 from infinivar.options import Options, amount, numbers, option, span
@@ -16,15 +16,23 @@ GENERATIONS = 40
 SLIP_MARGIN = 1.1
 """Slip force over lateral force: a wheel that slips in a transient no longer steers."""
 
-Aim = Literal["energy", "mass"]
+Aim = Literal["energy", "mass", "space", "price"]
 
-AIMS = ("energy", "mass")
+BOTH = ("energy", "mass")
+"""Objectives that may be given together."""
+
+OBJECTIVES = "energy, mass, space or price, or energy and mass together"
+
+
+def fine_aims(aims: Sequence[str]) -> bool:
+    """Whether these are objectives that a search can have."""
+    return (len(aims) == 1 and aims[0] in get_args(Aim)) or (len(aims) == 2 and {*aims} == {*BOTH})
 
 
 def _objective(name: str, said: str) -> tuple[str, ...]:
     aims = tuple(part.strip() for part in said.split(","))
-    if len({*aims}) < len(aims) or not {*aims} <= {*AIMS}:
-        raise InputError(f"{name} {said!r} must be energy, mass, or both, such as energy,mass")
+    if not fine_aims(aims):
+        raise InputError(f"{name} {said!r} must be {OBJECTIVES}, such as energy,mass")
     return aims
 
 
@@ -94,7 +102,8 @@ class SizeOptions(Options):
     command: ClassVar[str] = "size"
 
     objective: Aim | Sequence[Aim] | None = option(
-        "energy, mass, or both separated by a comma: designs are ordered by the first, and two give their front as well.",
+        "energy, mass, space or price; or energy and mass, separated by a comma: designs are ordered by the first, and both give "
+        "their front as well. Prices are those that parts state.",
         read=_objective,
         usual="energy,mass; mass for a study without motions",
     )

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
@@ -18,7 +18,9 @@ from infinivar.parts.stage import OutputStage
 from infinivar.sizing.cobotic.space import FREE
 from infinivar.sizing.cobotic.wheels import check_template
 from infinivar.sizing.design import SizedDrive
-from infinivar.sizing.options import AIMS, GENERATIONS, SLIP_MARGIN, Aim, SizeOptions
+from infinivar.sizing.found import FoundDesign
+from infinivar.sizing.measures import MEASURES
+from infinivar.sizing.options import BOTH, GENERATIONS, OBJECTIVES, SLIP_MARGIN, Aim, SizeOptions, fine_aims
 from infinivar.sizing.pool import PartPool, pool_of
 from infinivar.sizing.records import SearchRecord, WheelRecord
 from infinivar.sizing.tries import Try, tries_of
@@ -37,20 +39,6 @@ _KINDS: Mapping[str, type[Drive]] = {"geared": ConventionalDrive, "cobotic": Cob
 """Architectures that are searched."""
 
 
-class Weighed(Protocol):
-    """A design that was found, of tables or of a study."""
-
-    @property
-    def mass(self) -> float:
-        """Of the whole drive. [kg]"""
-        ...
-
-    @property
-    def power(self) -> float:
-        """Mean power from the supply. [W]"""
-        ...
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StudyRequest:
     """What a search for a study has to find, and among what; made by `request_of`.
@@ -61,7 +49,7 @@ class StudyRequest:
     templates         Names of the drives of the study whose other parts all candidates have.
     notes             Why the study's only drive of an architecture is no template.
     parts             Motors, gearheads and pairs.
-    aims              Objectives; designs are ordered by the first, and two ask for a front.
+    aims              Objectives, of `MEASURES`; designs are ordered by the first, and two ask for a front.
     top               Number of designs to return, besides those of the front.
     radius            Range of the pulley of geared drives; None for that around the template's. [m]
     stages            Output stages of geared drives to try with every pair instead.
@@ -98,14 +86,9 @@ class StudyRequest:
         """Objectives of the searches over geared drives: the first, and the front of two."""
         return [self.aims[0], *(["front"] if len(self.aims) > 1 else [])]
 
-    @property
-    def by_mass(self) -> bool:
-        """Whether designs are ordered by their mass."""
-        return self.aims[0] == "mass"
-
-    def value(self, design: Weighed) -> float:
-        """What the first objective makes small. [kg] or [W]"""
-        return design.mass if self.by_mass else design.power
+    def value(self, design: SizedDrive | FoundDesign) -> float:
+        """What the first objective makes small."""
+        return MEASURES[self.aims[0]].of(design)
 
     @property
     def name(self) -> str:
@@ -204,10 +187,10 @@ def _first(study: Study, names: Sequence[str], notes: Sequence[str], kind: str) 
 def _aims(study: Study, objective: Aim | Iterable[Aim] | None) -> tuple[str, ...]:
     """Objectives of a search for a study, those by default if none is given."""
     if objective is None:
-        return AIMS if study.duty else ("mass",)
+        return BOTH if study.duty else ("mass",)
     aims = (objective,) if isinstance(objective, str) else tuple(objective)
-    if not aims or len({*aims}) < len(aims) or any(aim not in AIMS for aim in aims):
-        raise ParameterError(f"objective must be energy, mass or both, got {', '.join(map(str, aims)) or 'none'}")
+    if not fine_aims(aims):
+        raise ParameterError(f"objective must be {OBJECTIVES}, got {', '.join(map(str, aims)) or 'none'}")
     if "energy" in aims and not study.duty:
         raise InputError(
             "objective = energy needs a motion: add a table [duty.NAME] to the study, or use the objective mass"

@@ -16,7 +16,8 @@ from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.carrying import Carried, carried_lines
 from infinivar.sizing.design import SizedDrive, at_end, demand_words, exceeded_words, path_words
 from infinivar.sizing.margins import nearest_among
-from infinivar.sizing.options import SizeOptions
+from infinivar.sizing.measures import MEASURES, Measure
+from infinivar.sizing.options import BOTH, SizeOptions
 from infinivar.sizing.pool import SearchedSet
 from infinivar.sizing.records import SearchRecord, WheelRecord
 from infinivar.sizing.studies import study_of
@@ -37,7 +38,7 @@ class Sizing(Result):
     Attributes
     ----------
     study          Study with the requirement, the motions and the templates.
-    objective      What is made small: energy, mass or both; designs are ordered by the first.
+    objective      What is made small: energy, mass, space, price, or energy and mass; designs are ordered by the first.
     designs        The best designs, in order.
     front          With two objectives, designs of which no other has less of both, by power: of each template those that are
                    3 % of their mass apart, and the lightest.
@@ -101,8 +102,18 @@ class Sizing(Result):
         return f"{design.template}: {design.title}" if len(self.searches) > 1 else design.title
 
     def words_of(self, design: SizedDrive) -> str:
-        """Verdict on a design; with its template, where there are several."""
-        return f"{design.template}: {design.verdict}" if len(self.searches) > 1 else design.verdict
+        """Verdict on a design; with its template, where there are several, and with what the objective asks for the least of."""
+        like = [design.template] if len(self.searches) > 1 else []
+        return ": ".join([*like, *self.measured(design), design.verdict])
+
+    @property
+    def measure(self) -> Measure | None:
+        """What the objective asks for the least of; None of power and mass, which every design states."""
+        return None if self.objective[0] in BOTH else MEASURES[self.objective[0]]
+
+    def measured(self, design: SizedDrive) -> list[str]:
+        """That of a design, in words; empty where there is none."""
+        return [] if self.measure is None else [self.measure.said(design)]
 
     @property
     def searched(self) -> str:
@@ -157,6 +168,10 @@ class Sizing(Result):
         if self.best is not None and self.best.unchecked:
             named = ", ".join(demand_words(*demand) for demand in self.best.unchecked)
             said.append(f"not checked for the best design, as its data sheets state no value: {named}")
+        if "price" in self.objective:
+            said.append("prices are those of motors and gearheads; the structure has none")
+        if "space" in self.objective:
+            said.append("the motors of a cobotic drive are the lightest behind its wheel; others may need less space")
         if self.best is not None and not self.study.duty:
             said.append(
                 "without a motion every point of the requirement counts as continuous; energy and heat are open"

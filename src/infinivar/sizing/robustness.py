@@ -19,6 +19,7 @@ from infinivar.sizing.design import SizedDrive
 from infinivar.sizing.geared.sampled import Laws
 from infinivar.sizing.geared.tasks import MotionTask, Task, tasks_of
 from infinivar.sizing.margins import TaskDemand
+from infinivar.sizing.measures import MEASURES
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.tables import equal_shares
 from infinivar.study.study import Study
@@ -114,9 +115,9 @@ def judged_designs(
     ----------
     designs : mapping   Compared with one another; the first is the winner.
     front : mapping     More designs to judge.
-    objective : str     energy or mass: what makes one of the feasible designs the best.
+    objective : str     energy, mass, space or price: what makes one of the feasible designs the best.
     """
-    require(objective in ("energy", "mass"), "objective", repr(objective), "energy or mass")
+    require(objective in MEASURES, "objective", repr(objective), "energy, mass, space or price")
     check_builds(builds)
     if objective == "energy" and not study.duty:
         raise InputError('objective = "energy" needs a motion in the study')
@@ -228,10 +229,13 @@ def _joined(parts: Sequence[Mapping[TaskDemand, np.ndarray]]) -> dict[TaskDemand
 
 def _winners(designs: Sequence[SizedDrive], found: Sequence[BuildResults], objective: str) -> np.ndarray:
     """Place of the best feasible design in each build, the earlier of two that are equal; -1 where none is feasible. (n,)"""
+    measure = MEASURES[objective]
     rank = np.stack(
         [
             np.where(
-                one.feasible, one.power if objective == "energy" else np.nan_to_num(design.mass, nan=_UNKNOWN), np.inf
+                one.feasible,
+                one.power if objective == "energy" else np.nan_to_num(measure.of(design), nan=_UNKNOWN),
+                np.inf,
             )
             for design, one in zip(designs, found, strict=True)
         ]

@@ -29,6 +29,7 @@ from infinivar.parts.structure.structure import Structure
 from infinivar.sizing.carrying import best_carried
 from infinivar.sizing.design import SizedDrive
 from infinivar.sizing.geared.tally import SPARE
+from infinivar.sizing.measures import MEASURES, price_of
 from infinivar.sizing.of_cobotic import cobotic
 from infinivar.sizing.of_geared import geared
 from infinivar.sizing.options import Aim, SizeOptions
@@ -79,8 +80,9 @@ def size(
     Parameters
     ----------
     study : Study
-    objective : str or sequence   "energy", "mass" or both; designs are ordered by the first, and two give the front of both as
-        well. Both by default, energy first; mass for a study without motions.
+    objective : str or sequence   "energy", "mass", "space" (the box around the drive), "price" (of motors and gearheads, where
+        all state one); or energy and mass: designs are ordered by the first, and both give their front as well. Both by
+        default, energy first; mass for a study without motions.
     top : int                     Number of designs to return, besides those of the front.
     sets : name, path or several  Sets of parts; by default all that can be had: shipped, in a folder parts beside the study or in
         the working directory, yours, and those of installed packages.
@@ -242,30 +244,33 @@ def with_hanging(sizing: Sizing) -> Sizing:
 def hanging_designs(sizing: Sizing) -> Hanging:
     """What the verdict hangs on: the best design like each template, as found, without another search.
 
-    By energy, each is judged by its power alone: another search would find a design within all limits. By mass, by whether it
-    is still feasible.
+    By energy, each is judged by its power alone: another search would find a design within all limits. By mass, space or price,
+    by whether it is still feasible.
     """
     study = _designs(sizing)
-    by_mass = sizing.objective[0] == "mass"
+    aim, measure = sizing.objective[0], MEASURES[sizing.objective[0]]
+    by_power = aim == "energy"
     shares = equal_shares(study.duty)
-    services = {name: study.service(one.drive) for name, one in sizing.best_of.items()} if by_mass else {}
+    services = {name: study.service(one.drive) for name, one in sizing.best_of.items()} if not by_power else {}
 
     def judge(name: str, drive: Any, variant: Variant) -> Judged:
         cycles = {task: energy_and_feasibility(drive, duty, study.travel, SPARE) for task, duty in study.duty.items()}
-        if not by_mass:
+        if by_power:
             power = sum(shares[task] * energy / study.duty[task].period for task, (energy, _) in cycles.items())
             return Judged(math.isfinite(power), (power,))
         able = all(feasible for _, feasible in cycles.values())
         if able and variant.scope == "all" and study.requirement is not None:
             able = covers(drive, study.requirement, SPARE)
-        return Judged(able, (float(total(drive.bodies(services[name]))),))
+        if aim == "price":
+            return Judged(able, (price_of(drive),))
+        space = drive.layout(services[name]).space
+        return Judged(able, (float(space.volume if aim == "space" else total(drive.bodies(services[name]))),))
 
-    used = {name: Judged(True, (one.mass if by_mass else one.power,)) for name, one in sizing.best_of.items()}
+    used = {name: Judged(True, (measure.of(one),)) for name, one in sizing.best_of.items()}
     requested = [one for one in variants(study) if study.duty or one.scope == "all"]
-    answers = [*requested, *(_structures(sizing, study) if by_mass else best_speeds(study))]
-    figure, unit = ("mass, where feasible", "kg") if by_mass else ("mean power of the best designs", "W")
-    figure += ", without another search"
-    return hang(answers, judge, used, study.titles, figure, unit)
+    answers = [*requested, *(best_speeds(study) if by_power else _structures(sizing, study))]
+    figure = f"{measure.words} of the best designs" if by_power else f"{measure.name}, where feasible"
+    return hang(answers, judge, used, study.titles, f"{figure}, without another search", measure.unit)
 
 
 def _structures(sizing: Sizing, study: Study) -> Iterator[Variant]:

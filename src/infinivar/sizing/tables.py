@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
@@ -17,7 +17,10 @@ from infinivar.parts.gearhead import LossModel
 from infinivar.parts.stage import OutputStage
 from infinivar.study.requirement import Requirement
 
-Objective = Literal["energy", "mass", "front"]
+Objective = Literal["energy", "mass", "space", "price", "front"]
+
+MOVING = ("energy", "front")
+"""Objectives that need a motion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,7 +34,7 @@ class Request:
     pairs         Row of the motor and of the gearhead of each pair. (n, 2) int
     duty          Motions by name; may be empty.
     requirement   Required region.
-    objective     energy, mass or front.
+    objective     energy, mass, space, price, or front, which is that of energy and mass.
     travel        End-to-end travel of the load. [m]
     loss_model    Of all gearheads; None for that of the template's.
     samples       Instants of a motion; None for as many as `duty_cycle` has by default.
@@ -56,8 +59,8 @@ class Request:
 
     def __post_init__(self) -> None:
         """Check the options that need no table."""
-        known = self.objective in ("energy", "mass", "front")
-        require(known, "objective", repr(self.objective), "energy, mass or front")
+        known = self.objective in get_args(Objective)
+        require(known, "objective", repr(self.objective), "energy, mass, space, price or front")
         require(isinstance(self.top, int) and self.top >= 1, "top", self.top, ">= 1")
 
     @property
@@ -67,8 +70,13 @@ class Request:
 
     @property
     def weighed(self) -> bool:
-        """Whether masses must be stated."""
-        return self.objective != "energy" or self.envelope is not None
+        """Whether masses must be known."""
+        return self.objective not in ("energy", "price") or self.envelope is not None
+
+    @property
+    def stated(self) -> tuple[str, ...]:
+        """What every part must state."""
+        return (*["mass"] * self.weighed, *["price"] * (self.objective == "price"))
 
     @property
     def gear_law(self) -> LossModel:
@@ -82,7 +90,7 @@ class Request:
 
     def check_motions(self) -> None:
         """Raise ParameterError if the objective needs a motion and there is none."""
-        if self.objective != "mass" and not self.duty:
+        if self.objective in MOVING and not self.duty:
             raise ParameterError(
                 "duty is empty: the energy needs a motion; with a required region only, use objective = 'mass'"
             )

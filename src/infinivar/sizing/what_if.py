@@ -21,14 +21,17 @@ from infinivar._core.result import Frozen, result
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import operated
+from infinivar.drivetrain.masses import shaft_demand
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.parts.amplifier import Amplifier
 from infinivar.sizing.design import DEMAND_ROWS, SizedDrive, beyond_words
-from infinivar.sizing.geared.candidates import ENVELOPE
+from infinivar.sizing.geared.candidates import ENVELOPE, STRUCTURE
 from infinivar.sizing.geared.tasks import REQUIREMENT, RegionTask, judging_points
 from infinivar.sizing.levers import Lever, allowances, levers, weighed
 from infinivar.sizing.margins import TaskDemand
+from infinivar.sizing.measures import MEASURES
+from infinivar.sizing.options import BOTH
 from infinivar.sizing.tables import equal_shares
 from infinivar.study.study import Study
 from infinivar.units import plain, show
@@ -233,8 +236,10 @@ class Judge:
         if isinstance(drive, CoboticDrive):
             static = drive.transmission.utilisation
             demands |= {("contact", limit, "wheel"): float(np.max(one)) for limit, one in static.items()}
+        service = self._study.service(drive)
+        demands |= {(STRUCTURE, *key): float(demand) for key, demand in shaft_demand(drive, service).items()}
         if self._study.envelope is not None:
-            own = self._study.envelope.of(drive, self._study.service(drive))
+            own = self._study.envelope.of(drive, service)
             demands |= {(ENVELOPE, *key): float(demand) for key, demand in own.items()}
         return Judgement(
             power,
@@ -263,14 +268,14 @@ def what_if(
 
     Parameters
     ----------
-    aim : str             energy or mass.
+    aim : str             What the search made small; of energy and mass, what would have to change to win as well.
     best_of, nearest      Best designs, and nearest misses of templates without one.
     slip_margin : float   Slip force over lateral force that is wanted. [-]
     """
     judge = Judge(study, slip_margin)
-    needs = (lambda one: one.mass) if aim == "mass" else (lambda one: one.power)
+    needs = MEASURES[aim].of
     found: dict[str, WhatIf] = {}
-    if len(best_of) > 1:
+    if len(best_of) > 1 and aim in BOTH:
         winner = min(best_of.values(), key=needs)
         for name, design in best_of.items():
             if design is not winner:

@@ -18,6 +18,7 @@ from infinivar.sizing.cobotic.designs import design_of
 from infinivar.sizing.cobotic.search import Searched, best_cobotic, excluded_of, searched_of, unchecked_of
 from infinivar.sizing.cobotic.space import FREE
 from infinivar.sizing.found import CoboticDesign, CoboticSizing
+from infinivar.sizing.measures import MEASURES
 from infinivar.sizing.of_cobotic import found_of, request_on_tables
 from infinivar.sizing.options import GENERATIONS, Aim
 from infinivar.sizing.request import StudyRequest, request_of
@@ -102,7 +103,7 @@ class CoboticStudySweep(Problem):
             "motions": fingerprint(self.request.duty),
             "options": fingerprint(dict(sorted(others.items()))),
             "top": self.request.top,
-            "designs ordered by": "mass" if self._by_mass else "power",
+            "designs ordered by": self.study_request.aims[0],
         }
 
     def run(self, number: int) -> Chunk:
@@ -118,14 +119,14 @@ class CoboticStudySweep(Problem):
         if not chunk.rows or not (chunk.rows[LIST] == TOP).any():
             return None
         value = float(chunk.rows["value"][chunk.rows[LIST] == TOP].min())
-        return value, f"best: {value:.3g} {'kg' if self._by_mass else 'W'}"
+        return value, f"best: {MEASURES[self.study_request.aims[0]].shown(value)}"
 
     def verdict(self, sweep: Sweep) -> str:
         """One line on the outcome of the starts that are done."""
         best, starts = sweep.list(TOP), counted(sweep.done, "starts")
         if not len(best.get(LIST, ())):
             return f"none of {sweep.counts.get('wheels', 0):,} wheel designs from {starts} is feasible"
-        return f"least {'mass' if self._by_mass else 'energy'} from {starts}: {design_words(row_of(best, 0))}"
+        return f"least {self.study_request.aims[0]} from {starts}: {design_words(row_of(best, 0))}"
 
     def result(self, sweep: Sweep) -> CoboticDesigns:
         """The designs kept as drives; nothing is computed again.
@@ -186,13 +187,11 @@ class CoboticStudySweep(Problem):
                 envelope=self.study_request.study.envelope if chosen else None,
             )
 
-    @property
-    def _by_mass(self) -> bool:
-        return self.study_request.by_mass
-
     def _row(self, name: str, one: CoboticDesign, seed: int) -> dict[str, Any]:
         parts = {part: getattr(one, part) for part in _PARTS}
-        return design_row(name, one, self._by_mass, {"seed": seed, **parts, **self._names(one), **one.values})
+        return design_row(
+            name, one, self.study_request.value(one), {"seed": seed, **parts, **self._names(one), **one.values}
+        )
 
     def _names(self, one: CoboticDesign) -> dict[str, str]:
         """Names of the parts, where the tables have names; "" for one that is not chosen."""

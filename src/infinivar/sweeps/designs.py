@@ -39,11 +39,14 @@ def demands_of(row: Mapping[str, Any]) -> dict[TaskDemand, float]:
     return {key_of(name): value for name, value in found.items() if not math.isnan(value)}
 
 
-def design_row(name: str, one: FoundDesign, by_mass: bool, own: Mapping[str, Any]) -> dict[str, Any]:
-    """A design as a row of a list; `own` has the columns of its architecture. A limit that does not load it has no column."""
+def design_row(name: str, one: FoundDesign, value: float, own: Mapping[str, Any]) -> dict[str, Any]:
+    """A design as a row of a list, with its value of the objective; `own` has the columns of its architecture.
+
+    A limit that does not load it has no column.
+    """
     return {
         LIST: name,
-        "value": one.mass if by_mass else one.power,
+        "value": value,
         **own,
         "mass_kg": one.mass,
         "power_W": one.power,

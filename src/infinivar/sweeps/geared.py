@@ -166,7 +166,7 @@ class GearedSweep(Problem):
             "least_radius_m": one.radii[0],
             "largest_radius_m": one.radii[1],
         }
-        return design_row(name, one, self.request.by_mass, own)
+        return design_row(name, one, self.request.value(one), own)
 
     def _design(self, found: Candidates, row: Mapping[str, Any]) -> Design:
         request = self.request

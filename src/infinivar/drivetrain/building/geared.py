@@ -11,6 +11,7 @@ from infinivar._core.array_namespace import Array, as_floats, namespace
 from infinivar._core.fields import given
 from infinivar.drivetrain.body import Body
 from infinivar.drivetrain.building.base import UNKNOWN, Building, Frame, Load, held_by, load_on, mm
+from infinivar.limits import Demand, Limit
 from infinivar.parts import catalogue
 from infinivar.parts.structure import beams
 from infinivar.parts.structure.beams import STEEL_DENSITY
@@ -95,6 +96,15 @@ class GearedBuilding(Building):
         """Sizes of a bearing of the stage."""
         own = getattr(self.drive.stage, "bearings", None)
         return held_by(None if own is None else own.bearing, 0.5 * self.pull)
+
+    @property
+    def shaft(self) -> Mapping[Demand, Array]:
+        """Radius of the shaft in its bearings over that of the pulley or pinion on it; 0 where no bearing is known. [-]"""
+        stage, own = self.drive.stage, getattr(self.drive.stage, "bearings", None)
+        if stage.title not in ("pulley", "belt", "rack") or self.service.force is None:
+            return {}
+        bore = self.held["bore"] if own is None or own.bore is None else own.bore
+        return {(Limit.SHAFT, stage.title): _known(0.5 * bore / stage.travel_per_radian, 0.0)}
 
     @property
     def guided(self) -> Array:

@@ -114,7 +114,7 @@ class Doubt(Result):
 
     Attributes
     ----------
-    objective      By which designs are compared: energy or mass.
+    objective      By which designs are compared: energy, mass, space or price.
     designs        Builds of the best designs of the search, in its order.
     front          Builds of each design of the front; these do not compete with the others.
     varied         Values that vary, each with the part to which it belongs.
@@ -143,8 +143,9 @@ class Doubt(Result):
         winner = self.designs[0]
         said = f"{winner.title}: {winner.verdict}"
         if len(self.designs) > 1:
-            aim = "least energy" if self.objective == "energy" else "least mass"
-            said += f"; {aim} of {len(self.designs)} designs in {percent(winner.best_share, self.count)}"
+            said += (
+                f"; least {self.objective} of {len(self.designs)} designs in {percent(winner.best_share, self.count)}"
+            )
         if self.none and len(self.designs) > 1:
             said += f"; no design is feasible in {percent(self.none / self.count, self.count)}"
         return said

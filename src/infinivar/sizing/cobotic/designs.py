@@ -25,6 +25,7 @@ from infinivar.sizing.geared.candidates import ENVELOPE, LIMIT_FIELDS
 from infinivar.sizing.geared.sampled import UNCHECKED
 from infinivar.sizing.geared.tasks import RegionTask, Task
 from infinivar.sizing.margins import TaskDemand
+from infinivar.sizing.measures import price_of
 
 _ROUNDING = 1e-9
 
@@ -165,6 +166,8 @@ def design_of(
         drive=drive,
         mass=float(total(drive.bodies(space.service))) if chosen else math.nan,
         power=power,
+        volume=float(drive.layout(space.service).space.volume) if chosen else math.nan,
+        price=price_of(drive),
         demands={**demands, **own},
         unchecked=tuple(missing),
     )

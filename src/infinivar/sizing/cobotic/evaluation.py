@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from infinivar._core.threads import in_order
+from infinivar.drivetrain import layout
 from infinivar.drivetrain.masses import open_structure
 from infinivar.limits import Limit
 from infinivar.sizing.cobotic.bounds import MOTOR, MotorBounds, Side, cylinder_signals, lower_bounds, steering_signals
@@ -35,6 +36,7 @@ from infinivar.sizing.cobotic.wheels import (
     shape_excess,
     static_demands,
 )
+from infinivar.sizing.geared.candidates import ENVELOPE
 from infinivar.sizing.geared.tasks import MotionTask, Task
 from infinivar.sizing.margins import TaskDemand, nearest_of
 from infinivar.sizing.tables import CoboticRequest
@@ -227,7 +229,12 @@ class Evaluation:
         chosen = [self._best(side, points, wheels, able) for side in self.sides]
         excess = np.max([one[0].excess for one in chosen], axis=0)
         feasible = np.all([one[0].row != NOT_CHOSEN for one in chosen], axis=0)
-        total = np.sum([one[1] for one in chosen], axis=0) + (structure if self.objective == "mass" else 0.0)
+        total = np.sum([one[1] for one in chosen], axis=0)
+        if self.objective == "mass":
+            total = total + structure
+        if self.objective == "space":
+            held = np.flatnonzero(feasible)
+            total[held] = np.ravel(self._space(points.of(able[held]), [one.row[held] for one, _ in chosen]).volume)
         result.value[able] = np.where(feasible, total, State.WITHOUT_MOTORS.value_of(excess))
         for column, (one, _) in zip((result.pair, result.steering), chosen, strict=False):
             column[able] = np.where(feasible, one.row, NOT_CHOSEN)
@@ -242,18 +249,21 @@ class Evaluation:
         held = able[result.feasible[able]]
         if self.envelope is None or not held.size:
             return
-        rows, structure = (result.pair[held], result.steering[held]), self.space.template.structure
-        parts = [side.found.sizes(one, structure) for side, one in zip(self.sides, rows, strict=False)]
-        sizes = {"motor": parts[0][0], "gearhead": parts[0][1]}
-        if len(parts) > 1:
-            sizes["steering"] = parts[1][0]
-        demands = self.space.sized(points.of(held), self.envelope, mass=result.mass[held][:, None], **sizes)
+        space = self._space(points.of(held), (result.pair[held], result.steering[held]))
+        demands = self.envelope.demands(space, result.mass[held][:, None])
         excess = np.max([np.ravel(np.broadcast_to(one, (len(held), 1))) for one in demands.values()], axis=0)
         beyond = excess > 1.0
         lost = held[beyond]
         result.value[lost] = State.WITHOUT_MOTORS.value_of(excess[beyond])
         result.pair[lost] = result.steering[lost] = NOT_CHOSEN
         result.power[lost] = result.mass[lost] = np.nan
+
+    def _space(self, points: Points, rows: Sequence[np.ndarray]) -> layout.Space:
+        """Boxes around wheel designs with candidates of each side. (k, 1)"""
+        structure = self.space.template.structure
+        parts = [side.found.sizes(one, structure) for side, one in zip(self.sides, rows, strict=False)]
+        steering = {"steering": parts[1][0]} if len(parts) > 1 else {}
+        return self.space.box(points, motor=parts[0][0], gearhead=parts[0][1], **steering)
 
     def _structure(self, points: Points, able: np.ndarray, result: Value) -> np.ndarray:
         """Mass of all but motors and gearheads; where no part carries it, nan, and its value is put in. [kg]"""
@@ -296,10 +306,12 @@ class Evaluation:
 
     def _best(self, side: Side, points: Points, wheels: Wheels, able: np.ndarray) -> tuple[ChosenMotors, np.ndarray]:
         """Best candidate of a side behind wheels that roll, and its part of the value."""
-        by_mass = self.objective == "mass"
+        by_mass = self.objective != "energy"
 
         def choose(some: np.ndarray) -> tuple[ChosenMotors, np.ndarray]:
             behind = self._behind(side, points, wheels, some)
+            if self.objective == "price":
+                behind = behind._replace(mass=side.found.price(side.rows))
             chosen = best_behind(behind, by_mass=by_mass, prune=self.request.prune)
             return chosen, towards_lighter(behind.mass, behind.worst, chosen.value) if by_mass else chosen.value
 
@@ -345,8 +357,8 @@ class Evaluation:
         )
         parts = {"motor": motor, "gearhead": gearhead} if side.name == MOTOR else {"steering": motor}
         shape = len(points.head), len(side.rows)
-        found = self.space.sized(points, self.envelope, **parts)
-        return {key: np.broadcast_to(demand, shape).T for key, demand in found.items()}
+        found = self.envelope.demands(self.space.box(points, **parts))
+        return {(ENVELOPE, *key): np.broadcast_to(demand, shape).T for key, demand in found.items()}
 
     def _bounds(self, side: Side, shafts: Mapping[str, Shaft]) -> list[tuple[str, MotorBounds]]:
         found, plant = [], self.space.template.steering

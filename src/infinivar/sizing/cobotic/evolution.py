@@ -18,6 +18,7 @@ from infinivar.sizing.cobotic.bounds import Side
 from infinivar.sizing.cobotic.evaluation import NOT_FEASIBLE, Evaluation, Value
 from infinivar.sizing.cobotic.space import FREE, Heads, Points
 from infinivar.sizing.geared.tasks import Task
+from infinivar.sizing.measures import MEASURES
 from infinivar.sizing.progress import Progress, part_of
 
 _LIGHTER = 1.0 - 1e-9
@@ -129,7 +130,7 @@ class Record:
 
     @property
     def least(self) -> float:
-        """Least value of a feasible design; inf if there is none. [W] or [kg]"""
+        """Least value of a feasible design; inf if there is none."""
         return min((one.value for one in self.best.values()), default=np.inf)
 
     def front(self) -> list[tuple[Key, int]]:
@@ -227,8 +228,8 @@ def evolve(
         best = float(intermediate_result.fun)
         history.append(best if best < NOT_FEASIBLE else np.inf)
         if progress is not None:
-            unit = "kg" if evaluation.objective == "mass" else "W"
-            words = f"best so far: {best:.5g} {unit}" if best < NOT_FEASIBLE else "no feasible design so far"
+            shown = MEASURES[evaluation.objective].shown
+            words = f"best so far: {shown(best)}" if best < NOT_FEASIBLE else "no feasible design so far"
             progress(words, len(history) / total)
 
     for place, stage in enumerate(stages):
@@ -319,10 +320,8 @@ def _evolved(objective: Any, space: _Space, start: np.ndarray, generations: int,
     ).population
 
 
-def find_least_power(
-    hunt: Hunt, stages: Sequence[Stage], seed: int, progress: Progress | None
-) -> tuple[Record, np.ndarray]:
-    """Search for the least power several times, and once more from what was found: record and history.
+def find_least(hunt: Hunt, stages: Sequence[Stage], seed: int, progress: Progress | None) -> tuple[Record, np.ndarray]:
+    """Search for the least value several times, and once more from what was found: record and history.
 
     One search may end with the parts that are best for the wheels it happened to begin with. Each begins with one number of
     wheels: with more of them and less preload, two values change at once, which a search rarely tries.

@@ -27,7 +27,7 @@ from infinivar.sizing.cobotic.evolution import (
     Record,
     Stage,
     fill_front,
-    find_least_power,
+    find_least,
     find_lightest,
 )
 from infinivar.sizing.cobotic.space import FREE, Heads, Points, Space, heads_of, values_of
@@ -93,7 +93,9 @@ def size_cobotic(
     ranges : mapping               Least and largest cylinder_radius [m], cylinder_speed [rad s^-1], wheel_radius [m],
         crown_radius [m] and preload [N]; by default half and twice the template's. Equal ends fix a value.
     objective : str                energy: least mean power from the supply, over the motions by their shares of time, equal if
-        none states one. mass: least mass of motors and gearhead. front: both, and the least power at masses between.
+        none states one. mass: least mass of the whole drive. space: least volume of the box around it, with the motors that
+        make it the lightest behind each wheel. price: least price of motors and gearhead, which all must state. front: energy
+        and mass, and the least power at masses between.
     slip_margin : float            Slip force over lateral force that is wanted, at least 1. [-]
     life : float                   Wanted life of axle and cylinder bearings, at the loads of their friction; any by default. [s]
     travel, samples                As for `duty_cycle`.
@@ -164,7 +166,7 @@ def best_cobotic(request: CoboticRequest, progress: Progress | None = None) -> C
     elif request.objective == "front":
         record, history, designs = _front(hunt, stages, whole, request.seed, progress)
     else:
-        search = find_lightest if request.objective == "mass" else find_least_power
+        search = find_lightest if request.objective == "mass" else find_least
         record, history = search(hunt, stages, request.seed, progress)
         designs = best_designs(evaluation, record, whole, request.top)
     kept = np.array([(one.mass, one.power) for one in record.light.values()]).reshape(-1, 2)
@@ -192,7 +194,7 @@ def _front(
     """Search for the least power, the least mass and what is between: the designs of the first two, and all in one record."""
     evaluation, top = hunt.evaluation, hunt.top
     evaluation.objective = "energy"
-    record, history = find_least_power(hunt, stages, seed, part_of(progress, 0.0, 0.4))
+    record, history = find_least(hunt, stages, seed, part_of(progress, 0.0, 0.4))
     evaluation.objective = "mass"
     light, _ = find_lightest(hunt, [one.shorter(2) for one in stages], seed, part_of(progress, 0.4, 0.6))
     lightest = best_designs(evaluation, light, whole, top)
@@ -273,30 +275,30 @@ class Searched(NamedTuple):
 
 def searched_of(request: CoboticRequest) -> Searched:
     """What is searched for a template that was checked; errors as for `size_cobotic`."""
-    own, weighed = request.template, request.weighed
+    own, stated = request.template, request.stated
     template = replace(own, gearhead=replace(own.gearhead, stiffness=None, backlash=None))
     box = _box(
         template, request.ranges, heads_of(template, request.bearings, request.wheels, request.cylinder_bearings)
     )
     found = pairs_of(
-        request.motors, request.gearheads, request.pairs, loss_model=request.gear_law, moving=False, weighed=weighed
+        request.motors, request.gearheads, request.pairs, loss_model=request.gear_law, moving=False, stated=stated
     )
     sides = [Side(name=MOTOR, found=_fast_enough(found, box), amplifier=template.amplifier)]
     if request.moving:
-        steered = _steered(request.steering_motors, request.steering_ratios, weighed)
+        steered = _steered(request.steering_motors, request.steering_ratios, stated)
         sides.append(Side(name=STEERING, found=steered, amplifier=template.steering_amplifier))
     service = service_of(template, request.duty, request.requirement, request.travel)
     return Searched(Space(template, box.heads, service), sides, box)
 
 
-def _steered(motors: Mapping[str, Any], ratios: Sequence[float], weighed: bool) -> Pairs:
+def _steered(motors: Mapping[str, Any], ratios: Sequence[float], stated: Sequence[str]) -> Pairs:
     """Steering motors, each with every ratio of a gear that the law counts as lossless."""
     count, gears = len(next(iter(motors.values()), ())), len(ratios)
     if not gears:
         raise ParameterError("steering_ratios is empty: state at least one ratio between steering motor and bell")
-    table = {"ratio": list(ratios), "efficiency": [1.0] * gears, "mass": [_WEIGHTLESS] * gears}
+    table = {"ratio": list(ratios), "efficiency": [1.0] * gears, "mass": [_WEIGHTLESS] * gears, "price": [0.0] * gears}
     grid = np.stack(np.meshgrid(np.arange(count), np.arange(gears), indexing="ij"), axis=-1).reshape(-1, 2)
-    return pairs_of(motors, table, grid, loss_model="coulomb", moving=True, weighed=weighed)
+    return pairs_of(motors, table, grid, loss_model="coulomb", moving=True, stated=stated)
 
 
 def _box(template: CoboticDrive, ranges: Mapping[str, tuple[float, float]], heads: Heads) -> Box:

@@ -16,15 +16,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from infinivar._core.arrays import rows_of
+from infinivar.drivetrain import layout
 from infinivar.drivetrain.body import own_mass
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.envelope import Envelope
 from infinivar.drivetrain.service import Service
 from infinivar.errors import ParameterError
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.motor import Motor
-from infinivar.sizing.geared.candidates import ENVELOPE
-from infinivar.sizing.margins import TaskDemand
 
 FREE = ("cylinder_radius", "cylinder_speed", "wheel_radius", "crown_radius", "preload")
 """Continuous values of a wheel design, in this order. [m], [rad s^-1], [m], [m], [N]"""
@@ -187,27 +185,24 @@ class Space:
         carried = own_mass(self.columns(points).bodies(self.service))
         return np.broadcast_to(np.ravel(carried), points.head.shape)
 
-    def sized(
+    def box(
         self,
         points: Points,
-        envelope: Envelope,
         *,
         motor: Mapping[str, Any] = WITHOUT,
         gearhead: Mapping[str, Any] = WITHOUT,
         steering: Mapping[str, Any] = WITHOUT,
-        mass: Any = None,
-    ) -> dict[TaskDemand, np.ndarray]:
-        """Demand over allowance of an envelope; with sizes of parts that broadcast with (k, 1), or without these parts.
+    ) -> layout.Space:
+        """Boxes around drives, with sizes of parts that broadcast with (k, 1), or without these parts. (k, p) [m]
 
-        The heads of the designs must be of one kind. A mass is that of all. (k, p) [-]
+        The heads of the designs must be of one kind.
         """
         drive = self.columns(points)
         drive = replace(drive, motor=replace(drive.motor, **motor), gearhead=replace(drive.gearhead, **gearhead))
         if drive.steering is not None:
             steered = replace(drive.steering.motor, **steering)
             drive = replace(drive, steering=replace(drive.steering, motor=steered))
-        found = envelope.demands(drive.layout(self.service).space, mass)
-        return {(ENVELOPE, *key): demand for key, demand in found.items()}
+        return drive.layout(self.service).space
 
     def with_steering(self, motor: Motor) -> Space:
         """The same with a steering motor of another mass, which moves with the link."""

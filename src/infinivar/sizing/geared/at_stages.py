@@ -45,7 +45,7 @@ def at_stages(
         tally.heat(done, tried, left[left] if prune else left)
         tally.rest(done, tried, left[left] if prune else left)
         feasible[place, tried], evaluated[place, tried] = done.feasible, True
-        power[place, tried], mass[place, tried] = mixed(done.power, request.shares), found.whole(tried, stage)
+        power[place, tried], mass[place, tried] = mixed(done.power, request.shares), found.measure("mass", tried, stage)
         best += ranked(found, tried, stage, done, request)
     best.sort(key=lambda one: one[0])
     designs = [one for _, one in best]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,6 +16,7 @@ from infinivar.drivetrain.body import own_mass
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.envelope import Envelope
 from infinivar.drivetrain.layout import estimated_size
+from infinivar.drivetrain.masses import shaft_demand
 from infinivar.drivetrain.service import NO_SERVICE, Service
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
@@ -25,6 +26,7 @@ from infinivar.parts.motor import Motor
 from infinivar.parts.stage import OutputStage
 from infinivar.parts.structure.structure import Structure
 from infinivar.sizing.margins import TaskDemand
+from infinivar.sizing.tables import Objective
 
 LAW = {
     "motor": ("voltage", "resistance", "torque_constant", "no_load_current", "continuous_torque"),
@@ -51,10 +53,10 @@ _OPTIONAL = {
 _SEARCHED = {word: law for word, law in LAWS.items() if law.SEARCHED}
 """Laws that gearheads of tables may have."""
 
-_SIZES = ("diameter", "length")
+_SIZES, _PRICE = ("diameter", "length"), "price"
 
-ENVELOPE = "envelope"
-"""Name under which limits appear that only size and mass of a drive can exceed."""
+ENVELOPE, STRUCTURE = "envelope", "structure"
+"""Names under which limits appear that size and mass of a drive can exceed, and that its structure can."""
 
 LIMIT_FIELDS: Mapping[Demand, tuple[str, tuple[str, ...]]] = {
     **{demand: (demand[1], (name,)) for demand, name in _ALLOWANCES.items()},
@@ -113,6 +115,10 @@ class Pairs:
         """Mass of motor and gearhead; nan where one is not stated. (k,) [kg]"""
         return self.values("motor", "mass", rows) + self.values("gearhead", "mass", rows)
 
+    def price(self, rows: np.ndarray) -> np.ndarray:
+        """Price of motor and gearhead; nan where one is not stated. (k,)"""
+        return self.values("motor", _PRICE, rows) + self.values("gearhead", _PRICE, rows)
+
     def parts(self, rows: np.ndarray) -> tuple[Motor, Gearhead]:
         """Many motors and gearheads as one, whose values are arrays of shape (k, 1).
 
@@ -138,7 +144,7 @@ class Pairs:
         """One motor and gearhead as a study would have them: what is not stated is None."""
         parts: dict[str, dict[str, Any]] = {}
         for kind, column in (("motor", 0), ("gearhead", 1)):
-            further = ("inductance", *_SIZES) if kind == "motor" else _SIZES
+            further = (*["inductance"] * (kind == "motor"), *_SIZES, _PRICE)
             fields = (*_needed(kind, self.loss_model), *_optional(kind, self.loss_model), "mass", *further)
             found = {name: float(self.values(kind, name, np.array([row]))[0]) for name in fields}
             parts[kind] = _nested({name: value for name, value in found.items() if not math.isnan(value)})
@@ -195,20 +201,31 @@ class Candidates(Pairs):
     envelope: Envelope | None = None
 
     def sized(self, rows: np.ndarray, stage: OutputStage) -> dict[TaskDemand, np.ndarray]:
-        """Demand over allowance of the envelope, with a stage whose values may be columns (k, 1). (k,) [-]"""
-        if self.envelope is None:
-            return {}
+        """Demand over allowance of structure and envelope, with a stage whose values may be columns (k, 1). (k,) [-]"""
+        built = shaft_demand(with_stage(self.template, stage), self.service)
+        found = {(STRUCTURE, *key): demand for key, demand in built.items()}
+        if self.envelope is not None:
+            sized = self.envelope.of(self._bodies(rows, stage), self.service)
+            found |= {(ENVELOPE, *key): demand for key, demand in sized.items()}
+        return {key: np.broadcast_to(np.ravel(demand), (len(rows),)) for key, demand in found.items()}
+
+    def _bodies(self, rows: np.ndarray, stage: OutputStage) -> ConventionalDrive:
+        """Many drives as one by their sizes and masses, whose values are columns. (k, 1)"""
         motor, gearhead = self.sizes(rows, self.template.structure)
         template = with_stage(self.template, stage)
-        drive = replace(
+        return replace(
             template, motor=replace(template.motor, **motor), gearhead=replace(template.gearhead, **gearhead)
         )
-        found = self.envelope.of(drive, self.service)
-        return {(ENVELOPE, *key): np.broadcast_to(np.ravel(demand), (len(rows),)) for key, demand in found.items()}
 
-    def whole(self, rows: np.ndarray, stage: OutputStage) -> np.ndarray:
-        """Mass of drives with a stage, whose values may be arrays (k,); nan where one is not known. (k,) [kg]"""
-        return self.mass(rows) + self.structure(stage)
+    def measure(self, objective: Objective, rows: np.ndarray, stage: OutputStage) -> np.ndarray:
+        """Price, volume, or else mass of drives with a stage, whose values may be columns (k, 1). (k,) [-], [m^3] or [kg]"""
+        if objective == "price":
+            return self.price(rows)
+        if objective == "space":
+            found = np.ravel(self._bodies(rows, stage).layout(self.service).space.volume)
+        else:
+            found = self.mass(rows) + np.ravel(self.structure(stage))
+        return found + np.zeros(len(rows))
 
     def structure(self, stage: OutputStage) -> Any:
         """Mass of all but motor and gearhead with a stage, whose values may be arrays. [kg]"""
@@ -239,12 +256,12 @@ def candidates(
     *,
     loss_model: LossModel,
     moving: bool,
-    weighed: bool,
+    stated: Sequence[str],
     service: Service = NO_SERVICE,
     envelope: Envelope | None = None,
 ) -> Candidates:
     """Check tables of parts, for drives like a template; other arguments as for `pairs_of`."""
-    found = pairs_of(motors, gearheads, pairs, loss_model=loss_model, moving=moving, weighed=weighed)
+    found = pairs_of(motors, gearheads, pairs, loss_model=loss_model, moving=moving, stated=stated)
     own = {one.name: getattr(found, one.name) for one in dataclasses.fields(found)}
     return Candidates(template=template, service=service, envelope=envelope, **own)
 
@@ -256,7 +273,7 @@ def pairs_of(
     *,
     loss_model: LossModel,
     moving: bool,
-    weighed: bool,
+    stated: Sequence[str],
 ) -> Pairs:
     """Check tables of parts.
 
@@ -266,7 +283,8 @@ def pairs_of(
         column "name" holds texts. Other columns do not matter.
     pairs : (m, 2) int             Row of the motor and of the gearhead.
     loss_model : str               coulomb or proportional, of all gearheads.
-    moving, weighed : bool         Whether the rotor inertia and whether the masses are needed.
+    moving : bool                  Whether the rotor inertia is needed.
+    stated : sequence              What else every part must state: mass, price.
 
     Raises
     ------
@@ -308,7 +326,7 @@ def pairs_of(
         excluded={},
     )
     usable, excluded = np.ones(len(pairs), dtype=bool), {}
-    for reason, bad in _faults(made, moving, weighed):
+    for reason, bad in _faults(made, moving, stated):
         if (usable & bad).any():
             excluded[reason] = int(np.sum(usable & bad))
         usable = usable & ~bad
@@ -337,7 +355,7 @@ def _nested(values: Mapping[str, float]) -> dict[str, Any]:
 
 def _table(name: str, columns: Mapping[str, Any], kind: str, loss_model: LossModel) -> dict[str, np.ndarray]:
     """Columns of a table that are fields of a part."""
-    required = (*_needed(kind, loss_model), *_optional(kind, loss_model), "mass", "inductance", *_SIZES)
+    required = (*_needed(kind, loss_model), *_optional(kind, loss_model), "mass", "inductance", *_SIZES, _PRICE)
     found = {}
     for column in required:
         if column not in columns:
@@ -359,12 +377,12 @@ def _table(name: str, columns: Mapping[str, Any], kind: str, loss_model: LossMod
     return found
 
 
-def _faults(made: Pairs, moving: bool, weighed: bool) -> list[tuple[str, np.ndarray]]:
+def _faults(made: Pairs, moving: bool, stated: Sequence[str]) -> list[tuple[str, np.ndarray]]:
     """Reasons to leave a pair out, and the pairs that have each of them."""
     rows, found = np.arange(len(made.pairs)), []
     needs = [("motor", name) for name in LAW["motor"]] + [("motor", "rotor_inertia")] * moving
     needs += [("gearhead", name) for name in _needed("gearhead", made.loss_model)]
-    needs += [("motor", "mass"), ("gearhead", "mass")] * weighed
+    needs += [(kind, name) for name in stated for kind in _KINDS]
     found += [(f"{kind} {name} not stated", np.isnan(made.values(kind, name, rows))) for kind, name in needs]
     for kind, part in _KINDS.items():
         judged = (*_needed(kind, made.loss_model), *_optional(kind, made.loss_model), "mass")

@@ -14,7 +14,7 @@ import numpy as np
 
 from infinivar._core.pareto import spread_front
 from infinivar.sizing.found import Design, GearedSizing
-from infinivar.sizing.geared.candidates import Candidates
+from infinivar.sizing.geared.candidates import STRUCTURE, Candidates
 from infinivar.sizing.geared.radius_bounds import Radii
 from infinivar.sizing.geared.radius_limits import Load, least_power, limits, load_of, region_points
 from infinivar.sizing.geared.regeneration import RETURNED, returning, union, windows
@@ -23,7 +23,7 @@ from infinivar.sizing.geared.tally import Tally, design, mixed, unchecked
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
 from infinivar.sizing.margins import TaskDemand
 from infinivar.sizing.progress import Progress, best_so_far
-from infinivar.sizing.tables import GearedRequest, Objective
+from infinivar.sizing.tables import MOVING, GearedRequest, Objective
 
 _AT_ONCE = 32
 """Pairs evaluated together."""
@@ -64,9 +64,14 @@ class RadiusSearch:
         """Evaluate pairs, each at its radius."""
         return sample(self.found, rows, self.tasks, lambda places: replace(self.pulley, radius=radii[places][:, None]))
 
-    def whole(self, rows: np.ndarray, radii: np.ndarray) -> np.ndarray:
-        """Mass of pairs, each with a pulley of its radius. (k,) [kg]"""
-        return self.found.whole(rows, replace(self.pulley, radius=radii))
+    @property
+    def by_power(self) -> bool:
+        """Whether designs are ordered by their power; else by what a smaller pulley has no more of."""
+        return self.objective in MOVING
+
+    def whole(self, rows: np.ndarray, radii: np.ndarray, objective: Objective = "mass") -> np.ndarray:
+        """Mass of pairs, each with a pulley of its radius; or what else an objective asks for the least of. (k,) [kg]"""
+        return self.found.measure(objective, rows, replace(self.pulley, radius=radii[:, None]))
 
     def look(self, rows: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Largest demand of pairs at several radii each, and mean power, inf where infeasible. (k, m), (k, m)"""
@@ -85,11 +90,11 @@ class RadiusSearch:
         radii = nodes(bounds.low, bounds.high)
         worst, power = self.look(rows, radii)
         radius = np.empty(len(rows))
-        cheap = np.isfinite(power).any(axis=1) & (self.objective != "mass")
+        cheap = np.isfinite(power).any(axis=1) & self.by_power
         if not cheap.all():
             some = np.flatnonzero(~cheap)
             radius[some] = _narrowed(radii[some], worst[some], lambda tried: self.look(rows[some], tried)[0])
-            if self.objective != "mass":  # a range between the radii tried may be feasible
+            if self.by_power:  # a range between the radii tried may be feasible
                 ends = (self._end(rows[some], radius[some], end[some]) for end in bounds)
                 radii[some] = nodes(*ends)
                 power[some] = self.look(rows[some], radii[some])[1]
@@ -97,7 +102,7 @@ class RadiusSearch:
         if cheap.any():
             some = np.flatnonzero(cheap)
             radius[some] = _narrowed(radii[some], power[some], lambda tried: self.look(rows[some], tried)[1])
-        if self.objective == "mass":
+        if not self.by_power:
             radius = self._end(rows, radius, bounds.low)
         done = self.at(rows, radius)
         return _Found(radius, done, np.broadcast_to(mixed(done.power, self.shares), rows.shape))
@@ -211,7 +216,10 @@ def _left(
 
 
 def _fitting(found: Candidates, rows: np.ndarray, radii: tuple[float, float]) -> Iterator[tuple[TaskDemand, Radii]]:
-    """Yield each limit of the envelope with the radii at which drives fit: a larger pulley needs more space and mass."""
+    """Yield each limit of structure and envelope with the radii at which it is kept.
+
+    A smaller pulley has less room for its shaft, a larger one needs more space and mass.
+    """
     pulley = found.template.pulley
     assert pulley is not None
 
@@ -221,6 +229,9 @@ def _fitting(found: Candidates, rows: np.ndarray, radii: tuple[float, float]) ->
     low, high = (np.full(len(rows), end) for end in radii)
     least, most = demands(low), demands(high)
     for key in least:
+        if key[0] == STRUCTURE:  # inverse to the radius
+            yield key, Radii(low * np.maximum(least[key], 1.0), high)
+            continue
         good, bad = np.log(low), np.log(high)
         for _ in range(_HALVINGS if (most[key] > 1.0).any() else 0):
             middle = 0.5 * (good + bad)
@@ -249,8 +260,8 @@ def _tally_evaluated(tally: Tally, first: _First, places: np.ndarray) -> None:
 
 def _least(search: RadiusSearch, loads: Sequence[Load], rows: np.ndarray, bounds: Radii) -> np.ndarray:
     """Lower bound of the objective: a smaller pulley weighs less. (k,)"""
-    if search.objective == "mass":
-        return search.whole(rows, bounds.low)
+    if not search.by_power:
+        return search.whole(rows, bounds.low, search.objective)
     total = np.zeros(len(rows))
     for load in loads:
         if isinstance(load.task, MotionTask) and len(rows):
@@ -308,7 +319,8 @@ def _best_first(
         keys = tuple(made.done.demands)
         tightest[some] = np.argmax(list(made.done.demands.values()), axis=0)
         power[some] = np.where(able, made.power, np.nan)
-        value[some] = np.where(able, mass[some] if search.objective == "mass" else made.power, np.inf)
+        needed = made.power if search.by_power else search.whole(rows[some], made.radius, search.objective)
+        value[some] = np.where(able, needed, np.inf)
     able = np.isfinite(value)
     best = np.flatnonzero(able)
     best = best[np.lexsort((rows[best], worst[best], value[best]))]

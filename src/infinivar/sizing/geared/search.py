@@ -55,8 +55,9 @@ def size_geared(
         template.
     radius : (float, float)        Least and largest radius of the template's pulley, instead of `stages`. [m]
     objective : str                energy: least mean power from the supply, over the motions by their shares of time, equal if
-        none states one. mass: least mass of the whole drive, with a range of radii at the smallest that is feasible. front: of
-        designs of which no other has less of both those that are 3 % of their mass apart, and its ends.
+        none states one. mass: least mass of the whole drive, with a range of radii at the smallest that is feasible; space: least
+        volume of the box around it, likewise. price: least price of motor and gearhead, which all must state. front: of designs
+        of which no other has less power and less mass those that are 3 % of their mass apart, and its ends.
     travel : float                 End-to-end travel of the load, as for `duty_cycle`. [m]
     loss_model : str               coulomb, proportional or strain wave, of all gearheads; by default that of the template's.
     samples : int                  Instants of a motion; as many as `duty_cycle` has by default.
@@ -129,7 +130,7 @@ def candidates_of(request: GearedRequest) -> Candidates:
         request.pairs,
         loss_model=request.gear_law,
         moving=request.moving,
-        weighed=request.weighed,
+        stated=request.stated,
         service=service_of(request.template, request.duty, request.requirement, request.travel),
         envelope=request.envelope,
     )

@@ -15,7 +15,8 @@ from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Candidates
 from infinivar.sizing.geared.sampled import HOT, UNCHECKED, Sampled
 from infinivar.sizing.geared.tasks import Task, heat_counts
 from infinivar.sizing.margins import TaskDemand
-from infinivar.sizing.tables import GearedRequest
+from infinivar.sizing.measures import price_of
+from infinivar.sizing.tables import MOVING, GearedRequest
 
 SPARE = 1e-9
 """Share by which a closed form may exceed an allowance before it excludes a candidate: rounding."""
@@ -113,8 +114,8 @@ def ranked(
     """The best feasible designs at a stage, each with its rank."""
     able = np.flatnonzero(done.feasible)
     drawn = np.broadcast_to(mixed(done.power, request.shares), rows.shape)
-    whole = found.whole(rows, stage)
-    first = whole if request.objective == "mass" else drawn
+    whole = found.measure("mass", rows, stage)
+    first = drawn if request.objective in MOVING else found.measure(request.objective, rows, stage)
     if request.objective == "front":
         order = able[front(whole[able], drawn[able])]
     else:
@@ -153,14 +154,17 @@ def design_of(
     """A candidate as a design; demands count only where its data sheets state the limit."""
     lacking = tuple(key for key in LIMIT_FIELDS if not found.stated(key, np.array([row]))[0])
     motor, gearhead = map(int, found.pairs[row])
+    drive = found.drive(row, stage)
     return Design(
         pair=row,
         motor=motor,
         gearhead=gearhead,
         stage=stage,
-        drive=found.drive(row, stage),
-        mass=float(found.whole(np.array([row]), stage)[0]),
+        drive=drive,
+        mass=float(found.measure("mass", np.array([row]), stage)[0]),
         power=power,
+        volume=float(drive.layout(found.service).space.volume),
+        price=price_of(drive),
         radii=radii,
         demands={key: demand for key, demand in demands.items() if key[1:] not in lacking},
         unchecked=lacking,

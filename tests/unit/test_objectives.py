@@ -1,0 +1,151 @@
+"""What a search may be for: space and price beside energy and mass; and what holds a pulley that becomes ever smaller."""
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import infinivar as iv
+from infinivar import Limit
+from internals import size_geared
+from made import loaded
+from small_catalogue import SHELF, SLOW
+
+KNEE = loaded("knee_walking")
+WALKING = replace(KNEE.with_drives("geared"), requirement=None)
+RADII = (0.003, 0.05)
+PRICES = {"motors": {"a": 70, "b": 95, "c": 60}, "gearheads": {"p5": 40, "p14": 55, "p35": 30, "p60": 20}}
+
+
+def priced(text, without=()):
+    """A set whose parts state prices."""
+    for kind, some in PRICES.items():
+        for key, price in some.items():
+            if key not in without:
+                text = text.replace(f"[{kind}.{key}]", f"[{kind}.{key}]\nprice = {price}")
+    return text
+
+
+@pytest.fixture(scope="module")
+def dear(tmp_path_factory):
+    path = tmp_path_factory.mktemp("sets") / "dear.toml"
+    path.write_text(priced(SHELF), "utf-8")
+    return path
+
+
+def box(study, drive):
+    space = drive.layout(study.service(drive)).space
+    return float(space.length * space.width * space.height)
+
+
+def feasible(study, drive):
+    return all(iv.duty_cycle(drive, one).feasible for one in study.duty.values())
+
+
+def shaft(study, drive):
+    """Radius of the shaft in the pulley's bearings, as they are chosen by their load. [m]"""
+    (load, *_) = drive.loads(study.service(drive))
+    return 0.5 * next(one.bore for one in iv.parts.catalogue.parts("bearings").values() if one.name == load.part)
+
+
+def test_least_space_is_that_of_all_pairs_at_many_radii(dear):
+    found = iv.size(WALKING, objective="space", sets=dear, radius=RADII)
+    assert found.objective == ("space",)
+    volumes = [one.volume for one in found.designs]
+    assert volumes == sorted(volumes)
+    least = math.inf
+    for design, radius in itertools.product(found.designs, np.geomspace(*RADII, 200)):
+        drive = replace(design.drive, pulley=replace(design.drive.pulley, radius=float(radius)))
+        if radius >= shaft(WALKING, drive) and feasible(WALKING, drive):
+            least = min(least, box(WALKING, drive))
+    best = found.best
+    assert best.volume == pytest.approx(box(WALKING, best.drive), rel=1e-12)
+    assert best.volume <= least * (1.0 + 1e-9)
+    assert best.volume == pytest.approx(least, rel=0.03)  # 200 radii are 1.4 % apart
+    assert f"least space of {found.searched}: box around the drive {1e3 * best.volume:.3g} l: " in found.verdict
+    assert found.to_dict()["designs"][0]["volume_m3"] == best.volume
+
+
+def test_least_price_is_that_of_the_parts_and_each_must_state_one(dear, tmp_path):
+    found = iv.size(WALKING, objective="price", sets=dear, radius=RADII)
+    known = {
+        (one.parts["motor"].key, one.parts["gearhead"].key): one.price
+        for one in iv.size(WALKING, objective="energy", sets=dear, radius=RADII).designs
+    }
+    assert [one.price for one in found.designs] == sorted(known.values())
+    for (motor, gearhead), price in known.items():
+        assert price == PRICES["motors"][motor] + PRICES["gearheads"][gearhead]
+    assert found.best.price == 90.0  # c with p35, whose mass is not stated
+    assert "prices are those of motors and gearheads; the structure has none" in found.cautions
+    path = tmp_path / "partly.toml"
+    path.write_text(priced(SHELF, without={"c"}), "utf-8")
+    partly = iv.size(WALKING, objective="price", sets=path, radius=RADII)
+    assert partly.searches["geared"].excluded == {"motor price not stated": 3}
+    assert partly.best.parts["motor"].key == "b"
+    none = iv.size(WALKING, objective="price", sets="shipped")
+    assert not none.feasible
+    assert "motor price not stated" in none.verdict
+
+
+def test_given_stages_are_ordered_by_space_and_price(dear):
+    parts, drive = iv.load_parts(dear), WALKING.drives["geared"]
+    tables = [{**parts.tables[kind].columns, "name": parts.tables[kind]["key"]} for kind in ("motors", "gearheads")]
+    stages = [replace(drive.pulley, radius=radius) for radius in (0.006, 0.008)]
+    for aim, name in (("space", "volume"), ("price", "price")):
+        found = size_geared(drive, *tables, parts.pairs, objective=aim, duty=WALKING.duty, stages=stages)
+        values = [getattr(one, name) for one in found.designs]
+        assert len(values) > 2
+        assert values == sorted(values)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("aim", ["space", "price"])
+def test_cobotic_drives_of_least_space_and_price(aim, tmp_path):
+    path = tmp_path / "dear.toml"
+    path.write_text(priced(SLOW), "utf-8")
+    study = replace(KNEE, requirement=None)
+    ask = {"sets": path, "generations": 6, "steering_ratios": (16.0,), "drive": "cobotic", "wheels": (1, 2)}
+    found, by_mass = (iv.size(study, objective=one, **ask) for one in (aim, "mass"))
+    best, name = found.best, {"space": "volume", "price": "price"}[aim]
+    values = [getattr(one, name) for one in found.designs]
+    assert values == sorted(values)
+    assert getattr(best, name) <= getattr(by_mass.best, name)
+    if aim == "space":
+        assert best.volume == pytest.approx(box(study, best.drive), rel=1e-9)
+    else:
+        parts = (best.parts["motor"], best.parts["steering.motor"], best.parts["gearhead"])
+        assert best.price == sum({**PRICES["motors"], **PRICES["gearheads"]}[one.key] for one in parts)
+    assert feasible(study, best.drive)
+
+
+def test_objectives_that_cannot_be_combined_are_refused(dear):
+    with pytest.raises(iv.InputError, match="objective must be energy, mass, space or price, or energy and mass"):
+        iv.size(WALKING, objective=("energy", "space"), sets=dear)
+    with pytest.raises(iv.InputError, match="carried needs both objectives"):
+        iv.size(WALKING, objective="space", sets=dear, carried=1.0)
+
+
+def test_no_pulley_is_thinner_than_its_shaft(dear):
+    """The lightest drive has the smallest pulley: without this limit one of 4 mm stood on a shaft of 10 mm."""
+    for aim in ("mass", "energy"):
+        for design in iv.size(WALKING, objective=aim, sets=dear, radius=RADII).designs:
+            radius, least = design.drive.pulley.radius, shaft(WALKING, design.drive)
+            assert radius >= least * (1.0 - 1e-9)
+            assert design.demands["structure", Limit.SHAFT, "pulley"] == pytest.approx(least / radius, rel=1e-9)
+    held = iv.size(WALKING, objective="energy", sets=dear, radius=RADII).best
+    assert held.tightest == ("structure", Limit.SHAFT, "pulley")
+    assert "margin 1 (room for the shaft of the pulley)" in held.verdict
+    none = iv.size(WALKING, objective="energy", sets=dear, radius=(0.003, 0.0045))
+    assert not none.feasible
+    assert "room for the shaft of the pulley" in none.verdict
+
+
+def test_a_bearing_that_is_stated_says_how_thick_the_shaft_is(dear):
+    drive = WALKING.drives["geared"]
+    stated = iv.parts.PulleyBearings(friction_coefficient=0.002, bore=0.024, pull=300.0)
+    pulley = replace(drive.pulley, bearings=stated)
+    study = replace(WALKING, drives={"geared": replace(drive, pulley=pulley)})
+    best = iv.size(study, objective="mass", sets=dear, radius=RADII).best
+    assert best.drive.pulley.radius == pytest.approx(0.012, rel=1e-6)
