@@ -156,7 +156,10 @@ def test_no_feasible_design(infinivar, folder):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--objective", "speed"), "--objective 'speed' must be energy, mass, space or price, or energy and mass together"),
+        (
+            ("--objective", "speed"),
+            "--objective 'speed' must be energy, mass, space or price, or energy and mass together",
+        ),
         (("--objective", "mass,mass"), "--objective 'mass,mass' must be"),
         (("--radius", "5 mm", "2 mm"), "--radius '5 mm' '2 mm' must be a range above 0"),
         (("--radius", "5 s", "2 mm"), "--radius '5 s'"),

@@ -9,7 +9,7 @@ import pytest
 
 import infinivar as iv
 from infinivar.analysis import whole_mass
-from infinivar.parts import Guideway, Structure
+from infinivar.parts import Guideway, PulleyBearings, Structure
 from internals import MASS_DOUBT as DOUBT
 from internals import Service, own_mass, service_of, thinnest, total, with_tube
 from made import loaded
@@ -234,6 +234,19 @@ def test_a_rail_weaker_than_the_load_of_a_geared_drive_is_refused():
     bare = replace(GEARED, guideway=replace(GEARED.guideway, rail=weak))
     with pytest.raises(iv.ParameterError, match=r"drives\.geared\.guideway\.rail\.static_rating must be >= 175 N"):
         replace(KNEE, drives={**KNEE.drives, "geared": bare})
+
+
+def test_bearings_of_a_pulley_that_are_wider_than_the_pulley_are_refused():
+    for held, path in (
+        (PulleyBearings(friction_coefficient=0.002, bore=0.02, pull=300.0), "bore"),
+        (PulleyBearings(bearing=iv.bearings()["6004"], pull=300.0), r"bearing\.bore"),
+    ):
+        wide = replace(GEARED, pulley=replace(GEARED.pulley, radius=0.0099, bearings=held))
+        message = rf"drives\.geared\.pulley\.bearings\.{path} must be <= 19.8 mm, the diameter of the pulley, got 20 mm"
+        with pytest.raises(iv.ParameterError, match=message):
+            replace(KNEE, drives={**KNEE.drives, "geared": wide})
+        fits = replace(wide, pulley=replace(wide.pulley, radius=0.0101))
+        replace(KNEE, drives={**KNEE.drives, "geared": fits})
 
 
 @pytest.mark.parametrize(

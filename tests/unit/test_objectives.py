@@ -47,7 +47,7 @@ def feasible(study, drive):
 def shaft(study, drive):
     """Radius of the shaft in the pulley's bearings, as they are chosen by their load. [m]"""
     (load, *_) = drive.loads(study.service(drive))
-    return 0.5 * next(one.bore for one in iv.parts.catalogue.parts("bearings").values() if one.name == load.part)
+    return 0.5 * next(one.bore for one in iv.bearings().values() if one.name == load.part)
 
 
 def test_least_space_is_that_of_all_pairs_at_many_radii(dear):
@@ -145,7 +145,7 @@ def test_no_pulley_is_thinner_than_its_shaft(dear):
 def test_a_bearing_that_is_stated_says_how_thick_the_shaft_is(dear):
     drive = WALKING.drives["geared"]
     stated = iv.parts.PulleyBearings(friction_coefficient=0.002, bore=0.024, pull=300.0)
-    pulley = replace(drive.pulley, bearings=stated)
+    pulley = replace(drive.pulley, bearings=stated, radius=0.013)
     study = replace(WALKING, drives={"geared": replace(drive, pulley=pulley)})
     best = iv.size(study, objective="mass", sets=dear, radius=RADII).best
     assert best.drive.pulley.radius == pytest.approx(0.012, rel=1e-6)

@@ -40,7 +40,7 @@ def impossible(drive: Any, service: Callable[[], Service]) -> str | None:
         if rail is not None and force is not None and rail.static_rating < force:
             found = f"guideway.rail.static_rating must be >= {show(force, 'N')}, the largest force"
             return f"{found}, got {show(rail.static_rating, 'N')}"
-        return None
+        return _thin_pulley(drive)
     element = drive.transmission
     geometry = element.geometry
     if geometry is None:
@@ -73,6 +73,17 @@ def impossible(drive: Any, service: Callable[[], Service]) -> str | None:
         ),
     )
     return next((f"{said}, got {_mm(value)}" for fine, said, value in faults if not fine), None)
+
+
+def _thin_pulley(drive: Any) -> str | None:
+    """Why the shaft in the bearings that a geared drive states does not go with its pulley or pinion; None if it does."""
+    stage, held = drive.stage, getattr(drive.stage, "bearings", None)
+    bore = None if held is None else given(held.bore, getattr(held.bearing, "bore", None))
+    if bore is None or bore <= 2.0 * stage.travel_per_radian:
+        return None
+    path = "bore" if held.bearing is None else "bearing.bore"
+    most = _mm(2.0 * stage.travel_per_radian)
+    return f"{stage.title}.bearings.{path} must be <= {most}, the diameter of the {stage.title}, got {_mm(bore)}"
 
 
 def _mm(value: float) -> str:
