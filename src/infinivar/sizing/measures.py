@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from infinivar._core.fields import given
-from infinivar.units import show, show_in
+from infinivar.units import show
 
 
 class Measure(NamedTuple):
@@ -16,8 +16,10 @@ class Measure(NamedTuple):
     name: str
     """Of the figure, as designs have it."""
     unit: str
-    """In SI."""
+    """In which it is shown."""
     words: str
+    scale: float = 1.0
+    """Of these units in one of SI."""
 
     def of(self, design: Any) -> float:
         """The figure of a design; nan if it is not known."""
@@ -29,15 +31,13 @@ class Measure(NamedTuple):
 
     def shown(self, value: float) -> str:
         """A value with its unit."""
-        if self.name == "volume":
-            return show_in(value, "m^3", "l", 3)
-        return f"{value:.4g}" if self.name == "price" else show(value, self.unit, 3)
+        return show(self.scale * value, self.unit, 4 if self.name == "price" else 3)
 
 
 MEASURES: Mapping[str, Measure] = {
     "energy": Measure("power", "W", "mean power"),
     "mass": Measure("mass", "kg", "whole mass"),
-    "space": Measure("volume", "m^3", "box around the drive"),
+    "space": Measure("volume", "l", "box around the drive", 1e3),
     "price": Measure("price", "1", "price of motors and gearheads"),
 }
 """By objective."""

@@ -263,10 +263,11 @@ def hanging_designs(sizing: Sizing) -> Hanging:
             able = covers(drive, study.requirement, SPARE)
         if aim == "price":
             return Judged(able, (price_of(drive),))
-        space = drive.layout(services[name]).space
-        return Judged(able, (float(space.volume if aim == "space" else total(drive.bodies(services[name]))),))
+        if aim == "space":
+            return Judged(able, (float(measure.scale * drive.layout(services[name]).space.volume),))
+        return Judged(able, (float(total(drive.bodies(services[name]))),))
 
-    used = {name: Judged(True, (measure.of(one),)) for name, one in sizing.best_of.items()}
+    used = {name: Judged(True, (measure.scale * measure.of(one),)) for name, one in sizing.best_of.items()}
     requested = [one for one in variants(study) if study.duty or one.scope == "all"]
     answers = [*requested, *(best_speeds(study) if by_power else _structures(sizing, study))]
     figure = f"{measure.words} of the best designs" if by_power else f"{measure.name}, where feasible"
