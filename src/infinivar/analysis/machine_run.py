@@ -62,11 +62,6 @@ class MachineRun(Run, Animated, Result):
         return np.linalg.norm(off[:, metres], axis=-1) if metres else np.max(np.abs(off), axis=-1)
 
     @property
-    def supplied_after_settling(self) -> float:
-        """Energy from all supplies after the settling time, of motor and steering. [J]"""
-        return self._from_supply(self._settled)
-
-    @property
     def mean_powers(self) -> dict[str, float]:
         """Mean power from each supply after the settling time: "supply" of power motors, "steering supply". [W]"""
         lasted = float(self.time[-1] - self.time[self._settled])

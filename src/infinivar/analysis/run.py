@@ -106,6 +106,11 @@ class Run:
         return "; ".join([limits, *self._achieved(), *self._spent(), closed, *self._doubts()])
 
     @property
+    def supplied_after_settling(self) -> float:
+        """Energy from all supplies after the settling time, of motor and steering. [J]"""
+        return self._from_supply(self._settled)
+
+    @property
     def _settling_time(self) -> float | None:
         """Time by which the run is not judged. [s]"""
         return None

@@ -10,7 +10,15 @@ import typer
 from infinivar._core.text import capitalise
 from infinivar.analysis.options import SensitivityOptions
 from infinivar.calibration.options import RigOptions
-from infinivar.cli.arguments import Json, OptionalOut, StudyFile, drives_of_study, named_path, with_options
+from infinivar.cli.arguments import (
+    Json,
+    OptionalOut,
+    StudyFile,
+    drives_of_study,
+    named_path,
+    scenarios_of_study,
+    with_options,
+)
 from infinivar.cli.shared import chosen, chosen_cobotic, end, loaded_study, naming, of_one_axis, print_json
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
 from infinivar.errors import InputError
@@ -156,8 +164,22 @@ def builds(
         str | None,
         typer.Option("--drive", help="[default: the first drive with spreads]", autocompletion=drives_of_study),
     ] = None,
-    draws: Annotated[int, typer.Option("--draws", help="Number of samples, a power of two.")] = 2**16,
-    size: Annotated[int, typer.Option("--size", help="Samples in a chunk, a power of two.")] = 2**12,
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            "--scenario",
+            help="Simulate each sample in this scenario, instead of the requirement and the duty cycles.",
+            autocompletion=scenarios_of_study,
+        ),
+    ] = None,
+    draws: Annotated[
+        int | None,
+        typer.Option("--draws", help="Number of samples, a power of two. [default: 65536, in a scenario 1024]"),
+    ] = None,
+    size: Annotated[
+        int | None,
+        typer.Option("--size", help="Samples in a chunk, a power of two. [default: 4096, in a scenario 32]"),
+    ] = None,
     workers: Workers = None,
     dask: Dask = None,
     resume: Resume = False,
@@ -165,18 +187,23 @@ def builds(
 ) -> None:
     """Sample a drive within its tolerances, as compare does, in chunks."""
     from infinivar.sweeps.builds import builds_sweep
+    from infinivar.sweeps.runs import runs_sweep
 
     loaded = loaded_study(study)
     of_one_axis(study, loaded.drives, "sweep")
+    numbers = {name: number for name, number in (("draws", draws), ("size", size)) if number is not None}
     with naming(study):
-        problem = builds_sweep(loaded, drive, draws=draws, size=size)
+        if scenario is None:
+            problem = builds_sweep(loaded, drive, **numbers)
+        else:
+            problem = runs_sweep(loaded, drive, scenario, **numbers)
     found = _run(problem, folder, workers, dask, resume)
     made = problem.result(found)
     if as_json:
         print_json({**made.to_dict(), "sweep": found.to_dict(0)})
         return
     say(made.verdict)
-    for task, judged in made.duty.items():
+    for task, judged in getattr(made, "duty", {}).items():
         say(f"{task}: {judged.verdict}")
     say(found.verdict)
 

@@ -147,6 +147,14 @@ def builds_sweep(study: Study, drive: str | None = None, *, draws: int = DRAWS, 
     InputError
         If the drive does not exist or has no spreads, a number is no power of two, or the drives cannot be judged.
     """
+    name = sampled(study, drive, draws, size)
+    check_duty(study)
+    check_spreads(study)
+    return BuildsSweep(study=study, drive=name, draws=draws, size=size)
+
+
+def sampled(study: Study, drive: str | None, draws: int, size: int) -> str:
+    """Name of the drive of which samples are drawn; arguments and errors as for `builds_sweep`."""
     check_study(study)
     spread = [name for name in study.drives if study.uncertainty.spreads.get(name)]
     if drive is None and not spread:
@@ -162,6 +170,4 @@ def builds_sweep(study: Study, drive: str | None = None, *, draws: int = DRAWS, 
     for what, number in (("draws", draws), ("size", size)):
         whole = isinstance(number, int) and not isinstance(number, bool) and 16 <= number <= _MOST
         require(whole and number & (number - 1) == 0, what, number, f"a power of two from 16 to {_MOST}")
-    check_duty(study)
-    check_spreads(study)
-    return BuildsSweep(study=study, drive=name, draws=draws, size=size)
+    return name
