@@ -17,9 +17,8 @@ from infinivar.analysis.hanging import Answered, Hanging, Judged, hang
 from infinivar.analysis.machine_tasks import Prepared
 from infinivar.analysis.machines import MachineComparison, decided_machine, judged_machine, tasks_and_paths
 from infinivar.analysis.region import covers, covers_with_loss
-from infinivar.analysis.whole_mass import DOUBT, factor_names, mass_of, with_factor
+from infinivar.analysis.whole_mass import doubts, mass_of, with_factor
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.parts.structure.structure import Structure
 from infinivar.study.choices import STANDBY_PER_AMPLIFIER, Variant, variants
 from infinivar.study.study import Study
 from infinivar.units import plain
@@ -77,17 +76,15 @@ def _structures(study: Study, free: Mapping[str, Judged], fits: Mapping[str, boo
     """Yield what decides if an assumed factor is wrong by `DOUBT`, where that changes which drives are within the envelope."""
     if study.envelope is None:
         return
-    for name in factor_names(Structure(), space=True):
-        for by in (1.0 / DOUBT, DOUBT):
-            now = dict(fits)
-            for of, drive in study.drives.items():
-                if hasattr(drive, "structure"):
-                    now[of] = mass_of(with_factor(drive, name, by), study.service(drive), doubted=False).within(
-                        study.envelope
-                    )
-            if now != fits:
-                judged = {of: one._replace(able=one.able and now[of]) for of, one in free.items()}
-                yield (f"structure: {name.replace('_', ' ')}", "as used", f"times {by:.3g}"), judged
+    for name, by in doubts(space=True):
+        now = dict(fits)
+        for of, drive in study.drives.items():
+            if hasattr(drive, "structure"):
+                made = mass_of(with_factor(drive, name, by), study.service(drive), doubted=False)
+                now[of] = made.within(study.envelope)
+        if now != fits:
+            judged = {of: one._replace(able=one.able and now[of]) for of, one in free.items()}
+            yield (f"structure: {name.replace('_', ' ')}", "as used", f"times {by:.3g}"), judged
 
 
 def _simulated(study: Study, used: Mapping[str, Judged], duty: Mapping[str, DutyComparison]) -> Iterator[Answered]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,6 +18,7 @@ from infinivar.drivetrain.envelope import Envelope
 from infinivar.drivetrain.layout import Layout
 from infinivar.drivetrain.service import Service
 from infinivar.limits import Demand
+from infinivar.parts.structure.structure import Structure
 from infinivar.study.study import Study
 from infinivar.units import show, show_in, times
 
@@ -178,7 +179,7 @@ def mass_of(drive: CoboticDrive | ConventionalDrive, service: Service, *, doubte
     """What a drive weighs, for a service; not `doubted`, without the effect of its factors, which takes most of the time."""
     bodies = drive.bodies(service)
     whole, factors = total(bodies), {}
-    for name in factor_names(drive.structure) if doubted else ():
+    for name in factor_names() if doubted else ():
         ends = [total(with_factor(drive, name, by).bodies(service)) for by in (1.0 / DOUBT, DOUBT)]
         if any(abs(end - whole) > _NEGLIGIBLE * whole for end in ends):
             factors[name] = ends[0], ends[1]
@@ -190,9 +191,16 @@ def with_factor(drive: Any, name: str, by: float) -> Any:
     return replace(drive, structure=replace(drive.structure, **{name: by * getattr(drive.structure, name)}))
 
 
-def factor_names(structure: Any, *, space: bool = False) -> Iterable[str]:
+def doubts(*, space: bool = False) -> Iterator[tuple[str, float]]:
+    """Yield each assumed factor, see `factor_names`, with both numbers by which it may be wrong."""
+    for name in factor_names(space=space):
+        yield name, 1.0 / DOUBT
+        yield name, DOUBT
+
+
+def factor_names(*, space: bool = False) -> Iterable[str]:
     """Assumed factors that size the bodies of a structure; for the space also those on the size of motors."""
-    for field in dataclasses.fields(structure):
+    for field in dataclasses.fields(Structure):
         if (
             "unit" in field.metadata
             and field.name != "travel"

@@ -193,10 +193,11 @@ def builds(
     of_one_axis(study, loaded.drives, "sweep")
     numbers = {name: number for name, number in (("draws", draws), ("size", size)) if number is not None}
     with naming(study):
-        if scenario is None:
-            problem = builds_sweep(loaded, drive, **numbers)
-        else:
-            problem = runs_sweep(loaded, drive, scenario, **numbers)
+        problem = (
+            builds_sweep(loaded, drive, **numbers)
+            if scenario is None
+            else runs_sweep(loaded, drive, scenario, **numbers)
+        )
     found = _run(problem, folder, workers, dask, resume)
     made = problem.result(found)
     if as_json:

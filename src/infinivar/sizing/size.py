@@ -19,7 +19,7 @@ from infinivar.analysis.cycles.duty_cycle import energy_and_feasibility
 from infinivar.analysis.deciding import best_speeds
 from infinivar.analysis.hanging import Hanging, Judged, hang
 from infinivar.analysis.region import covers
-from infinivar.analysis.whole_mass import DOUBT, factor_names, with_factor
+from infinivar.analysis.whole_mass import doubts, with_factor
 from infinivar.drivetrain.body import total
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.masses import tube_as_of
@@ -277,13 +277,12 @@ def hanging_designs(sizing: Sizing) -> Hanging:
 def _structures(sizing: Sizing, study: Study) -> Iterator[Variant]:
     """Yield the designs with each assumed factor of their structures wrong by `DOUBT`, in all of them alike."""
     anew = {name: tube_as_of(drive, sizing.study.drives[name]) for name, drive in study.drives.items()}
-    for name in factor_names(Structure()):
-        for by in (1.0 / DOUBT, DOUBT):
-            drives = {of: with_factor(drive, name, by) for of, drive in anew.items()}
-            values = dict.fromkeys(getattr(value_at(drive, "structure"), name) for drive in study.drives.values())
-            unit = next(one.metadata["unit"] for one in fields(Structure) if one.name == name)
-            used, instead = (" or ".join(show(factor * value, unit) for value in values) for factor in (1.0, by))
-            yield Variant(f"structure: {name.replace('_', ' ')}", used, instead, drives, "run")
+    unit = {one.name: one.metadata["unit"] for one in fields(Structure) if "unit" in one.metadata}
+    for name, by in doubts(space=sizing.objective[0] == "space"):
+        drives = {of: with_factor(drive, name, by) for of, drive in anew.items()}
+        values = dict.fromkeys(getattr(value_at(drive, "structure"), name) for drive in study.drives.values())
+        used, instead = (" or ".join(show(factor * value, unit[name]) for value in values) for factor in (1.0, by))
+        yield Variant(f"structure: {name.replace('_', ' ')}", used, instead, drives, "run")
 
 
 def _designs(sizing: Sizing) -> Study:
