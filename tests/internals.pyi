@@ -12,6 +12,7 @@ from infinivar._core.bounds import fits as fits_bounds
 from infinivar._core.bounds import permitted as permitted_bounds
 from infinivar._core.bounds import within as within_bounds
 from infinivar._core.bounds import words as bounds_in_words
+from infinivar._core.c_library import compiler
 from infinivar._core.described import arrays as labelled_arrays
 from infinivar._core.described import at, dictionary, finite, is_labelled, named, plain, reported, rows, suffix, unit_of
 from infinivar._core.described import derived as described_derived
@@ -162,6 +163,7 @@ from infinivar.drivetrain.graphs.compliances import hardening, hardening_energy
 from infinivar.drivetrain.layout import estimated_size
 from infinivar.drivetrain.masses import cobotic_bodies, with_tube
 from infinivar.drivetrain.service import Service, service_of
+from infinivar.exports.laws import law_files, laws
 from infinivar.figures import arm as arm_figure
 from infinivar.figures import bond_graph as bond_graph_figure
 from infinivar.figures import calibration as calibration_figure

@@ -44,7 +44,7 @@ def tables(seed=1, motors=8, gearheads=8):
 def test_closed_forms_are_what_single_drives_do():
     """Demands of all candidates without sampling, against the public analysis of each as a study would have it."""
     duty = {"reach": REACH, "shake": SHAKE}
-    found = candidates(TEMPLATE, *tables(), loss_model="strain wave", moving=True, weighed=False)
+    found = candidates(TEMPLATE, *tables(), loss_model="strain wave", moving=True, stated=())
     assert found.excluded == {"gearhead strain_wave.efficiency above what its running torque leaves": 8}
     seen = 0
     for task in tasks_of(TEMPLATE, duty, None, travel=None, samples=200):

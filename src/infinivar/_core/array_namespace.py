@@ -193,6 +193,8 @@ def _repeat(xp: Any, function: Callable[[Any], Any], value: Any, steps: int) -> 
         from jax.lax import fori_loop
 
         return fori_loop(0, steps, lambda _, state: function(state), value)
+    if xp.__name__ == "tape":
+        return xp.loop(lambda *state: (function(state), False), value, steps)
     for _ in range(steps):
         value = function(value)
     return value
@@ -250,6 +252,13 @@ def newton(xp: Any, step: Callable[[Array], Array], start: Array, steps: int) ->
     value, settled = start, False
     if xp.__name__ == "jax.numpy":
         value, steps = _settled_in_jax(xp, step, start, steps - 1), 1
+    if xp.__name__ == "tape":
+
+        def again(value: Array) -> tuple[tuple[Array], Array]:
+            new = step(value)
+            return (new,), _settled(xp, new, value) | xp.isnan(new)
+
+        (value,), steps = xp.loop(again, (start,), steps - 1), 1
     for _ in range(steps):
         new = step(value)
         settled = _settled(xp, new, value)
@@ -259,8 +268,13 @@ def newton(xp: Any, step: Callable[[Array], Array], start: Array, steps: int) ->
     return xp.where(settled, value, xp.nan)
 
 
+def reached(xp: Any, tolerance: float) -> Array:
+    """A tolerance of what an iteration has reached, as wide as a namespace of less precision needs it."""
+    return xp.maximum(tolerance, 100.0 * xp.settled) if hasattr(xp, "settled") else tolerance
+
+
 def _settled(xp: Any, new: Array, value: Array) -> Array:
-    return xp.abs(new - value) <= SETTLED * (1.0 + xp.abs(new))
+    return xp.abs(new - value) <= getattr(xp, "settled", SETTLED) * (1.0 + xp.abs(new))
 
 
 def _settled_in_jax(xp: Any, step: Callable[[Array], Array], start: Array, steps: int) -> Array:
@@ -342,6 +356,8 @@ def rising_root(
     state: _Bracket = (low, high, place, high - low)
     if xp.__name__ == "jax.numpy":
         place = _narrowed_in_jax(xp, function, narrow, state, steps, least)
+    elif xp.__name__ == "tape":
+        place = xp.loop(lambda *at: (new := narrow(at, function), new[3] <= least), state, steps)[2]
     else:
         for _ in range(steps):
             state = narrow(state, function)
@@ -359,6 +375,15 @@ def _inward(
     """Ends of a bracket moved towards a place, and whether the function has the sign of a rising one at each."""
     if xp.__name__ == "jax.numpy":
         return _inward_in_jax(xp, function, low, high, place, times)
+    if xp.__name__ == "tape":
+
+        def nearer(low: Array, high: Array) -> tuple[tuple[Array, Array], Array]:
+            below, above = function(low)[0] <= 0, function(high)[0] >= 0
+            ends = xp.where(below, low, 0.5 * (low + place)), xp.where(above, high, 0.5 * (high + place))
+            return ends, below & above
+
+        low, high = xp.loop(nearer, (low, high), times) if times else (low, high)
+        times = 0
     below, above = function(low)[0] <= 0, function(high)[0] >= 0
     for _ in range(times):
         if xp.all(below & above):

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,7 +30,7 @@ _INFIX = {
     "or": "||",
 }
 _CALLED = {"abs": "fabs"}
-_GIVEN = {"states": "x", "inputs": "u", "rates": "du", "parameters": "p"}
+_GIVEN = {"states": "x", "inputs": "u", "rates": "du", "parameters": "p", "settled": "settled"}
 """Arguments of the C functions, by group."""
 
 
@@ -80,9 +80,7 @@ def c_code(made: Model, parameters: Mapping[str, float]) -> Code:
     symbols: Any = dict(zip(tape.parameters, values, strict=True))
     results = made.function("motion", TapeNamespace(tape), symbols)(states, inputs, rates)
     slopes = [tape.slope(one, by) for one in results for by in states]
-    sizes = [len(_flat(one)) for one in tape.data(tape.parameters)]
-    begins = {f"held{place}": len(tape.parameters) + sum(sizes[:place]) for place in range(len(sizes))}
-    writer = _Writer(tape, begins)
+    writer = _Writer(tape, _begins(tape))
     once = writer.once([*results, *slopes])
     text = "\n".join(
         [
@@ -107,6 +105,24 @@ def c_code(made: Model, parameters: Mapping[str, float]) -> Code:
     return Code(text, tape, len(once))
 
 
+def written(tape: Tape, results: Sequence[Number], array: str) -> list[str]:
+    """Statements that compute results of a tape without parameters into an array, from the inputs `u` and the data `p`."""
+    writer = _Writer(tape, _begins(tape))
+    return [*writer.body([], [(f"{array}[{place}]", one) for place, one in enumerate(results)], constants=False)]
+
+
+def table_of(tape: Tape, name: str) -> list[str]:
+    """The data of a tape without parameters as an array."""
+    numbers = np.concatenate([np.zeros(1), *map(_flat, tape.data({}))])[1:].tolist() or [0.0]
+    return [f"static const double {name}[] = {{", *(f"    {c_number(one)}," for one in numbers), "};", ""]
+
+
+def _begins(tape: Tape) -> dict[str, int]:
+    """Where each group of data begins in the array `p`, after the parameters."""
+    sizes = [len(_flat(one)) for one in tape.data(tape.parameters)]
+    return {f"held{place}": len(tape.parameters) + sum(sizes[:place]) for place in range(len(sizes))}
+
+
 def _function(name: str, out: str, body: Iterable[str]) -> list[str]:
     """A function of the states, inputs and rates that writes into an array."""
     arguments = ", ".join([*(f"const double *{one}" for one in ("p", "k", "x", "u", "du")), f"double *{out}"])
@@ -122,6 +138,17 @@ def _function(name: str, out: str, body: Iterable[str]) -> list[str]:
 
 def _plain(name: str) -> str:
     return name.replace("*/", "").replace("\\", "/")
+
+
+class _Loop(NamedTuple):
+    """What a loop begins with, carries, computes in each step, and when it ends: numbers, and places of nodes."""
+
+    begins: Sequence[float | int]
+    values: Sequence[float | int]
+    new: Sequence[float | int]
+    ends: float | int
+    steps: int
+    inner: set[int]
 
 
 class _Writer:
@@ -168,22 +195,60 @@ class _Writer:
         operation = self.tape.nodes[place].operation
         return operation in _GIVEN or operation in self.begins
 
+    def _loop(self, place: int) -> _Loop:
+        """A loop: arguments, and the nodes that are computed anew in each step, as its values are behind them."""
+        *numbers, ends, steps = self.tape.nodes[place].arguments
+        count = len(numbers) // 3
+        begins, values, new = (numbers[count * part : count * (part + 1)] for part in range(3))
+        found = set(map(int, values))
+        for one in range(int(values[0]) + 1, place):
+            if found & {int(other) for other in self.tape.nodes[one].arguments if isinstance(other, int)}:
+                found.add(one)
+        behind = self.needed(Value(self.tape, one) for one in (*new, ends) if isinstance(one, int))
+        return _Loop(begins, values, new, ends, int(steps), found & set(behind))
+
+    def _looped(self, place: int, one: _Loop, known: Mapping[int, str]) -> Iterator[str]:
+        """Yield the statements of a loop."""
+        for begin, value in zip(one.begins, one.values, strict=True):
+            yield f"    double v{value} = {self._name(begin, known)};"
+        yield f"    for (int i{place} = 0; i{place} < {one.steps}; i{place}++) {{"
+        yield from (f"    {line}" for line in self._statements(sorted(one.inner), known))
+        for number, new in enumerate(one.new):
+            yield f"        const double n{place}_{number} = {self._name(new, known)};"
+        for number, value in enumerate(one.values):
+            yield f"        v{value} = n{place}_{number};"
+        if isinstance(one.ends, int):
+            yield f"        if ({self._name(one.ends, known)}) {{"
+            yield "            break;"
+            yield "        }"
+        yield "    }"
+
+    def _statements(self, places: Sequence[int], known: Mapping[int, str]) -> Iterator[str]:
+        """Yield statements that compute nodes, in order."""
+        loops = {place: self._loop(place) for place in places if self.tape.nodes[place].operation == "loop"}
+        later = set().union(*(one.inner for one in loops.values()))
+        for place in places:
+            operation = self.tape.nodes[place].operation
+            if place in known or place in later or operation in ("looped", "last") or self._is_given(place):
+                continue
+            if operation == "loop":
+                yield from self._looped(place, loops[place], known)
+                continue
+            kind = "int" if operation in CONDITIONS else "double"
+            yield f"    const {kind} v{place} = {self._text(place, known)};"
+
     def body(
         self, once: Sequence[int], results: Sequence[tuple[str, Number]], *, constants: bool = True
     ) -> Iterator[str]:
         """Yield statements that compute results into places, from `k` if it has constants."""
         known = {place: f"k[{number}]" for number, place in enumerate(once)} if constants else {}
-        for place in self.needed((one for _, one in results), known):
-            if place in known or self._is_given(place):
-                continue
-            kind = "int" if self.tape.nodes[place].operation in CONDITIONS else "double"
-            yield f"    const {kind} v{place} = {self._text(place, known)};"
+        yield from self._statements(self.needed((one for _, one in results), known), known)
         for target, one in results:
-            yield f"    {target} = {self._name(one.place, known) if isinstance(one, Value) else _number(one)};"
+            yield f"    {target} = {self._name(one.place, known) if isinstance(one, Value) else c_number(one)};"
 
     def _name(self, one: float | int, known: Mapping[int, str]) -> str:
         if isinstance(one, float):
-            return _number(one)
+            return c_number(one)
         if one in known:
             return known[one]
         operation, arguments = self.tape.nodes[one]
@@ -191,7 +256,7 @@ class _Writer:
             return f"{_GIVEN[operation]}[{arguments[0]}]"
         if operation in self.begins:
             return f"p[{self.begins[operation] + int(arguments[0])}]"
-        return f"v{one}"
+        return f"v{arguments[1] if operation == 'last' else one}"
 
     def _text(self, place: int, known: Mapping[int, str]) -> str:
         operation, arguments = self.tape.nodes[place]
@@ -212,7 +277,8 @@ class _Writer:
         return f"{_CALLED.get(operation, operation)}({', '.join(parts)})"
 
 
-def _number(value: float) -> str:
+def c_number(value: float) -> str:
+    """A number as C has it."""
     if math.isnan(value):
         return "NAN"
     if math.isinf(value):

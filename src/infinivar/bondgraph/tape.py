@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,11 +33,15 @@ _OPERATIONS: Mapping[str, Callable[..., Any]] = {
     "where": lambda condition, yes, no: yes if condition else no,
     "floor": math.floor,
     "isfinite": math.isfinite,
+    "isnan": math.isnan,
+    "atan2": math.atan2,
+    "expm1": math.expm1,
+    "log1p": math.log1p,
     **{name: getattr(FloatNamespace, name) for name in FUNCTIONS if name not in ("where", "clip")},
 }
 """What is recorded, as it is on numbers."""
 
-CONDITIONS = frozenset({"lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "isfinite"})
+CONDITIONS = frozenset({"lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "isfinite", "isnan"})
 """Operations whose results are true or false."""
 
 Number = Any
@@ -62,6 +66,8 @@ class Tape:
         self.held: list[tuple[Callable[..., Any], tuple[str, ...]]] = []
         """Functions of parameters whose results are data, and the names of these parameters."""
         self._known: dict[Any, Value] = {}
+        self._looped = 0
+        self._tables: dict[int, tuple[np.ndarray, Table]] = {}
         self._slopes: dict[tuple[int, int], Number] = {}
 
     def input(self, group: str, place: int) -> Value:
@@ -96,6 +102,12 @@ class Tape:
         place = self.held.index(one)
         return self._pieces(self.data(self.parameters)[place], place, [0])
 
+    def table(self, array: np.ndarray) -> Table:
+        """An array that does not change, as data."""
+        if id(array) not in self._tables:
+            self._tables[id(array)] = array, self.hold(lambda: array)
+        return self._tables[id(array)][1]
+
     def data(self, parameters: Mapping[str, float]) -> list[Any]:
         """What the functions held give for values of the parameters."""
         return [function(*(float(parameters[name]) for name in names)) for function, names in self.held]
@@ -107,6 +119,18 @@ class Tape:
         start[0] += np.size(data)
         group = f"held{place}"
         return Table(self, group, begin, np.shape(data)) if np.ndim(data) else self.input(group, begin)
+
+    def loop(
+        self, step: Callable[..., tuple[Sequence[Number], Number]], starts: Sequence[Number], steps: int
+    ) -> tuple[Value, ...]:
+        """Repeat a step, which gives the next values and whether to end there, from some starts; at most so many times."""
+        values = [self.input("looped", self._looped + place) for place in range(len(starts))]
+        self._looped += len(starts)
+        new, ends = step(*values)
+        numbers = (*starts, *values, *new, ends, steps)
+        given = tuple(one.place if isinstance(one, Value) else float(one) for one in numbers)
+        place = self._added(Node("loop", given)).place
+        return tuple(self._added(Node("last", (place, one.place))) for one in values)
 
     def slope(self, of: Number, by: Value) -> Number:
         """Derivative of a value by an input."""
@@ -121,6 +145,8 @@ class Tape:
         if place == by:
             return 1.0
         operation, arguments = self.nodes[place]
+        if operation == "last":
+            raise TypeError("what a loop gives has no recorded derivative")
         if operation not in _OPERATIONS:
             return 0.0  # an input, or a place in a table
         inner = [self._slopes[one, by] if isinstance(one, int) else 0.0 for one in arguments]
@@ -165,12 +191,15 @@ _SLOPES: Mapping[str, tuple[Callable[..., Number], ...]] = {
     "sqrt": (lambda y, a: 0.5 / y,),
     "exp": (lambda y, a: y,),
     "log": (lambda y, a: 1.0 / a,),
+    "expm1": (lambda y, a: y + 1.0,),
+    "log1p": (lambda y, a: 1.0 / (1.0 + a),),
     "sin": (lambda y, a: y.tape.record("cos", a),),
     "cos": (lambda y, a: -y.tape.record("sin", a),),
     "tan": (lambda y, a: 1.0 + y * y,),
     "asin": (lambda y, a: 1.0 / y.tape.record("sqrt", 1.0 - a * a),),
     "acos": (lambda y, a: -1.0 / y.tape.record("sqrt", 1.0 - a * a),),
     "atan": (lambda y, a: 1.0 / (1.0 + a * a),),
+    "atan2": (lambda y, a, b: b / (a * a + b * b), lambda y, a, b: -a / (a * a + b * b)),
     "tanh": (lambda y, a: 1.0 - y * y,),
 }
 """Derivative of the result y by each argument."""
@@ -242,7 +271,12 @@ class TapeNamespace:
     def __init__(self, tape: Tape) -> None:
         """Record on a tape."""
         self._tape = tape
-        self.hold = tape.hold
+        self.hold, self.loop = tape.hold, tape.loop
+
+    @property
+    def settled(self) -> Value:
+        """Relative change of a value by which an iteration has converged: what the code computes with decides."""
+        return self._tape.input("settled", 0)
 
     def __getattr__(self, name: str) -> Callable[..., Number]:
         """Function that records an operation of that name."""
@@ -275,11 +309,17 @@ class TapeNamespace:
         """Scalars broadcast to themselves."""
         return values
 
-    def reshape(self, table: Table, shape: Any) -> Table:
+    def zeros_like(self, value: Number) -> float:
+        """Zero."""
+        return 0.0
+
+    def reshape(self, table: Any, shape: Any) -> Any:
         """The same: a table is one row of numbers."""
         return table
 
-    def take(self, table: Table, place: Number) -> Number:
-        """Element of a table."""
+    def take(self, table: Table | np.ndarray, place: Number) -> Number:
+        """Element of a table, or of an array that does not change."""
+        if isinstance(table, np.ndarray):
+            table = self._tape.table(table)
         where = place.place if isinstance(place, Value) else float(place)
         return self._tape._added(Node(f"take {table.group} {table.begin}", (where,)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from infinivar._core.array_namespace import Array, as_floats, namespace, rising_root
+from infinivar._core.array_namespace import Array, as_floats, namespace, reached, rising_root
 from infinivar.contact.exact.spin_map import SpinMap, spin_map
 from infinivar.errors import require
 from infinivar.transmission.geometry import LossGroups
@@ -150,5 +150,5 @@ def _solved(
     creep = rising_root(xp, excess, -edge, edge, _STEPS, start, _INWARD)
     e = creep / stiffness
     tangent = (e - slope) / (1.0 + e * slope)
-    rolls = (xp.abs(excess(creep)[0]) <= _CLOSE) & (1.0 + e * tangent > 0.0)
+    rolls = (xp.abs(excess(creep)[0]) <= reached(xp, _CLOSE)) & (1.0 + e * tangent > 0.0)
     return e, tangent, rolls
