@@ -120,6 +120,13 @@ def test_cobotic_drives_of_least_space_and_price(aim, tmp_path):
     assert feasible(study, best.drive)
 
 
+def test_without_a_motion_the_steering_motor_of_the_template_has_a_price(tmp_path):
+    path = tmp_path / "dear.toml"
+    path.write_text(priced(SLOW), "utf-8")
+    with pytest.raises(iv.InputError, match=r"steering\.motor\.price is missing: without a motion"):
+        iv.size(replace(KNEE, duty={}), objective="price", sets=path, drive="cobotic", generations=1)
+
+
 def test_objectives_that_cannot_be_combined_are_refused(dear):
     with pytest.raises(iv.InputError, match="objective must be energy, mass, space or price, or energy and mass"):
         iv.size(WALKING, objective=("energy", "space"), sets=dear)

@@ -170,7 +170,7 @@ class Sizing(Result):
             said.append(f"not checked for the best design, as its data sheets state no value: {named}")
         if "price" in self.objective:
             said.append("prices are those of motors and gearheads; the structure has none")
-        if "space" in self.objective:
+        if "space" in self.objective and any(one.architecture == "cobotic" for one in self.best_of.values()):
             said.append("the motors of a cobotic drive are the lightest behind its wheel; others may need less space")
         if self.best is not None and not self.study.duty:
             said.append(

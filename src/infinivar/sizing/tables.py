@@ -169,6 +169,11 @@ class CoboticRequest(Request):
             require(isinstance(number, int) and number >= least, name, number, f"a whole number >= {least}")
         require(1.0 <= self.slip_margin < math.inf, "slip_margin", self.slip_margin, ">= 1 and finite")
         require(self.life is None or self.life > 0.0, "life", self.life, "> 0", "s")
+        steering = self.template.steering
+        if self.objective == "price" and not self.duty and steering is not None and steering.motor.price is None:
+            raise ParameterError(
+                "steering.motor.price is missing: without a motion no other steering motor is searched"
+            )
         if self.life is not None and not self.duty:
             raise ParameterError("life needs a motion, which tells how far the wheel rolls: duty is empty")
 
