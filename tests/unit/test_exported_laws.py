@@ -1,6 +1,7 @@
 """What a motion takes of a drive, as C for its controller: compiled, it gives what the program gives, in double and in float."""
 
 import ctypes
+import re
 import subprocess
 
 import numpy as np
@@ -25,7 +26,7 @@ pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler: the p
 def written(tmp_path_factory):
     def write(study, name):
         folder = tmp_path_factory.mktemp(name)
-        files = law_files(loaded(study), name)
+        files = law_files(loaded(study).drives[name], re.sub(r"\W", "_", name))
         for file, text in files.items():
             (folder / file).write_text(text, "utf-8")
         return folder, next(iter(files)).removesuffix(".h")
@@ -46,14 +47,14 @@ def built(folder, real, *options):
 def test_the_test_that_comes_with_it_passes(written, study, name, real):
     """Strict C99; 1e-9 of the largest value in double, 1e-3 in float, at 24 instants of a motion."""
     folder, base = written(study, name)
-    built(folder, real, f"{base}.c", f"{base}-test.c", "-o", "compared")
+    built(folder, real, f"{base}.c", f"{base}_test.c", "-o", "compared")
     done = subprocess.run(["./compared"], cwd=folder, capture_output=True, text=True)
     assert not done.returncode, done.stdout
 
 
 def test_the_test_that_comes_with_it_can_fail(written):
     folder, base = written("hand_controller", "motor1-gear1")
-    text = (folder / f"{base}-test.c").read_text("utf-8")
+    text = (folder / f"{base}_test.c").read_text("utf-8")
     (line,) = [one for one in text.split("\n") if one.startswith("static const double steady_y")]
     begin = text.index("{", text.index(line) + len(line))
     (folder / "wrong.c").write_text(text[: begin + 1] + "1.5 + " + text[begin + 1 :], "utf-8")
@@ -89,7 +90,7 @@ def test_random_points_in_all_quadrants_are_those_of_the_program(written, study,
 
 
 def test_the_same_drive_gives_the_same_bytes():
-    one, other = (law_files(loaded("hand_controller"), "cobotic") for _ in range(2))
+    one, other = (law_files(loaded("hand_controller").drives["cobotic"], "cobotic") for _ in range(2))
     assert one == other
     assert "malloc" not in one["cobotic.c"]
 

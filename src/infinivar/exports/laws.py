@@ -16,14 +16,13 @@ from infinivar.bondgraph.c_code import c_number, table_of, written
 from infinivar.bondgraph.tape import Number, Tape
 from infinivar.drivetrain.drive import followed, operated, orders_of
 from infinivar.motion.course import Course
-from infinivar.study.study import Study
 
 _LEAST = 1e-30
 """Smaller numbers only keep a divisor from 0, which they are in float."""
 _POINTS = 24
 """Instants at which the test compares."""
-_INSIDE = 0.7
-"""Largest speed and force of the test over those of the study."""
+_FASTEST, _SLOWEST, _STRONGEST, _WEAKEST = 2.0, 1e-3, 2e3, 1e-3
+"""Between these lie speed and force of the test: the largest, halved until they are within limits. [m s^-1], [N]"""
 
 _STEADY = {"position": "m", "speed": "m/s", "force": "N"}
 _MOTION = {
@@ -90,25 +89,24 @@ def _results(point: Any, demands: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def law_files(study: Study, drive: str) -> dict[str, str]:
+def law_files(drive: Any, name: str) -> dict[str, str]:
     """C of the laws of a drive, and a test that compares it with the program, by the names of the files.
 
     Parameters
     ----------
-    study : Study   Its requirement or its motions say in which range the test compares.
-    drive : str     Name of a one-axis drive of the study.
+    drive : CoboticDrive or ConventionalDrive
+    name : str   Of the files and before the names of the functions: letters, digits and "_".
 
     Returns
     -------
-    dict of str to str   ``NAME.h``, ``NAME.c`` and ``NAME-test.c``; the same for the same drive.
+    dict of str to str   ``NAME.h``, ``NAME.c`` and ``NAME_test.c``; the same for the same drive.
 
     Raises
     ------
     TypeError, AttributeError
         If a law of another package decides by a value, or calls what C has not.
     """
-    made, name = study.drives[drive], _identifier(drive)
-    found = laws(made)
+    found = laws(drive)
     recorded = {law.name: _recorded(law) for law in found}
     guard = f"{name.upper()}_H"
     real = "#ifndef REAL\n#define REAL double\n#endif\ntypedef REAL real;"
@@ -136,7 +134,7 @@ def law_files(study: Study, drive: str) -> dict[str, str]:
     return {
         f"{name}.h": "\n".join(header),
         f"{name}.c": _reals("\n".join(body)),
-        f"{name}-test.c": _test(name, found, study),
+        f"{name}_test.c": _test(name, found),
     }
 
 
@@ -160,12 +158,12 @@ def _reals(text: str) -> str:
     return re.sub(r"(?<![\w.])(\d+\.\d+(?:e[+-]?\d+)?|\d+e[+-]?\d+)(?!\w)", number, text)
 
 
-def _test(name: str, found: Sequence[Law], study: Study) -> str:
+def _test(name: str, found: Sequence[Law]) -> str:
     """A program that compares the functions with values of this one, and returns 0 if they agree."""
     lines = [f'#include "{name}.h"', "", "#include <math.h>", "#include <stdio.h>", ""]
     checks = []
     for law in found:
-        given = _instants(study, law.inputs)
+        given = _instants(law)
         results = law.evaluate(**given)
         rows = {"u": list(given.values()), "y": list(results.values())}
         for array, columns in rows.items():
@@ -220,33 +218,33 @@ _ENDS = """    printf("largest difference: %.1e of the largest value; permitted:
 }"""
 
 
-def _instants(study: Study, inputs: Mapping[str, str]) -> dict[str, Any]:
-    """Values of inputs during a sinusoid of 1 Hz within what the study asks for."""
-    speed, force = _largest(study)
+def _instants(law: Law) -> dict[str, Any]:
+    """Values of the inputs during a sinusoid of 1 Hz, as fast and with as much force as the limits permit at all instants."""
+    speed, force = _FASTEST, 0.0
+    while not _within(law, _sinusoid(law, speed, force)) and speed > _SLOWEST:
+        speed *= 0.5
+    force = _STRONGEST
+    while not _within(law, _sinusoid(law, speed, force)) and force > _WEAKEST:
+        force *= 0.5
+    return _sinusoid(law, speed, force)
+
+
+def _within(law: Law, given: Mapping[str, Any]) -> bool:
+    with np.errstate(all="ignore"):
+        found = law.evaluate(**given)
+    demands = (one for name, one in found.items() if name.startswith("demand_"))
+    return all(np.isfinite(one).all() for one in found.values()) and all((one <= 1.0).all() for one in demands)
+
+
+def _sinusoid(law: Law, speed: float, force: float) -> dict[str, Any]:
     turn, angle = 2.0 * np.pi, 2.0 * np.pi * (np.arange(_POINTS) + 0.3) / _POINTS
     orders = ("position", "speed", "acceleration", "jerk", "snap", "fifth", "sixth")
     forces = ("force", "force_rate", "force_curvature", "force_third", "force_fourth")
-    found: dict[str, Any] = {"load_mass": np.asarray(study.load_mass or 0.0)}
+    found: dict[str, Any] = {"load_mass": np.asarray(0.0)}
     found |= {
         name: speed * turn ** (order - 1) * np.sin(angle + 0.5 * np.pi * order) for order, name in enumerate(orders)
     }
     found |= {
         name: force * turn**order * np.cos(angle + 1.0 + 0.5 * np.pi * order) for order, name in enumerate(forces)
     }
-    return {name: found[name] for name in inputs}
-
-
-def _largest(study: Study) -> tuple[float, float]:
-    """Speed and force of the test."""
-    if study.requirement is not None:
-        return _INSIDE * study.requirement.speed, _INSIDE * study.requirement.force
-    speeds, forces = (
-        zip(*(_of_cycle(one) for one in study.duty.values()), strict=True) if study.duty else ((0.1,), (1.0,))
-    )
-    return _INSIDE * max(speeds), _INSIDE * max(forces)
-
-
-def _of_cycle(duty: Any) -> tuple[float, float]:
-    _, _, course = duty.instants()
-    force = course.driving_force(duty.moved_mass or 0.0).value
-    return tuple(float(np.nanmax(np.abs(one))) for one in (course.speed, force))  # type: ignore[return-value]
+    return {name: found[name] for name in law.inputs}
