@@ -21,6 +21,7 @@ from infinivar.parts.bearing import Bearing
 from infinivar.parts.spring import TorsionSpring
 from infinivar.parts.structure import bodies
 from infinivar.parts.structure.beams import STEEL_DENSITY, STEEL_MODULUS
+from infinivar.parts.structure.stock import stock_mass
 from infinivar.parts.structure.structure import Structure
 from infinivar.units import show, show_in
 
@@ -207,9 +208,19 @@ class Building:
         springs = [place for place in output.chain if place.kind in ("series", "parallel")]
         if springs:
             stored = self.service.energies
-            known = all(place.name in stored for place in springs)
-            mass = sum(self._wire(stored[place.name], place.part) for place in springs) if known else None
-            yield self.body("springs", mass, "wire for the energy stored" if known else "no motion states their energy")
+            bought = {place.name: mass for place in springs if (mass := bought_spring(place.part)) is not None}
+            made = [place for place in springs if place.name not in bought]
+            known = all(place.name in stored for place in made)
+            wire = sum(self._wire(stored[place.name], place.part) for place in made) if known else None
+            words = [place.part.name for place in springs if place.name in bought]
+            words += ["wire for the energy stored"] if made else []
+            basis = " and ".join(words) if known else "no motion states their energy"
+            body = self.body("springs", None if wire is None else wire + sum(bought.values()), basis)
+            yield (
+                body._replace(kind="catalogue")
+                if body.kind == "derived" and body.mass is not None and not made
+                else body
+            )
 
     def _wire(self, energy: Array, spring: Any = None) -> Array:
         bent = isinstance(spring, TorsionSpring)
@@ -219,6 +230,11 @@ class Building:
 
 _OPEN = "its arm or its load is not known"
 UNKNOWN = "travel is missing: state it in [requirement] (angle about a joint), or as structure.travel"
+
+
+def bought_spring(part: Any) -> float | None:
+    """Mass of a spring from stock; None of one that is made, or whose mass is not known. [kg]"""
+    return stock_mass(part) if hasattr(part, "wire_diameter") else None
 
 
 def held_by(own: Bearing | None, load: Array) -> Mapping[str, Array]:
