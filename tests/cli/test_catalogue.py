@@ -115,7 +115,8 @@ def test_list(infinivar, folder, made):
     home = folder / "home"
     assert listed.code == 0
     assert listed.out.splitlines() == [
-        "shipped  22 motors, 46 gearheads, 40 bearings, 30 rails, 62 belts, 52 springs, 96 tubes, 7 materials  (comes with the program)",
+        "shipped  22 motors, 46 gearheads, 40 bearings, 30 rails, 62 belts, 52 springs, 96 tubes, 7 materials  "
+        "(comes with the program)",
         "mine     1 motor, 2 gearheads, 1 compatible pair; 1 row refused  (parts/mine.toml)",
         "made     3 motors, 3 gearheads, 4 compatible pairs  "
         f"({home / 'made.npz'})",

@@ -110,15 +110,28 @@ def test_contradictions_of_gearheads_and_bearings():
 @pytest.mark.parametrize(
     ("changed", "text"),
     [
-        ({"stiffness": 1500.0, "permissible_length": 0.03667}, "stiffness 1.5 N/mm is stated, but G d^4/(8 D^3 n) gives 0.999"),
-        ({"permissible_force": 15.0}, "permissible force 15 N is stated, but stiffness times deflection at the permiss"),
-        ({"initial_tension": 13.0, "permissible_length": 0.03}, "initial tension 13 N exceeds the permissible force, 12 N"),
+        (
+            {"stiffness": 1500.0, "permissible_length": 0.03667},
+            "stiffness 1.5 N/mm is stated, but G d^4/(8 D^3 n) gives 0.999",
+        ),
+        (
+            {"permissible_force": 15.0},
+            "permissible force 15 N is stated, but stiffness times deflection at the permiss",
+        ),
+        (
+            {"initial_tension": 13.0, "permissible_length": 0.03},
+            "initial tension 13 N exceeds the permissible force, 12 N",
+        ),
         ({"mass": 5e-3}, "mass 5 g is stated, but the mass of its wire gives 3.39"),
         ({"wire_diameter": 5e-3}, "wire 10 mm exceeds the outer diameter, 9 mm"),
     ],
 )
 def test_contradictions_of_springs(changed, text):
-    assert [one.text for one in checked(spring={**SPRING, **changed}).contradictions if one.text.startswith(f"spring s: {text}")]
+    assert [
+        one.text
+        for one in checked(spring={**SPRING, **changed}).contradictions
+        if one.text.startswith(f"spring s: {text}")
+    ]
 
 
 def test_contradictions_of_tubes():

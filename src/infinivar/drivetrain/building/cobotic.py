@@ -132,12 +132,14 @@ class CoboticBuilding(Building):
         preload, least = self.drive.transmission.preload, self.structure.spring_deflection
         count, many, own = self.drive.transmission.wheels, self._many, self.structure.preload_spring
         if own is not None:
-            lacking = _too_weak(own, preload, least)
-            mass = stock_mass(own)
-            if mass is None and lacking is None:
-                lacking = f"{own.name}: the mass is not stated"
-            words = many(own.name) if lacking is None else lacking
-            return Body("preload spring", None if lacking or mass is None else count * mass, "catalogue", words, True)
+            lacking, mass = _too_weak(own, preload, least), stock_mass(own)
+            if mass is None:
+                lacking = lacking or f"{own.name}: the mass is not stated"
+            if mass is None or lacking is not None:
+                return Body("preload spring", None, "catalogue", lacking or "", True)
+            return Body(
+                "preload spring", count * mass * _presses(own, preload, least), "catalogue", many(own.name), True
+            )
         if not self.structure.stock_springs:
             wire = count * self._wire(0.5 * preload * least)
             return Body("preload spring", wire, "derived", many("wire for the energy stored"), True)
@@ -316,6 +318,14 @@ class CoboticBuilding(Building):
         if own is not None:
             return own.outside_diameter, own.breadth
         return 2.0 * (self.bell.outer + _SECTION), _THIN
+
+
+def _presses(spring: StockSpring, preload: Array, least: float) -> Array:
+    """1 where a spring presses a wheel, and nan where it is too weak or too stiff."""
+    xp = namespace(preload)
+    force, given_way = given(spring.permissible_force, math.inf), stretch(spring, preload)
+    enough = (force >= preload) & (True if given_way is None else given_way >= least)
+    return plain(xp.where(xp.asarray(enough), 1.0, math.nan))
 
 
 def _too_weak(spring: StockSpring, preload: Array, least: float) -> str | None:

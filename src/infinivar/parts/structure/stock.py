@@ -123,7 +123,7 @@ def check_coils(spring: Any) -> None:
     """Raise ParameterError unless wire and coils of a stock spring fit each other."""
     wire, outer = spring.wire_diameter, spring.outer_diameter
     if wire is not None and outer is not None and isinstance(wire, float) and isinstance(outer, float):
-        require(outer > 2.0 * wire, "outer_diameter", outer, f"> {2.0 * wire!r} m, twice wire_diameter", "m")
+        require(outer > 2.0 * wire, "outer_diameter", outer, f"> {2.0 * wire!r} m, twice wire_diameter")
     if spring.made_for == "compression":
         for name in ("initial_tension", "body_length"):
             if getattr(spring, name) is not None:
