@@ -61,7 +61,7 @@ def test_a_study_names_a_spring_of_the_catalogue():
         ({"part": "z-161j"}, r"series_spring\.part = 'z-161j' is not in the catalogue of springs.*did you mean"),
         (
             {"part": "z-161i", "outer_diameter": "5 mm"},
-            r"outer_diameter must be > 0\.005 m, twice wire_diameter, got 0\.005",
+            "outer_diameter must be > 5 mm, twice wire_diameter, got 5 mm",
         ),
         (
             {"part": "d-077", "initial_tension": "1 N"},
@@ -232,7 +232,7 @@ def test_a_cylinder_is_turned_from_its_tube():
 def test_faults_of_tubes_are_named(changed, words):
     with pytest.raises(iv.ParameterError, match=words):
         turned(**changed)
-    with pytest.raises(iv.ParameterError, match="wall must be < half of outer_diameter"):
+    with pytest.raises(iv.ParameterError, match="wall must be < 5 mm, half of outer_diameter, got 6 mm"):
         StockTube(outer_diameter=0.01, wall=0.006)
 
 
@@ -250,3 +250,35 @@ def test_a_stated_preload_spring_of_many_designs():
     many = pressing(preloads, preload_spring=spring).mass
     alone = [pressing(float(one), preload_spring=spring).mass for one in preloads]
     assert [None if np.isnan(one) else one for one in many] == alone == [None, None, spring.mass, None]
+
+
+def test_springs_and_tubes_are_imported_by_their_columns(tmp_path):
+    """A file of each kind; its rows are those of the parts, and bad ones are named with line, field, value and what is right."""
+    springs, tubes = tmp_path / "springs.csv", tmp_path / "tubes.csv"
+    springs.write_text(
+        "key,made_for,stiffness [N/mm],permissible_force [N],wire_diameter [mm],outer_diameter [mm],coils\n"
+        "a,compression,1.809,10.33,0.5,4.5,5.5\nb,torsion,1.8,10,0.5,4.5,5\nc,extension,1.8,-3,0.5,4.5,5\n"
+    )
+    tubes.write_text("key,outer_diameter [mm],wall [mm],tube_density [kg/m]\na,30,2,1.381\nb,30,0,1\n")
+    found = iv.import_parts([springs, tubes], name="mine")
+    spring, tube = found.parts.springs.part("a"), found.parts.tubes.part("a")
+    assert (spring.stiffness, spring.weight) == pytest.approx((1809.0, iv.springs()["d-077"].weight))
+    assert tube == replace(iv.tubes()["e235n-30x2"], name="a")
+    assert [str(fault) for fault in found.faults] == [
+        "springs.csv:3: b: made_for = 'torsion' must be one of compression, extension (did you mean 'compression'?)",
+        "springs.csv:4: c: permissible_force must be > 0 N, got -3.0",
+        "tubes.csv:3: b: wall must be > 0 m, got 0.0, written as 0 mm",
+    ]
+    assert iv.search_parts(found.parts, "springs", "stiffness < 2 N/mm").count == 1
+    assert iv.check_parts(found.parts).consistent
+
+
+def test_a_tube_keeps_the_search_to_what_it_can_be_turned_to():
+    element = turned()
+    study = replace(KNEE, drives={"cobotic": replace(COBOTIC, transmission=element)})
+    with pytest.raises(
+        iv.InputError, match=r"ranges\['cylinder_radius'\] must be within 47\.24 mm to 51 mm, .* got 20 mm to 60 mm"
+    ):
+        iv.size(study, drive="cobotic", ranges={"cylinder_radius": (0.02, 0.06)})
+    found = iv.size(study, drive="cobotic", generations=1, top=1)
+    assert 0.047 < found.designs[0].drive.transmission.cylinder_radius <= 0.051

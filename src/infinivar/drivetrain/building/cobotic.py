@@ -137,13 +137,13 @@ class CoboticBuilding(Building):
                 lacking = lacking or f"{own.name}: the mass is not stated"
             if mass is None or lacking is not None:
                 return Body("preload spring", None, "catalogue", lacking or "", True)
-            return Body(
-                "preload spring", count * mass * _presses(own, preload, least), "catalogue", many(own.name), True
-            )
+            xp = namespace(preload)
+            all_of = xp.where(xp.asarray(_presses(own, preload, least)), count * mass, math.nan)
+            return Body("preload spring", plain(all_of), "catalogue", many(own.name), True)
         if not self.structure.stock_springs:
             wire = count * self._wire(0.5 * preload * least)
             return Body("preload spring", wire, "derived", many("wire for the energy stored"), True)
-        found = catalogue.lightest("springs", preload, ("weight",), fits=lambda one: stretch(one, preload) >= least)
+        found = catalogue.lightest("springs", preload, ("weight",), fits=lambda one: _presses(one, preload, least))
         if "name" in found and found["name"] is None:
             return Body(
                 "preload spring", None, "catalogue", f"no spring of the catalogue {_needed(preload, least)}", True
@@ -321,11 +321,9 @@ class CoboticBuilding(Building):
 
 
 def _presses(spring: StockSpring, preload: Array, least: float) -> Array:
-    """1 where a spring presses a wheel, and nan where it is too weak or too stiff."""
-    xp = namespace(preload)
+    """Whether a spring is neither too weak nor too stiff to press a wheel; bool."""
     force, given_way = given(spring.permissible_force, math.inf), stretch(spring, preload)
-    enough = (force >= preload) & (True if given_way is None else given_way >= least)
-    return plain(xp.where(xp.asarray(enough), 1.0, math.nan))
+    return (force >= preload) & (True if given_way is None else given_way >= least)
 
 
 def _too_weak(spring: StockSpring, preload: Array, least: float) -> str | None:

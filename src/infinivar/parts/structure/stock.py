@@ -12,6 +12,7 @@ from infinivar._core.array_namespace import Array
 from infinivar._core.fields import check, component, given, quantity
 from infinivar.errors import ParameterError, require
 from infinivar.parts.structure.beams import STEEL_DENSITY, Section
+from infinivar.units import show_in
 
 SHEAR_MODULUS = 81.5e9
 """Of patented drawn spring wire (EN 10270-1). Stainless wire has 14 % less. [Pa]"""
@@ -119,11 +120,15 @@ class StockSpring:
         return given(stock_mass(self), math.inf)
 
 
+def _mm(length: float) -> str:
+    return show_in(length, "m", "mm")
+
+
 def check_coils(spring: Any) -> None:
     """Raise ParameterError unless wire and coils of a stock spring fit each other."""
     wire, outer = spring.wire_diameter, spring.outer_diameter
     if wire is not None and outer is not None and isinstance(wire, float) and isinstance(outer, float):
-        require(outer > 2.0 * wire, "outer_diameter", outer, f"> {2.0 * wire!r} m, twice wire_diameter")
+        require(outer > 2.0 * wire, "outer_diameter", _mm(outer), f"> {_mm(2.0 * wire)}, twice wire_diameter")
     if spring.made_for == "compression":
         for name in ("initial_tension", "body_length"):
             if getattr(spring, name) is not None:
@@ -183,7 +188,8 @@ class StockTube:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
-        require(self.wall < 0.5 * self.outer_diameter, "wall", self.wall, "< half of outer_diameter")
+        half = 0.5 * self.outer_diameter
+        require(self.wall < half, "wall", _mm(self.wall), f"< {_mm(half)}, half of outer_diameter")
 
     @property
     def weight(self) -> float:
@@ -212,10 +218,9 @@ class StockTube:
         """
         inner = 0.5 * self.outer_diameter - self.wall
         if isinstance(radius, float) and not inner < radius <= 0.5 * self.outer_diameter * (1.0 + _SAME):
-            mm = [f"{1e3 * one:.6g} mm" for one in (inner, 0.5 * self.outer_diameter, radius)]
             raise ParameterError(
-                f"cylinder_radius must be > {mm[0]} and <= {mm[1]}, within the wall of cylinder_tube ({self.name}), "
-                f"got {mm[2]}"
+                f"cylinder_radius must be > {_mm(inner)} and <= {_mm(0.5 * self.outer_diameter)}, within the wall of "
+                f"cylinder_tube ({self.name}), got {_mm(radius)}"
             )
         return radius - inner
 
