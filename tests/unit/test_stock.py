@@ -282,3 +282,40 @@ def test_a_tube_keeps_the_search_to_what_it_can_be_turned_to():
         iv.size(study, drive="cobotic", ranges={"cylinder_radius": (0.02, 0.06)})
     found = iv.size(study, drive="cobotic", generations=1, top=1)
     assert 0.047 < found.designs[0].drive.transmission.cylinder_radius <= 0.051
+
+
+def test_the_sensitivity_to_the_radius_of_a_cylinder_turned_from_a_tube():
+    """By the complex step, and by central differences, whose error is of the order of the step squared, 1e-6. The range of the
+    radius ends where the tube does, and the sizes of the tube itself are nominal."""
+    drive = replace(COBOTIC, cylinder_inertia=None, transmission=turned(cylinder_radius=0.049))
+
+    def energy(radius):
+        made = replace(drive, transmission=replace(drive.transmission, cylinder_radius=radius))
+        return iv.duty_cycle(made, KNEE.duty["walking"]).energy
+
+    found = iv.sensitivity(replace(KNEE, drives={"cobotic": drive}), "cobotic", "energy", samples=0)
+    rows = {row.path: row for row in found.influences}
+    row = rows["transmission.cylinder_radius"]
+    step = 1e-3 * 0.049
+    slope = (energy(0.049 + step) - energy(0.049 - step)) / (2.0 * step)
+    assert row.elasticity == pytest.approx(slope * 0.049 / energy(0.049), rel=1e-3)
+    assert (row.low, row.high) == pytest.approx((0.047 / 0.995, 0.051))
+    assert not [path for path in rows if "cylinder_tube" in path]
+
+
+def test_a_spring_from_stock_has_the_sensitivity_of_its_stiffness():
+    study = sprung(part="z-161i")
+    found = iv.sensitivity(study, "geared", "energy", samples=0)
+    rows = {row.path: row.elasticity for row in found.influences if "series_spring" in row.path}
+    assert set(rows) == {"output.series_spring.stiffness"}
+    drive = study.drives["geared"]
+    energy = [
+        iv.duty_cycle(
+            replace(drive, output=iv.Output(series_spring=Spring(stiffness=8316.0 * (1.0 + step)))),
+            KNEE.duty["walking"],
+        ).energy
+        for step in (-1e-3, 0.0, 1e-3)
+    ]
+    assert rows["output.series_spring.stiffness"] == pytest.approx(
+        (energy[2] - energy[0]) / (2e-3 * energy[1]), rel=1e-3
+    )

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from annotated_types import Ge, Gt
 
-from infinivar._core.array_namespace import Array
+from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import check, component, given, quantity
 from infinivar.errors import ParameterError, require
 from infinivar.parts.structure.beams import STEEL_DENSITY, Section
@@ -26,8 +26,14 @@ DENSITIES = {"steel": STEEL_DENSITY, "aluminium": 2700.0}
 _OTHER_METAL = 0.05
 """Relative difference of densities that alloys of one metal do not have."""
 
+THINNEST = 0.005
+"""Wall over radius below which an area of contact is no small part of it."""
+
 _SAME = 1e-9
 """Relative difference of radii that only units can have made."""
+
+_NONE = 1e-6
+"""Wall over radius where a tube cannot be turned down to it: too thin for any load."""
 
 Purpose = Literal["compression", "extension"]
 Metal = Literal["steel", "aluminium"]
@@ -189,7 +195,8 @@ class StockTube:
         """Validate the fields."""
         check(self)
         half = 0.5 * self.outer_diameter
-        require(self.wall < half, "wall", _mm(self.wall), f"< {_mm(half)}, half of outer_diameter")
+        if isinstance(self.wall, float) and isinstance(half, float):  # not while derivatives are taken
+            require(self.wall < half, "wall", _mm(self.wall), f"< {_mm(half)}, half of outer_diameter")
 
     @property
     def weight(self) -> float:
@@ -208,26 +215,34 @@ class StockTube:
             return self.tube_density / self.section.area
         return given(self.density, DENSITIES[self.metal])
 
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Least and largest radius to which it can be turned down, of a wall that can carry a load. [m]"""
+        return (0.5 * self.outer_diameter - self.wall) / (1.0 - THINNEST), 0.5 * self.outer_diameter
+
     def wall_at(self, radius: Array) -> Array:
-        """Wall that is left of the tube, turned down to an outer radius. [m]
+        """Wall that is left of the tube, turned down to an outer radius; of many designs nearly none where it cannot be. [m]
 
         Raises
         ------
         ParameterError
-            If the radius is not within the wall.
+            If a single radius is not within the wall.
         """
-        inner = 0.5 * self.outer_diameter - self.wall
-        if isinstance(radius, float) and not inner < radius <= 0.5 * self.outer_diameter * (1.0 + _SAME):
+        inner, outer = 0.5 * self.outer_diameter - self.wall, 0.5 * self.outer_diameter * (1.0 + _SAME)
+        if isinstance(radius, float) and isinstance(inner, float):
+            if inner < radius <= outer:
+                return radius - inner
             raise ParameterError(
-                f"cylinder_radius must be > {_mm(inner)} and <= {_mm(0.5 * self.outer_diameter)}, within the wall of "
-                f"cylinder_tube ({self.name}), got {_mm(radius)}"
+                f"cylinder_radius must be > {_mm(inner)} and <= {_mm(outer)}, within the wall of cylinder_tube "
+                f"({self.name}), got {_mm(radius)}"
             )
-        return radius - inner
+        xp = namespace(radius, inner)
+        return xp.where((radius > inner) & (radius <= outer), radius - inner, _NONE * radius)
 
     def check_density(self, density: float | None) -> None:
         """Raise ParameterError unless a density can be that of the tube. [kg m^-3]"""
         own = self.metal_density
-        if density is not None and isinstance(density, float) and abs(density / own - 1.0) > _OTHER_METAL:
+        if isinstance(density, float) and isinstance(own, float) and abs(density / own - 1.0) > _OTHER_METAL:
             raise ParameterError(
                 f"geometry.cylinder_material must have a density within {100.0 * _OTHER_METAL:.0f} % of {own:.0f} kg/m^3, "
                 f"that of cylinder_tube ({self.name}), got {density:.0f} kg/m^3"

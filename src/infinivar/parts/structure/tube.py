@@ -12,11 +12,11 @@ from infinivar._core.fields import check, component, quantity
 from infinivar.contact.bodies import Material
 from infinivar.errors import ParameterError
 from infinivar.parts.structure import beams, shells
-from infinivar.parts.structure.stock import StockTube
+from infinivar.parts.structure.stock import THINNEST, StockTube
 from infinivar.units import plain, show_in
 
-THINNEST, THICKEST = 0.005, 0.9
-"""Wall over radius for which `shells` has a meaning: below, an area of contact is no small part of it."""
+THICKEST = 0.9
+"""Wall over radius up to which, and from `THINNEST` on, `shells` has a meaning."""
 
 SHORTEST, _LONGEST = 0.5, 20.0
 """Length over radius."""

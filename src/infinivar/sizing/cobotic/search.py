@@ -19,7 +19,6 @@ from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.structure.stock import StockTube
-from infinivar.parts.structure.tube import THINNEST
 from infinivar.sizing.cobotic.bounds import MOTOR, STEERING, Side
 from infinivar.sizing.cobotic.designs import best_designs, front_designs, nearest_design
 from infinivar.sizing.cobotic.evaluation import Evaluation
@@ -344,7 +343,7 @@ def ranges_of(
 
 def _turned(tube: StockTube, stated: tuple[float, float] | None) -> tuple[float, float]:
     """Range of radii to which a tube from stock can be turned down; a range that is stated must be within it. [m]"""
-    least, largest = (0.5 * tube.outer_diameter - tube.wall) / (1.0 - THINNEST), 0.5 * tube.outer_diameter
+    least, largest = tube.radii
     if stated is not None and not least <= stated[0] <= stated[1] <= largest:
         ends = " to ".join(show_in(one, "m", "mm") for one in (least, largest))
         got = " to ".join(show_in(one, "m", "mm") for one in stated)
