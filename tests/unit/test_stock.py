@@ -68,6 +68,7 @@ def test_a_study_names_a_spring_of_the_catalogue():
             'initial_tension is of an extension spring: set made_for = "exte',
         ),
         ({"part": "d-077", "permissible_force": "0 N"}, r'permissible_force = "0 N" must be > 0 N, such as 50 N'),
+        ({"part": "z-161i", "body_length": "2 mm"}, r"body_length must be > 2\.5 mm, wire_diameter, got 2 mm"),
         ({"part": "d-077", "made_for": "torsion"}, "made_for.*torsion.*compression"),
     ],
 )
@@ -319,3 +320,11 @@ def test_a_spring_from_stock_has_the_sensitivity_of_its_stiffness():
     assert rows["output.series_spring.stiffness"] == pytest.approx(
         (energy[2] - energy[0]) / (2e-3 * energy[1]), rel=1e-3
     )
+
+
+def test_a_mass_that_is_derived_from_the_wire_says_so():
+    study = sprung(part="d-313j-02")
+    body = next(one for one in study.drives["geared"].bodies(SERVICE) if one.name == "springs")
+    spring = iv.springs()["d-313j-02"]
+    assert (body.mass, body.kind, body.basis) == (pytest.approx(spring.weight), "derived", spring.name)
+    assert pressing(300.0, preload_spring=spring).kind == "derived"

@@ -139,7 +139,7 @@ class CoboticBuilding(Building):
                 return Body("preload spring", None, "catalogue", lacking or "", True)
             xp = namespace(preload)
             all_of = xp.where(xp.asarray(_presses(own, preload, least)), count * mass, math.nan)
-            return Body("preload spring", plain(all_of), "catalogue", many(own.name), True)
+            return Body("preload spring", plain(all_of), kind_of(own), many(own.name), True)
         if not self.structure.stock_springs:
             wire = count * self._wire(0.5 * preload * least)
             return Body("preload spring", wire, "derived", many("wire for the energy stored"), True)

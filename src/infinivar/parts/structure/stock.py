@@ -99,7 +99,7 @@ class StockSpring:
     stiffness: float | None = quantity("N/m", Ge(0), "Stiffness of a spring from stock", default=None)
     permissible_force: float | None = quantity("N", Gt(0), "Permissible force at rest, a limit", default=None)
     initial_tension: float | None = quantity(
-        "N", Ge(0), "Force below which an extension spring does not open, for reports", default=None
+        "N", Ge(0), "Force below which an extension spring does not open", default=None
     )
     wire_diameter: float | None = quantity("m", Gt(0), "Diameter of the wire, for masses", default=None)
     outer_diameter: float | None = quantity("m", Gt(0), "Outer diameter of the coils, for masses", default=None)
@@ -108,11 +108,9 @@ class StockSpring:
         "m", Gt(0), "Length of the closed coils of an extension spring without load, for masses", default=None
     )
     free_length: float | None = quantity(
-        "m", Gt(0), "Length without load; of an extension spring within its hooks, for reports", default=None
+        "m", Gt(0), "Length without load; of an extension spring within its hooks", default=None
     )
-    permissible_length: float | None = quantity(
-        "m", Gt(0), "Length under the permissible force, for reports", default=None
-    )
+    permissible_length: float | None = quantity("m", Gt(0), "Length under the permissible force", default=None)
     mass: float | None = quantity("kg", Gt(0), "Mass; by default that of its wire, of steel", default=None)
 
     def __post_init__(self) -> None:
@@ -132,9 +130,11 @@ def _mm(length: float) -> str:
 
 def check_coils(spring: Any) -> None:
     """Raise ParameterError unless wire and coils of a stock spring fit each other."""
-    wire, outer = spring.wire_diameter, spring.outer_diameter
-    if wire is not None and outer is not None and isinstance(wire, float) and isinstance(outer, float):
+    wire, outer, body = spring.wire_diameter, spring.outer_diameter, spring.body_length
+    if isinstance(wire, float) and isinstance(outer, float):
         require(outer > 2.0 * wire, "outer_diameter", _mm(outer), f"> {_mm(2.0 * wire)}, twice wire_diameter")
+    if isinstance(wire, float) and isinstance(body, float):
+        require(body > wire, "body_length", _mm(body), f"> {_mm(wire)}, wire_diameter")
     if spring.made_for == "compression":
         for name in ("initial_tension", "body_length"):
             if getattr(spring, name) is not None:
