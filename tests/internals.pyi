@@ -280,6 +280,7 @@ from infinivar.parts.shaft_bearings import WheelLoad, spread
 from infinivar.parts.strain_wave import strain_wave_friction
 from infinivar.parts.structure import beams, shells
 from infinivar.parts.structure.bodies import bar_height, crowned_volume, ring_moments, ring_volume, wire_mass
+from infinivar.parts.structure.stock import SHEAR_MODULUS, coiled_mass, wire_rate, wire_stress
 from infinivar.parts.structure.tube import Tube as CylinderTube
 from infinivar.parts.structure.tube import thinnest
 from infinivar.parts.tables import importing, stores

@@ -198,6 +198,17 @@ def belts() -> str:
     return _catalogue("belts", ("pitch", "width", "belt_density", "permissible_force", "specific_stiffness"))
 
 
+def springs() -> str:
+    return _catalogue(
+        "springs",
+        ("made_for", "stiffness", "permissible_force", "wire_diameter", "outer_diameter", "free_length", "mass"),
+    )
+
+
+def tubes() -> str:
+    return _catalogue("tubes", ("metal", "outer_diameter", "wall", "tube_density"))
+
+
 def materials() -> str:
     return _catalogue("materials", ("name", "youngs_modulus", "poisson", "yield_strength", "hardness"))
 
@@ -272,6 +283,8 @@ def write(app) -> None:
         "bearings": bearings(),
         "rails": rails(),
         "belts": belts(),
+        "springs": springs(),
+        "tubes": tubes(),
         "materials": materials(),
         "references": references(),
         "set_drives": set_drives(),

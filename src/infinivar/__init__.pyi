@@ -54,7 +54,7 @@ from .sizing.builds.result import Doubt
 from .sizing.result import Sizing
 from .sizing.robustness import doubt
 from .sizing.size import size
-from .study.catalogue import bearings, belts, gearheads, materials, motors, rails
+from .study.catalogue import bearings, belts, gearheads, materials, motors, rails, springs, tubes
 from .study.load import load_study
 from .study.requirement import Requirement
 from .study.save import save_study
@@ -147,12 +147,14 @@ __all__ = [
     "simulate",
     "simulate_machine",
     "size",
+    "springs",
     "steady_map",
     "study",
     "study_session",
     "sweep",
     "sweeps",
     "transmission",
+    "tubes",
 ]
 
 __version__: str

@@ -45,7 +45,7 @@ class Limit(IntEnum):
     FLYWHEEL = 13
     """A free-running cylinder would stop, or slow down until the wheel slips."""
     SPRING = 14
-    """A spring deflects beyond its table, or a one-sided series spring would have to pull."""
+    """A spring deflects beyond its table or its permissible force, or a one-sided series spring would have to pull."""
     LINKAGE = 15
     """The joint turns beyond a dead centre of its linkage, or beyond the table of lever arms."""
     OUTPUT_FORCE = 16

@@ -66,7 +66,8 @@ def test_import_of_good_rows(infinivar, folder):
     assert (outcome.code, outcome.err) == (0, "")
     result = json.loads(outcome.out)
     assert (result["file"], result["refused"]) == ("parts/mine.npz", [])
-    assert result["contents"] == {"motors": 1, "gearheads": 0, "bearings": 0, "rails": 0, "belts": 0, "materials": 0}
+    others = dict.fromkeys(("gearheads", "bearings", "rails", "belts", "springs", "tubes", "materials"), 0)
+    assert result["contents"] == {"motors": 1, **others}
     assert result["incomplete"] == {"motors": {"continuous_torque": 1}}
     again = infinivar("catalogue", "import", "mine", path, "--to", "parts")
     assert (again.code, again.err) == (
@@ -90,7 +91,7 @@ def test_import_of_good_rows(infinivar, folder):
         (["show", "re-40-24w"], "'re-40-24w' is not in the set shipped (did you mean 're-40-24v'?)"),
         (["show", "mine:a"], "'mine' is not a set of parts"),
         (["list", "mine"], "'mine' is not a set of parts"),
-        (["list", "--kind", "wheels"], "'wheels' must be one of motors, gearheads, bearings, rails, belts, materials"),
+        (["list", "--kind", "wheels"], "'wheels' must be one of motors, gearheads, bearings, rails, belts, springs"),
         (["search", "wheels"], "'wheels' must be one of motors"),
         (["search", "motors", "mas < 1 kg"], "'mas' is no column of motors (did you mean 'mass'?)"),
         (["search", "motors", "--descending"], "--descending is of the column to sort by"),
@@ -114,7 +115,8 @@ def test_list(infinivar, folder, made):
     home = folder / "home"
     assert listed.code == 0
     assert listed.out.splitlines() == [
-        "shipped  22 motors, 46 gearheads, 40 bearings, 30 rails, 62 belts, 7 materials  (comes with the program)",
+        "shipped  22 motors, 46 gearheads, 40 bearings, 30 rails, 62 belts, 52 springs, 96 tubes, 7 materials  "
+        "(comes with the program)",
         "mine     1 motor, 2 gearheads, 1 compatible pair; 1 row refused  (parts/mine.toml)",
         "made     3 motors, 3 gearheads, 4 compatible pairs  "
         f"({home / 'made.npz'})",

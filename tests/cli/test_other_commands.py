@@ -12,7 +12,7 @@ import pytest
 
 import infinivar as iv
 from folders import results
-from infinivar import bearings, belts, gearheads, materials, motors, rails
+from infinivar import bearings, belts, gearheads, materials, motors, rails, springs, tubes
 from infinivar.parts import Bearing
 from internals import parameter_set
 from sampled import sampled
@@ -226,7 +226,8 @@ def test_catalogue_lists_every_part(infinivar):
     listed = [line.split()[0] for line in outcome.out.splitlines() if line]
     assert listed == [
         *("motor", *motors(), "gearhead", *gearheads()),
-        *("bearing", *bearings(), "rail", *rails(), "belt", *belts(), "material", *materials()),
+        *("bearing", *bearings(), "rail", *rails(), "belt", *belts()),
+        *("spring", *springs(), "tube", *tubes(), "material", *materials()),
     ]
     assert max(map(len, outcome.out.splitlines())) <= 120
     row = next(line for line in outcome.out.splitlines() if line.startswith("re-40-24v "))
@@ -239,7 +240,7 @@ def test_catalogue_lists_every_part(infinivar):
 def test_catalogue_as_json(infinivar):
     outcome = infinivar("catalogue", "--json")
     parts = json.loads(outcome.out)
-    assert list(parts) == ["motors", "gearheads", "bearings", "rails", "belts", "materials"]
+    assert list(parts) == ["motors", "gearheads", "bearings", "rails", "belts", "springs", "tubes", "materials"]
     assert list(parts["motors"]) == list(motors())
     assert list(parts["gearheads"]) == list(gearheads())
     assert iv.parts.Motor(**parts["motors"]["re-40-24v"]) == motors()["re-40-24v"]

@@ -42,10 +42,14 @@ GOOD = {
 GEARHEAD = {"key": "g", "ratio": 4.0, "efficiency": 0.9, "continuous_torque": 0.2, "intermittent_torque": 0.3}
 BEARING = {"key": "b", "series": "60", "bore": 0.008, "outside_diameter": 0.022}
 BEARING |= {"dynamic_rating": 3450.0, "static_rating": 1370.0}
+SPRING = {"key": "s", "made_for": "extension", "stiffness": 1000.0, "initial_tension": 2.0, "permissible_force": 12.0}
+SPRING |= {"wire_diameter": 1e-3, "outer_diameter": 9e-3, "body_length": 20.9e-3, "free_length": 0.03}
+SPRING |= {"permissible_length": 0.04, "mass": 3.39e-3}
+TUBE = {"key": "t", "metal": "steel", "outer_diameter": 0.02, "wall": 1e-3, "tube_density": 0.4686}
 
 
-def checked(motor=GOOD, gearhead=GEARHEAD, bearing=BEARING):
-    rows = {"motors": motor, "gearheads": gearhead, "bearings": bearing}
+def checked(motor=GOOD, gearhead=GEARHEAD, bearing=BEARING, spring=SPRING, tube=TUBE):
+    rows = {"motors": motor, "gearheads": gearhead, "bearings": bearing, "springs": spring, "tubes": tube}
     return iv.check_parts(part_set("x", [table(kind, [row]) for kind, row in rows.items()]))
 
 
@@ -55,7 +59,8 @@ def test_a_row_that_agrees_with_itself():
     # Every relation was tested: the row states all.
     assert all(count == 1 for count in found.tested.values())
     assert (
-        found.verdict == f"x: 1 motor, 1 gearhead, 1 bearing; {len(RELATIONS)} comparisons; no row contradicts itself"
+        found.verdict == "x: 1 motor, 1 gearhead, 1 bearing, 1 spring, 1 tube; "
+        f"{len(RELATIONS)} comparisons; no row contradicts itself"
     )
 
 
@@ -90,7 +95,7 @@ def test_each_relation_of_a_motor_finds_its_contradiction(relation):
 
 def test_every_relation_is_broken_once():
     assert set(BROKEN) == {one.name for one in RELATIONS if one.kind == "motors"}
-    assert {one.kind for one in RELATIONS} == {"motors", "gearheads", "bearings"}
+    assert {one.kind for one in RELATIONS} == {"motors", "gearheads", "bearings", "springs", "tubes"}
     assert all(one.reason and one.follows and "Source: " in one.law.__doc__ for one in RELATIONS)
 
 
@@ -100,6 +105,45 @@ def test_contradictions_of_gearheads_and_bearings():
         "gearhead g: continuous torque 0.2 N m exceeds the intermittent torque, 0.1 N m (100.0 % off, tolerance 1 %)",
         "bearing b: bore 30 mm exceeds the outside diameter, 22 mm (36.4 % off, tolerance 0 %)",
     ]
+
+
+@pytest.mark.parametrize(
+    ("changed", "text"),
+    [
+        (
+            {"stiffness": 1500.0, "permissible_length": 0.03667},
+            "stiffness 1.5 N/mm is stated, but G d^4/(8 D^3 n) gives 0.999",
+        ),
+        (
+            {"permissible_force": 15.0},
+            "permissible force 15 N is stated, but stiffness times deflection at the permiss",
+        ),
+        (
+            {"initial_tension": 13.0, "permissible_length": 0.03},
+            "initial tension 13 N exceeds the permissible force, 12 N",
+        ),
+        ({"mass": 5e-3}, "mass 5 g is stated, but the mass of its wire gives 3.39"),
+        ({"wire_diameter": 5e-3}, "wire 10 mm exceeds the outer diameter, 9 mm"),
+    ],
+)
+def test_contradictions_of_springs(changed, text):
+    assert [
+        one.text
+        for one in checked(spring={**SPRING, **changed}).contradictions
+        if one.text.startswith(f"spring s: {text}")
+    ]
+
+
+def test_contradictions_of_tubes():
+    """A mass without a metal is compared with that of steel; a stated density wins."""
+    light = {**TUBE, "tube_density": 0.161}
+    text = "tube t: mass over length 0.161 kg/m is stated, but section times density gives 0.4686"
+    assert [one.text[: len(text)] for one in checked(tube=light).contradictions] == [text]
+    assert checked(tube={**light, "metal": "aluminium"}).consistent
+    assert checked(tube={**light, "density": 2700.0}).consistent
+    full = checked(tube={**TUBE, "wall": 11e-3})
+    assert any("tube t: wall 22 mm exceeds the outer diameter, 20 mm" in one.text for one in full.contradictions)
+    assert full.unusable == ("tube t: wall must be < 10 mm, half of outer_diameter, got 11 mm",)
 
 
 def test_a_complete_row_that_is_no_part():
@@ -167,6 +211,8 @@ def test_shipped_tables_hold_the_shipped_parts():
         ("motors", iv.motors()),
         ("gearheads", iv.gearheads()),
         ("bearings", iv.bearings()),
+        ("springs", iv.springs()),
+        ("tubes", iv.tubes()),
         ("materials", iv.materials()),
     ):
         held = shipped().tables[kind]
@@ -174,7 +220,8 @@ def test_shipped_tables_hold_the_shipped_parts():
         assert all(held.part(key) == part for key, part in parts.items())
         if kind != "materials":
             assert (held.texts["manufacturer"] != "").all()
-            assert (held.texts["date"] != "").all()
+            # Data of articles and web pages are undated.
+            assert (held.texts["date"] != "").all() or kind in ("springs", "tubes")
         assert (held.texts["source"] != "").all()
 
 

@@ -221,7 +221,7 @@ def test_fields_are_the_values_of_the_study(which):
         if one["type"] == "choice":
             assert one["value"] in one["choices"], one
         if one["type"] == "part":
-            assert one["part_kind"] in ("motors", "gearheads", "bearings", "materials")
+            assert one["part_kind"] in ("motors", "gearheads", "bearings", "springs", "tubes", "materials")
 
 
 def put(tables, field, stated):

@@ -386,10 +386,14 @@ def _output_demands(run: Trajectory | Instants, output: Output) -> dict[Demand, 
         if isinstance(part, Linkage):
             angle = run.signals["joint" if "joint" in run.signals else "load"]
             found[Limit.LINKAGE, place.name] = np.asarray(part.demand(angle))
-        elif part.shape == "progressive":
-            found[Limit.SPRING, place.name] = np.asarray(part.demand(_deflection(run, place)))
-        elif part.shape == "one-sided" and place.kind == "series":
-            found[Limit.SPRING, place.name] = np.asarray(part.pull_demand(run.at(names(place).elastic)[0]))
+            continue
+        demands = []
+        if part.limited:
+            demands.append(part.demand(_deflection(run, place)))
+        if part.shape == "one-sided" and place.kind == "series":
+            demands.append(part.pull_demand(run.at(names(place).elastic)[0]))
+        if demands:
+            found[Limit.SPRING, place.name] = np.max(np.broadcast_arrays(*demands), axis=0)
     return found
 
 

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 app = typer.Typer(no_args_is_help=False)
 
 Kind = Annotated[
-    str, typer.Argument(help="motors, gearheads, bearings, rails, belts or materials.", show_default=False)
+    str,
+    typer.Argument(help="motors, gearheads, bearings, rails, belts, springs, tubes or materials.", show_default=False),
 ]
 Sets = Annotated[
     list[str] | None,
@@ -32,8 +33,8 @@ Sets = Annotated[
 def catalogue(context: typer.Context, as_json: Json = False) -> None:
     """List the catalogue parts that a study can use.
 
-    Show the shipped motors, gearheads, bearings, rails, belts and materials with the key to give as `part`. The commands below
-    work on other sets of parts as well: your own, those beside a study, and those of installed packages.
+    Show the shipped motors, gearheads, bearings, rails, belts, springs, tubes and materials with the key to give as `part`. The
+    commands below work on other sets of parts as well: your own, those beside a study, and those of installed packages.
     """
     if context.invoked_subcommand is not None:
         if as_json:
@@ -149,6 +150,8 @@ def search(
         "bearings": ("bore", "outside_diameter", "dynamic_rating"),
         "rails": ("static_rating", "width", "carriage_mass"),
         "belts": ("pitch", "width", "belt_density", "permissible_force"),
+        "springs": ("stiffness", "permissible_force", "outer_diameter", "mass"),
+        "tubes": ("metal", "outer_diameter", "wall", "tube_density"),
         "materials": ("youngs_modulus", "poisson", "yield_strength"),
     }
     found = search_parts(

@@ -13,6 +13,7 @@ from .shaft_bearings import CylinderBearings, PulleyBearings
 from .spring import Spring, TorsionSpring
 from .stage import Shaft
 from .strain_wave import StrainWave
+from .structure.stock import StockSpring, StockTube
 from .structure.structure import Structure
 from .tables.consistency import CatalogueCheck
 from .tables.importing import PartImport
@@ -41,6 +42,8 @@ __all__ = [
     "Screw",
     "Shaft",
     "Spring",
+    "StockSpring",
+    "StockTube",
     "StrainWave",
     "Structure",
     "TimingBelt",

@@ -1,11 +1,11 @@
-"""Shipped catalogue: tables of motors, gearheads, bearings, rails, belts and gear efficiencies, with sources."""
+"""Shipped catalogue: tables of motors, gearheads, bearings, rails, belts, springs, tubes and gear efficiencies, with sources."""
 
 from __future__ import annotations
 
 import dataclasses
 import functools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Literal
 
 from infinivar._core import files
@@ -17,6 +17,7 @@ from infinivar.parts.belt import TimingBelt
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.parts.rail import Rail
+from infinivar.parts.structure.stock import StockSpring, StockTube
 from infinivar.units import parse
 
 PARTS: Mapping[str, type] = {
@@ -25,14 +26,23 @@ PARTS: Mapping[str, type] = {
     "bearings": Bearing,
     "rails": Rail,
     "belts": TimingBelt,
+    "springs": StockSpring,
+    "tubes": StockTube,
     "materials": Material,
 }
 """Part described by a row of each kind of table."""
 
-Sized = Literal["bearings", "rails", "belts"]
+Sized = Literal["bearings", "rails", "belts", "springs"]
 """Kinds of which the lightest that carries a load can be chosen."""
 
-_RATINGS = {"bearings": "static_rating", "rails": "static_rating", "belts": "permissible_force"}
+Fits = Callable[[Any], Array]
+
+_RATINGS = {
+    "bearings": "static_rating",
+    "rails": "static_rating",
+    "belts": "permissible_force",
+    "springs": "permissible_force",
+}
 _SAME = 1e-6
 """Relative difference of sizes that are equal, as some are converted from other units."""
 
@@ -76,7 +86,7 @@ def entries(name: str) -> dict[str, dict[str, Any]]:
 
 
 @functools.cache
-def parts(kind: Literal["bearings", "rails", "belts", "materials"]) -> Mapping[str, Any]:
+def parts(kind: Literal["bearings", "rails", "belts", "springs", "tubes", "materials"]) -> Mapping[str, Any]:
     """Every part of a catalogue of plain parts, by key: without the provenance that studies record."""
     fields = {field.name: field.metadata.get("unit") for field in dataclasses.fields(PARTS[kind])}
     found = {}
@@ -99,25 +109,30 @@ def _read(value: Any, unit: str) -> float:
     return parse(stated, unit) if isinstance(stated, str) else float(stated)
 
 
-def _carries(kind: Sized, part: Any, load: Array, same: Mapping[str, Array]) -> Array:
+def _carries(kind: Sized, part: Any, load: Array, same: Mapping[str, Array], fits: Fits | None) -> Array:
     found = getattr(part, _RATINGS[kind]) >= load
+    if fits is not None:
+        found = found & fits(part)
     for name, value in same.items():
         found = found & (abs(getattr(part, name) - value) <= _SAME * value)
     return found
 
 
-def lightest_part(kind: Sized, load: float, **same: float) -> Any:
-    """The lightest rail, bearing or belt of the catalogue that carries a load, see `lightest`; None if there is none."""
-    return next((part for part in reversed(_by_weight(kind)) if _carries(kind, part, load, same)), None)
+def lightest_part(kind: Sized, load: float, fits: Fits | None = None, **same: float) -> Any:
+    """The lightest part of the catalogue that carries a load, see `lightest`; None if there is none."""
+    return next((part for part in reversed(_by_weight(kind)) if _carries(kind, part, load, same, fits)), None)
 
 
-def lightest(kind: Sized, load: Array, sizes: tuple[str, ...], **same: Array) -> dict[str, Any]:
+def lightest(
+    kind: Sized, load: Array, sizes: tuple[str, ...], fits: Fits | None = None, **same: Array
+) -> dict[str, Any]:
     """What the lightest part of the catalogue measures whose static rating, or permissible force, reaches a load.
 
     Parameters
     ----------
     load : (...,) float   [N]
     sizes : names         Fields or properties of the part.
+    fits : function       Of a part: whether it has what else is required of it, (...,) bool.
     same : (...,) float   Sizes in SI that it must have, such as the pitch of a belt.
 
     Returns
@@ -126,7 +141,7 @@ def lightest(kind: Sized, load: Array, sizes: tuple[str, ...], **same: Array) ->
         the part, or None.
     """
     if all(isinstance(one, (int, float)) for one in (load, *same.values())):
-        part = lightest_part(kind, load, **same)
+        part = lightest_part(kind, load, fits, **same)
         found = {name: math.nan if part is None else float(getattr(part, name)) for name in sizes}
         return {**found, "name": None if part is None else part.name}
     xp = namespace(load, *same.values())
@@ -134,7 +149,7 @@ def lightest(kind: Sized, load: Array, sizes: tuple[str, ...], **same: Array) ->
     same = dict(zip(same, values, strict=True))
     found = dict.fromkeys(sizes, xp.nan + sum(values, 0.0 * load))
     for part in _by_weight(kind):
-        carries = _carries(kind, part, load, same)
+        carries = _carries(kind, part, load, same, fits)
         found = {name: xp.where(carries, getattr(part, name), value) for name, value in found.items()}
     return found
 

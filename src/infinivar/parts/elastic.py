@@ -333,6 +333,11 @@ class Elastic:
         found = inverse(self.derivatives(at, orders), at)
         return [found[0], *(xp.where(loose, 0.0, one) for one in found[1:])]
 
+    @property
+    def limited(self) -> bool:
+        """Whether its deflection has a limit."""
+        return self.deflections is not None
+
     def demand(self, position: Array) -> Array:
         """Deflection over that at the end of the table: 1 at either end; 0 for other shapes. [-]"""
         xp = namespace(self, position)

@@ -10,9 +10,12 @@ from typing import Literal
 
 from annotated_types import Ge, Gt
 
+from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import component, given, quantities, quantity
+from infinivar.errors import ParameterError
 from infinivar.parts.elastic import Elastic, SpringShape, SpringSide
+from infinivar.parts.structure.stock import StockSpring, check_coils
 
 SpringPlace = Literal["load", "drive"]
 
@@ -25,8 +28,8 @@ _SIDE = "Side of the rest position on which a one-sided spring acts: positive (d
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Spring(Elastic):
-    """Spring along a line.
+class Spring(Elastic, StockSpring):
+    """Spring along a line, made to measure or from stock.
 
     Raises
     ------
@@ -60,6 +63,23 @@ class Spring(Elastic):
     def __post_init__(self) -> None:
         """Validate the fields."""
         self._validate("m")
+        check_coils(self)
+        if self.absent and self.permissible_force is not None:
+            raise ParameterError("stiffness must be > 0 with a permissible_force, got 0")
+
+    @property
+    def limited(self) -> bool:
+        """Whether its deflection or its force has a limit."""
+        return self.deflections is not None or self.permissible_force is not None
+
+    def demand(self, position: Array) -> Array:
+        """Deflection over that at the end of the table, or force over the permissible one, whichever is larger. [-]"""
+        travel = Elastic.demand(self, position)
+        if self.permissible_force is None:
+            return travel
+        xp = namespace(self, position)
+        force = xp.abs(self.force(position)) / self.permissible_force
+        return xp.where(force > travel, force, travel)
 
     @property
     def width(self) -> float:

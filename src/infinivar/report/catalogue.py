@@ -48,6 +48,18 @@ _LISTED: dict[str, tuple[tuple[str, str, str, float], ...]] = {
         ("mass", "belt_density", "g/m", 1e3),
         ("force", "permissible_force", "N", 1.0),
     ),
+    "springs": (
+        ("stiffness", "stiffness", "N/mm", 1e-3),
+        ("force", "permissible_force", "N", 1.0),
+        ("wire", "wire_diameter", "mm", 1e3),
+        ("outer diameter", "outer_diameter", "mm", 1e3),
+        ("mass", "mass", "g", 1e3),
+    ),
+    "tubes": (
+        ("outer diameter", "outer_diameter", "mm", 1e3),
+        ("wall", "wall", "mm", 1e3),
+        ("mass", "tube_density", "kg/m", 1.0),
+    ),
     "materials": (
         ("Young's modulus", "youngs_modulus", "GPa", 1e-9),
         ("Poisson", "poisson", "", 1.0),

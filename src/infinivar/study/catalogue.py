@@ -14,6 +14,7 @@ from infinivar.parts.belt import TimingBelt
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.parts.rail import Rail
+from infinivar.parts.structure.stock import StockSpring, StockTube
 from infinivar.study.build import built_part
 from infinivar.study.schema import CATALOGUES
 
@@ -46,6 +47,16 @@ def rails() -> Mapping[str, Rail]:
 def belts() -> Mapping[str, TimingBelt]:
     """Every timing belt of the catalogue, by key."""
     return _all(TimingBelt)
+
+
+def springs() -> Mapping[str, StockSpring]:
+    """Every spring of the catalogue, by key."""
+    return _all(StockSpring)
+
+
+def tubes() -> Mapping[str, StockTube]:
+    """Every tube of the catalogue, by key."""
+    return _all(StockTube)
 
 
 def materials() -> Mapping[str, Material]:

@@ -33,6 +33,7 @@ from infinivar.contact import creep
 from infinivar.contact.creep import CreepLaw
 from infinivar.errors import AuditError, ParameterError, require
 from infinivar.limits import Limit
+from infinivar.parts.structure.stock import StockTube
 from infinivar.parts.structure.tube import Tube, tube_of_cylinder
 from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact
 from infinivar.transmission.inverse import steering_tangent
@@ -98,6 +99,9 @@ class RotaryLinearIVT:
         "Wall of the cylinder, a tube; without it neither its strength nor its inertia is known",
         default=None,
     )
+    cylinder_tube: StockTube | None = component(
+        "Tube from stock that is turned down to the cylinder; it determines the wall", default=None
+    )
     cylinder_length: float | None = quantity("m", Gt(0), "Length of the tube between its end plates", default=None)
     cylinder_end_plate: float = quantity("m", Ge(0), "Thickness of each end plate of the tube", default=0.0)
     wheels: int = component(
@@ -121,6 +125,7 @@ class RotaryLinearIVT:
         tube = tube_of_cylinder(
             radius=self.cylinder_radius,
             wall=self.cylinder_wall,
+            stock=self.cylinder_tube,
             length=self.cylinder_length,
             end_plate=self.cylinder_end_plate,
             material=None if self.geometry is None else self.geometry.cylinder_material,

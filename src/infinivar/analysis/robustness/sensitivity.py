@@ -53,8 +53,8 @@ _POINTS = ("efficiency", "loss")
 _IDLE = "No parameter affects the outcome over its range."
 """The answer where there is no influence."""
 
-_LEFT_OUT = ("control.",)
-"""Prefixes of fields that affect neither steady operation nor cycles."""
+_LEFT_OUT = ("control.", "transmission.cylinder_tube.")
+"""Prefixes of fields that affect neither steady operation nor cycles, or are sizes of a part from stock."""
 
 
 class Direction(NamedTuple):
@@ -349,6 +349,9 @@ def _assumed(drive: AnyDrive, name: str, path: str, field: Field[Any]) -> Spread
     """Assumed range of a parameter for which the study states none."""
     value = float(value_at(drive, path))
     least, largest = permitted(field.metadata["bound"], value)
+    tube = drive.transmission.cylinder_tube if isinstance(drive, CoboticDrive) else None
+    if tube is not None and path == "transmission.cylinder_radius":
+        least, largest = tube.radii
     size = TOLERANCE * abs(value)
     return Spread(
         owner=name,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from infinivar._core.array_namespace import Array, as_floats, is_number, namespace
@@ -21,6 +21,7 @@ from infinivar.parts.bearing import Bearing
 from infinivar.parts.spring import TorsionSpring
 from infinivar.parts.structure import bodies
 from infinivar.parts.structure.beams import STEEL_DENSITY, STEEL_MODULUS
+from infinivar.parts.structure.stock import StockSpring, stock_mass
 from infinivar.parts.structure.structure import Structure
 from infinivar.units import show, show_in
 
@@ -206,10 +207,22 @@ class Building:
             yield self.body("linkage", mass, "an arm that carries the largest force" if mass is not None else _OPEN)
         springs = [place for place in output.chain if place.kind in ("series", "parallel")]
         if springs:
-            stored = self.service.energies
-            known = all(place.name in stored for place in springs)
-            mass = sum(self._wire(stored[place.name], place.part) for place in springs) if known else None
-            yield self.body("springs", mass, "wire for the energy stored" if known else "no motion states their energy")
+            yield self._springs(springs)
+
+    def _springs(self, places: Sequence[Any]) -> Body:
+        """Springs from stock, and wire for the energy that others store."""
+        stored = self.service.energies
+        known = {place.name: mass for place in places if (mass := bought_spring(place.part)) is not None}
+        made = [place for place in places if place.name not in known]
+        if any(place.name not in stored for place in made):
+            return self.body("springs", None, "no motion states their energy")
+        masses = [*known.values(), *(self._wire(stored[place.name], place.part) for place in made)]
+        words = [place.part.name for place in places if place.name in known]
+        words += ["wire for the energy stored"] if made else []
+        body = self.body("springs", sum(masses), " and ".join(words))
+        if made or body.kind == "stated":
+            return body
+        return body._replace(kind="derived" if any(kind_of(one.part) == "derived" for one in places) else "catalogue")
 
     def _wire(self, energy: Array, spring: Any = None) -> Array:
         bent = isinstance(spring, TorsionSpring)
@@ -219,6 +232,11 @@ class Building:
 
 _OPEN = "its arm or its load is not known"
 UNKNOWN = "travel is missing: state it in [requirement] (angle about a joint), or as structure.travel"
+
+
+def bought_spring(part: Any) -> Array | None:
+    """Mass of a spring from stock; None of one that is made, or whose mass is not known. [kg]"""
+    return stock_mass(part) if hasattr(part, "wire_diameter") else None
 
 
 def held_by(own: Bearing | None, load: Array) -> Mapping[str, Array]:
@@ -250,9 +268,9 @@ def _chosen_part(made: Body, part: Mapping[str, Any], what: str, load: Array) ->
     return made if made.mass is None else made._replace(kind="catalogue")
 
 
-def kind_of(bearing: Bearing) -> str:
-    """Where the mass of a bearing is from."""
-    return "derived" if bearing.mass is None else "catalogue"
+def kind_of(part: Bearing | StockSpring) -> str:
+    """Where the mass of a bearing or spring is from."""
+    return "derived" if part.mass is None else "catalogue"
 
 
 def mm(value: Array) -> str:

@@ -15,6 +15,7 @@ from infinivar.parts import catalogue
 from infinivar.parts.bearing import Bearing, ring_mass
 from infinivar.parts.shaft_bearings import WheelLoad, spread
 from infinivar.parts.structure import bodies
+from infinivar.parts.structure.stock import StockSpring, stock_mass, stretch
 from infinivar.parts.structure.tube import SHORTEST, THICKEST, Tube, thinnest
 from infinivar.units import show
 
@@ -121,12 +122,34 @@ class CoboticBuilding(Building):
         yield Body("axle bearings", 2.0 * count * axle.weight, kind_of(axle), many(axle.name, 2), True)
         yield self._ring()
         yield self._bell_bearing()
-        energy = 0.5 * element.preload * self.structure.spring_deflection
-        wire = count * self._wire(energy)
-        yield Body("preload spring", wire, "derived", many("wire for the energy stored"), True)
+        yield self._preload_spring()
         if count > 1:
             yield self._closing()
         yield self.carriage()
+
+    def _preload_spring(self) -> Body:
+        """The springs that press the wheels on the cylinder."""
+        preload, least = self.drive.transmission.preload, self.structure.spring_deflection
+        count, many, own = self.drive.transmission.wheels, self._many, self.structure.preload_spring
+        if own is not None:
+            lacking, mass = _too_weak(own, preload, least), stock_mass(own)
+            if mass is None:
+                lacking = lacking or f"{own.name}: the mass is not stated"
+            if mass is None or lacking is not None:
+                return Body("preload spring", None, "catalogue", lacking or "", True)
+            xp = namespace(preload)
+            all_of = xp.where(xp.asarray(_presses(own, preload, least)), count * mass, math.nan)
+            return Body("preload spring", plain(all_of), kind_of(own), many(own.name), True)
+        if not self.structure.stock_springs:
+            wire = count * self._wire(0.5 * preload * least)
+            return Body("preload spring", wire, "derived", many("wire for the energy stored"), True)
+        found = catalogue.lightest("springs", preload, ("weight",), fits=lambda one: _presses(one, preload, least))
+        if "name" in found and found["name"] is None:
+            return Body(
+                "preload spring", None, "catalogue", f"no spring of the catalogue {_needed(preload, least)}", True
+            )
+        words = many(found.get("name", "from the catalogue"))
+        return Body("preload spring", count * found["weight"], "catalogue", words, True)
 
     def _wheel(self) -> Body:
         """Wheel and axle."""
@@ -295,6 +318,29 @@ class CoboticBuilding(Building):
         if own is not None:
             return own.outside_diameter, own.breadth
         return 2.0 * (self.bell.outer + _SECTION), _THIN
+
+
+def _presses(spring: StockSpring, preload: Array, least: float) -> Array:
+    """Whether a spring is neither too weak nor too stiff to press a wheel; bool."""
+    force, given_way = given(spring.permissible_force, math.inf), stretch(spring, preload)
+    return (force >= preload) & (True if given_way is None else given_way >= least)
+
+
+def _too_weak(spring: StockSpring, preload: Array, least: float) -> str | None:
+    """Why one stated spring does not press one wheel; None if it does, or of many designs."""
+    force = spring.permissible_force
+    if not isinstance(preload, (int, float)):
+        return None
+    if force is not None and force < preload:
+        return f"{spring.name} permits {show(force, 'N', 3)}, and the preload is {show(float(preload), 'N', 3)}"
+    given_way = stretch(spring, preload)
+    if given_way is not None and given_way < least:
+        return f"{spring.name} gives way by {mm(given_way)} under the preload, less than structure.spring_deflection, {mm(least)}"
+    return None
+
+
+def _needed(preload: Array, least: float) -> str:
+    return f"carries {show(float(preload), 'N', 3)} and gives way by {mm(least)}"
 
 
 def _tube_words(tube: Tube) -> str:

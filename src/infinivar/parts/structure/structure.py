@@ -8,6 +8,8 @@ from annotated_types import Gt, Interval
 
 from infinivar._core.fields import check, component, quantity
 from infinivar.contact.bodies import Material
+from infinivar.errors import ParameterError
+from infinivar.parts.structure.stock import StockSpring
 
 _FACTOR = Interval(gt=0, le=100)
 _WEIGHED = "Mass, from a scale or CAD; by default derived"
@@ -59,6 +61,12 @@ class Structure:
     )
     nut_ratio: float = quantity("1", _FACTOR, "Length of a nut over the diameter of its screw", default=3.0)
     spring_deflection: float = quantity("m", Gt(0), "Deflection of the preload spring under the preload", default=1e-3)
+    preload_spring: StockSpring | None = component(
+        "Preload spring of each wheel, from stock; by default wire that stores its energy", default=None
+    )
+    stock_springs: bool = component(
+        "Whether the preload spring is the lightest of the catalogue that carries the preload", default=False
+    )
     spring_strength: float = quantity("Pa", Gt(0), "Permissible stress in the wire of springs", default=700e6)
     motor_density: float = quantity(
         "kg/m^3", Gt(0), "Mass over volume of motors and gearheads whose length is not stated", default=5000.0
@@ -87,3 +95,5 @@ class Structure:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
+        if self.preload_spring is not None and self.stock_springs:
+            raise ParameterError("stock_springs must be false with a preload_spring, which is stated already, got true")

@@ -12,10 +12,11 @@ from infinivar._core.fields import check, component, quantity
 from infinivar.contact.bodies import Material
 from infinivar.errors import ParameterError
 from infinivar.parts.structure import beams, shells
+from infinivar.parts.structure.stock import THINNEST, StockTube
 from infinivar.units import plain, show_in
 
-THINNEST, THICKEST = 0.005, 0.9
-"""Wall over radius for which `shells` has a meaning: below, an area of contact is no small part of it."""
+THICKEST = 0.9
+"""Wall over radius up to which, and from `THINNEST` on, `shells` has a meaning."""
 
 SHORTEST, _LONGEST = 0.5, 20.0
 """Length over radius."""
@@ -155,22 +156,34 @@ _SECANTS = 30
 
 
 def tube_of_cylinder(
-    *, radius: Array, wall: Array | None, length: Array | None, end_plate: Array, material: Material | None
+    *,
+    radius: Array,
+    wall: Array | None,
+    stock: StockTube | None = None,
+    length: Array | None,
+    end_plate: Array,
+    material: Material | None,
 ) -> Tube | None:
-    """The cylinder of a transmission as a tube; None if its wall is not stated.
+    """The cylinder of a transmission as a tube; None if neither its wall nor the tube that it is made of is stated.
 
     Raises
     ------
     ParameterError
         If a value is missing or out of range; the message names the field of the transmission.
     """
+    source = "cylinder_wall"
+    if stock is not None:
+        source = "cylinder_tube"
+        if wall is not None:
+            raise ParameterError("cylinder_wall must be removed: it follows from cylinder_tube and cylinder_radius")
+        wall = stock.wall_at(radius)
     if wall is None:
         for name, value in (("cylinder_length", length), ("cylinder_end_plate", end_plate or None)):
             if value is not None:
                 raise ParameterError(f"cylinder_wall is missing: {name} is of a tube")
         return None
     if length is None:
-        raise ParameterError("cylinder_length is missing: cylinder_wall needs it")
+        raise ParameterError(f"cylinder_length is missing: {source} needs it")
     for name, value, low, high in (
         ("cylinder_wall", wall, THINNEST, THICKEST),
         ("cylinder_length", length, SHORTEST, _LONGEST),
@@ -184,5 +197,7 @@ def tube_of_cylinder(
                 f"got {show_in(value, 'm', 'mm')}"
             )
     if material is None:
-        raise ParameterError("geometry is missing: it states the material of the cylinder, which cylinder_wall needs")
+        raise ParameterError(f"geometry is missing: it states the material of the cylinder, which {source} needs")
+    if stock is not None:
+        stock.check_density(material.density)
     return Tube(radius=radius, wall=wall, length=length, end_plate=end_plate, material=material)

@@ -19,7 +19,7 @@ from infinivar.errors import InputError, nearest
 from infinivar.parts.catalogue import PARTS
 from infinivar.parts.gearhead import PARTS_OF_LAWS
 
-Kind = Literal["motors", "gearheads", "bearings", "rails", "belts", "materials"]
+Kind = Literal["motors", "gearheads", "bearings", "rails", "belts", "springs", "tubes", "materials"]
 
 ONE = {
     "motors": "motor",
@@ -27,6 +27,8 @@ ONE = {
     "bearings": "bearing",
     "rails": "rail",
     "belts": "belt",
+    "springs": "spring",
+    "tubes": "tube",
     "materials": "material",
 }
 """One row of each table, in words."""
@@ -58,8 +60,12 @@ _USUAL = {
     "Pa": "MPa",
     "N": "kN",
     "m^2/s": "mm^2/s",
+    "N/m": "N/mm",
 }
 """Units in which data sheets state values."""
+
+_USUAL_OF = {"motors": {"N m": "mN m"}, "springs": {"N": "N"}}
+"""Those of a kind of part, where they differ."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -150,7 +156,7 @@ def shown(value: float, unit: str, kind: str = "") -> str:
         return "–"
     if unit == "K":
         return units.celsius(value)
-    usual = "mN m" if unit == "N m" and kind == "motors" else _USUAL.get(unit, unit)
+    usual = _USUAL_OF.get(kind, {}).get(unit, _USUAL.get(unit, unit))
     return units.show(value, unit) if usual == unit else units.show_in(value, unit, usual)
 
 

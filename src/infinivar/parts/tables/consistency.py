@@ -12,6 +12,8 @@ from infinivar._core.result import Frozen, result
 from infinivar._core.text import counted
 from infinivar.errors import InputError
 from infinivar.parts.heat import COPPER, REFERENCE
+from infinivar.parts.structure.beams import Section
+from infinivar.parts.structure.stock import DENSITIES, all_coils, coiled_mass, wire_rate
 from infinivar.parts.tables.columns import ONE, shown
 from infinivar.parts.tables.search import Rows
 from infinivar.parts.tables.table import PartSet, PartTable
@@ -190,6 +192,73 @@ def rings(rows: Rows) -> Compared:
     return rows.bore, rows.outside_diameter
 
 
+def _coils(rows: Rows) -> np.ndarray:
+    """Coils that deflect: as stated, else of a closed body. [-]"""
+    return np.where(np.isnan(rows.coils), rows.body_length / rows.wire_diameter - 1.0, rows.coils)
+
+
+def spring_rate(rows: Rows) -> Compared:
+    """Stiffness of a spring: stated, and G d^4/(8 D^3 n). [N m^-1]
+
+    Source: wahl1963.
+    """
+    coil = rows.outer_diameter - rows.wire_diameter
+    return rows.stiffness, wire_rate(rows.wire_diameter, coil, _coils(rows))
+
+
+def spring_force(rows: Rows) -> Compared:
+    """Permissible force of a spring: stated, and initial tension and stiffness at the permissible length. [N]
+
+    Source: Hooke's law.
+    """
+    along = rows.stiffness * np.abs(rows.permissible_length - rows.free_length)
+    return rows.permissible_force, np.nan_to_num(rows.initial_tension) + along
+
+
+def spring_opens(rows: Rows) -> Compared:
+    """Initial tension of a spring, and the permissible force that it must not reach. [N]
+
+    Source: Hooke's law: otherwise the spring never opens.
+    """
+    return rows.initial_tension, rows.permissible_force
+
+
+def spring_mass(rows: Rows) -> Compared:
+    """Mass of a spring: stated, and that of its steel wire with ends or hooks. [kg]
+
+    Source: geometry, `coiled_mass`.
+    """
+    coil = rows.outer_diameter - rows.wire_diameter
+    return rows.mass, coiled_mass(rows.wire_diameter, coil, all_coils(_coils(rows)))
+
+
+def coil_room(rows: Rows) -> Compared:
+    """Twice the diameter of a spring's wire, and the outer diameter that it must not reach. [m]
+
+    Source: geometry.
+    """
+    return 2.0 * rows.wire_diameter, rows.outer_diameter
+
+
+def tube_mass(rows: Rows) -> Compared:
+    """Mass of a tube over its length: stated, and section times density, that stated or usual for its metal. [kg m^-1]
+
+    Source: geometry.
+    """
+    usual = np.where(rows.metal == "aluminium", DENSITIES["aluminium"], DENSITIES["steel"])
+    density = np.where(np.isnan(rows.density), usual, rows.density)
+    radius = 0.5 * rows.outer_diameter
+    return rows.tube_density, density * Section(radius, radius - rows.wall).area
+
+
+def tube_room(rows: Rows) -> Compared:
+    """Twice the wall of a tube, and the outer diameter that it must not reach. [m]
+
+    Source: geometry.
+    """
+    return 2.0 * rows.wall, rows.outer_diameter
+
+
 _ROUNDED = "both are rounded to three digits"
 _EXACT = "a bound without exceptions; 1 % for rounding"
 RELATIONS = (
@@ -349,6 +418,72 @@ RELATIONS = (
         follows="the outside diameter",
         at_most=True,
     ),
+    Relation(
+        kind="springs",
+        name="stiffness",
+        law=spring_rate,
+        unit="N/m",
+        tolerance=0.25,
+        reason="the shear modulus is that of spring steel; wire of stainless steel has 14 % less, and makers state rates to 10 %",
+        follows="G d^4/(8 D^3 n)",
+    ),
+    Relation(
+        kind="springs",
+        name="permissible force",
+        law=spring_force,
+        unit="N",
+        tolerance=0.05,
+        reason="lengths are rounded to 0.1 mm, up to 5 % of the deflection of the shortest springs",
+        follows="stiffness times deflection at the permissible length",
+    ),
+    Relation(
+        kind="springs",
+        name="initial tension",
+        law=spring_opens,
+        unit="N",
+        tolerance=0.0,
+        reason="a spring opens before its permissible force",
+        follows="the permissible force",
+        at_most=True,
+    ),
+    Relation(
+        kind="springs",
+        name="mass",
+        law=spring_mass,
+        unit="kg",
+        tolerance=0.15,
+        reason="hooks and ends take half a coil to a coil more or less, of ten or more, and are of steel of 7700 to 8000 kg/m^3",
+        follows="the mass of its wire",
+    ),
+    Relation(
+        kind="springs",
+        name="wire",
+        law=coil_room,
+        unit="m",
+        tolerance=0.0,
+        reason="the coils need room within",
+        follows="the outer diameter",
+        at_most=True,
+    ),
+    Relation(
+        kind="tubes",
+        name="mass over length",
+        law=tube_mass,
+        unit="kg/m",
+        tolerance=0.05,
+        reason="densities of alloys of aluminium differ by 4 %; masses are rounded to three digits",
+        follows="section times density",
+    ),
+    Relation(
+        kind="tubes",
+        name="wall",
+        law=tube_room,
+        unit="m",
+        tolerance=0.0,
+        reason="a tube is hollow",
+        follows="the outer diameter",
+        at_most=True,
+    ),
 )
 """Every relation that `check_parts` tests, where a row states all that it needs."""
 
@@ -465,7 +600,7 @@ def contradictions_of(parts: PartSet, kind: str, keys: Iterable[str]) -> tuple[C
     Parameters
     ----------
     parts : PartSet
-    kind : str         "motors", "gearheads", "bearings", "rails", "belts" or "materials".
+    kind : str         "motors", "gearheads", "bearings", "rails", "belts", "springs", "tubes" or "materials".
     keys : iterable    Keys of parts.
 
     Raises

@@ -236,7 +236,7 @@ def search_parts(
     Parameters
     ----------
     sets : PartSet or iterable of them   Sets to search.
-    kind : str                "motors", "gearheads", "bearings", "rails", "belts" or "materials".
+    kind : str                "motors", "gearheads", "bearings", "rails", "belts", "springs", "tubes" or "materials".
     conditions : str or sequence of str   All must hold: a column, one of < <= > >= = != and a value with its unit, such as
         "mass < 0.3 kg". For texts = and != compare without regard to case, and ~ asks for a part of the text. Numbers are
         equal if they agree to 1e-6. A part that does not state a column meets no condition on it.

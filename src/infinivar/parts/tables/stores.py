@@ -192,7 +192,7 @@ def entry(kind: str, name: str, beside: Sequence[Path] = ()) -> Mapping[str, Any
 
     Parameters
     ----------
-    kind : str       "motors", "gearheads", "bearings", "rails", "belts" or "materials".
+    kind : str       "motors", "gearheads", "bearings", "rails", "belts", "springs", "tubes" or "materials".
     name : str       Key of a shipped part, or SET:KEY.
     beside : paths   As for `places`.
 

@@ -27,7 +27,7 @@ class PartTable(Frozen):
 
     Attributes
     ----------
-    kind      "motors", "gearheads", "bearings", "rails", "belts" or "materials".
+    kind      "motors", "gearheads", "bearings", "rails", "belts", "springs", "tubes" or "materials".
     columns   Numbers in SI by name, `(rows,)` each: the fields of the part, and further figures of its data sheet. nan: not
               stated. `number_columns(kind)` describes them.
     texts     Texts by name, `(rows,)` each: key, name, manufacturer, order number, source, date, kind and so on. "": not stated.
@@ -214,7 +214,8 @@ class PartSet(Frozen):
     Attributes
     ----------
     name            Name of the set, by which studies ask for its parts: ``part = "NAME:KEY"``.
-    tables          Tables by kind. `motors`, `gearheads`, `bearings`, `rails`, `belts` and `materials` are short for them.
+    tables          Tables by kind. `motors`, `gearheads`, `bearings`, `rails`, `belts`, `springs`, `tubes` and
+                    `materials` are short for them.
     pairs           Compatible motors and gearheads, `(n, 2)` rows of both tables; if the set states none, see `pairs_stated`.
     pairs_stated    Whether the source says what fits together. If not, `pairs` has every motor with every gearhead, and whether
                     they can be joined is for the user to check.
@@ -251,6 +252,16 @@ class PartSet(Frozen):
     def belts(self) -> PartTable:
         """Table of timing belts."""
         return self.tables["belts"]
+
+    @property
+    def springs(self) -> PartTable:
+        """Table of springs from stock."""
+        return self.tables["springs"]
+
+    @property
+    def tubes(self) -> PartTable:
+        """Table of tubes from stock."""
+        return self.tables["tubes"]
 
     @property
     def materials(self) -> PartTable:

@@ -18,6 +18,7 @@ from infinivar.limits import Demand, Limit
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import LossModel
+from infinivar.parts.structure.stock import StockTube
 from infinivar.sizing.cobotic.bounds import MOTOR, STEERING, Side
 from infinivar.sizing.cobotic.designs import best_designs, front_designs, nearest_design
 from infinivar.sizing.cobotic.evaluation import Evaluation
@@ -38,6 +39,7 @@ from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, judging_
 from infinivar.sizing.progress import Progress, part_of
 from infinivar.sizing.tables import CoboticRequest, Objective
 from infinivar.study.requirement import Requirement
+from infinivar.units import show_in
 
 RANGE = 2.0
 """Values are searched from the template's divided by this to the template's times this, unless a range is given."""
@@ -336,7 +338,21 @@ def ranges_of(
     found = {name: (value / RANGE, value * RANGE) for name, value in own}
     low, high = found["preload"]
     most = max([1, *wheels]) / template.transmission.wheels
+    if template.transmission.cylinder_tube is not None:
+        found["cylinder_radius"] = _turned(template.transmission.cylinder_tube, ranges.get("cylinder_radius"))
     return {**found, "preload": (low / max(most, 1.0), high), **ranges}
+
+
+def _turned(tube: StockTube, stated: tuple[float, float] | None) -> tuple[float, float]:
+    """Range of radii to which a tube from stock can be turned down; a range that is stated must be within it. [m]"""
+    least, largest = tube.radii
+    if stated is not None and not least <= stated[0] <= stated[1] <= largest:
+        ends = " to ".join(show_in(one, "m", "mm") for one in (least, largest))
+        got = " to ".join(show_in(one, "m", "mm") for one in stated)
+        raise ParameterError(
+            f"ranges['cylinder_radius'] must be within {ends}, to which cylinder_tube can be turned, got {got}"
+        )
+    return least, largest
 
 
 def _fast_enough(found: Pairs, box: Box) -> Pairs:

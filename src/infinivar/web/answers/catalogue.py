@@ -57,6 +57,19 @@ _COLUMNS: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("belt_density", "g/m"),
         ("permissible_force", "N"),
     ),
+    "springs": (
+        ("stiffness", "N/mm"),
+        ("permissible_force", "N"),
+        ("wire_diameter", "mm"),
+        ("outer_diameter", "mm"),
+        ("free_length", "mm"),
+        ("mass", "g"),
+    ),
+    "tubes": (
+        ("outer_diameter", "mm"),
+        ("wall", "mm"),
+        ("tube_density", "kg/m"),
+    ),
     "materials": (
         ("youngs_modulus", "GPa"),
         ("poisson", "1"),
