@@ -78,7 +78,9 @@ def impossible(drive: Any, service: Callable[[], Service]) -> str | None:
 def _thin_pulley(drive: Any) -> str | None:
     """Why the shaft in the bearings that a geared drive states does not go with its pulley or pinion; None if it does."""
     stage, held = drive.stage, getattr(drive.stage, "bearings", None)
-    bore = None if held is None else given(held.bore, getattr(held.bearing, "bore", None))
+    if held is None:
+        return None
+    bore = given(held.bore, getattr(held.bearing, "bore", None))
     if bore is None or bore <= 2.0 * stage.travel_per_radian:
         return None
     path = "bore" if held.bearing is None else "bearing.bore"
