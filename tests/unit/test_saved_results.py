@@ -69,6 +69,17 @@ def _swept(folder):
     return problem, iv.sweep(problem, folder / "sweep")
 
 
+def _run_builds(folder):
+    path = folder / "mine.toml"
+    path.write_text(
+        'extends = "hand_controller"\n[uncertainty.cobotic.motor]\nresistance = "10 %"\n'
+        '[scenarios.short]\nbase = "faulring2006.hold"\nduration = "0.02 s"\n',
+        "utf-8",
+    )
+    problem = iv.sweeps.runs_sweep(iv.load_study(path), draws=16, scenario="short", size=16)
+    return problem.result(iv.sweep(problem, folder / "sweep"))
+
+
 def _mixed(folder):
     shake = iv.duty_cycle(LEG, next(iter(STUDY.duty.values())), samples=80)
     return mixed_use({"one": {"cobotic": shake}, "other": {"cobotic": shake}}, {"one": 0.4, "other": 0.6})
@@ -101,6 +112,7 @@ MAKE = {
     "Passivity": lambda folder: iv.displays.passivity(
         iv.displays.ImpedanceDisplay(drive=SEPARATE, wall_stiffness=2000.0, viscous_friction=2.0)
     ),
+    "RunBuilds": lambda folder: _run_builds(folder),
     "Session": lambda folder: machine_runs.slide(1),
     "Sessions": lambda folder: (lambda problem, swept: problem.result(swept))(*_swept(folder)),
     "SharedMotor": lambda folder: iv.analysis.share_motor(LEG, SEPARATE, force=[10.0], legs=[1, 2]),
