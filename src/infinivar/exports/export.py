@@ -1,0 +1,148 @@
+"""Write a drive's plant as an FMU or as C."""
+
+from __future__ import annotations
+
+import io
+import platform
+import re
+import sys
+import zipfile
+from collections.abc import Iterable, Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from infinivar._core.c_library import FLAGS, binary
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import check_drive, refuse_machine
+from infinivar.errors import ParameterError, path_of, require
+from infinivar.exports.description import build_description, model_description, token
+from infinivar.exports.plant import Plant, plant
+from infinivar.motion.scenario import Scenario, check_scenario
+from infinivar.report.output import all_files_or_none
+from infinivar.study.provenance import Provenance
+
+FORMATS = ("fmu2", "fmu3", "c")
+"""What a plant is written as."""
+
+_VERSIONS = {"fmu2": "2.0", "fmu3": "3.0"}
+_FIRST_DAY = (1980, 1, 1, 0, 0, 0)
+"""Time of every file in an FMU, so that the same model gives the same bytes."""
+
+
+class Exported(NamedTuple):
+    """Files written, and what a user should know of them."""
+
+    files: tuple[Path, ...]
+    notes: tuple[str, ...]
+
+
+def export(
+    drive: Any,
+    kind: str,
+    out: str | Path = ".",
+    *,
+    name: str = "drive",
+    title: str = "",
+    scenario: Scenario | None = None,
+    load_mass: float | None = None,
+    sources: Iterable[Provenance] = (),
+) -> Exported:
+    """Write the plant of a drive, without its controllers, for other programs.
+
+    Parameters
+    ----------
+    drive : CoboticDrive or ConventionalDrive   With the inertias that motion requires.
+    kind : str             "fmu2" or "fmu3": an FMU for Model Exchange and Co-Simulation, NAME.fmu; "c": NAME.c, a program that
+        runs it, NAME_main.c, and its arguments, NAME.md.
+    out : str or Path      Folder; created if missing.
+    name : str             Of the files, in letters, digits, "-" and "_"; and owner of the drive's values in `sources`.
+    title : str            Of the model. Default: `name`.
+    scenario : Scenario    States what the amplifier imposes (a current, or a voltage through its current loop), whether the
+        load is pushed or moved, its mass, and where the motion starts. Default: currents, a load that a force pushes, at
+        rest, with the cylinder at its speed.
+    load_mass : float      Mass of the load of the default scenario, or its moment of inertia. [kg] or [kg m^2]
+    sources : iterable of Provenance   Such as ``study.provenance``: where the values of parameters come from.
+
+    Returns
+    -------
+    Exported   Files, and notes: without a C compiler an FMU holds sources only.
+
+    Raises
+    ------
+    ParameterError
+        If the drive is a machine of several coordinates, or lacks a value that motion requires.
+    InputError
+        If a law has no C, or a file cannot be written.
+
+    Source: fmi2024, fmi2024b.
+    """
+    require(kind in FORMATS, "kind", repr(kind), f"one of {', '.join(FORMATS)}")
+    refuse_machine(drive, "export")
+    check_drive(drive, "drive")
+    if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
+        raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
+    if scenario is None:
+        scenario = _usual(drive, load_mass)
+    check_scenario(scenario)
+    identifier = re.sub(r"\W", "_", name, flags=re.ASCII)[:48]
+    identifier = identifier if identifier[:1].isalpha() else f"drive_{identifier}"
+    own = [row for row in sources if row.owner == name]
+    made = plant(drive, scenario, identifier, title or name, own)
+    content, notes = _source(made) if kind == "c" else _fmu(made, _VERSIONS[kind])
+    folder = path_of(out, "out")
+    with all_files_or_none(*(folder / file for file in content)) as files:
+        for file in files:
+            file.write_bytes(content[file.name])
+    return Exported(tuple(folder / file for file in content), notes)
+
+
+def _usual(drive: CoboticDrive | ConventionalDrive, load_mass: float | None) -> Scenario:
+    cobotic = {"steering": "locked"} if isinstance(drive, CoboticDrive) else {}
+    mass = "load_inertia" if drive.axis.rotary else "load_mass"
+    return Scenario(duration=1.0, link="free", **cobotic, **{mass: load_mass})  # type: ignore[arg-type]
+
+
+def _data(name: str) -> str:
+    return (resources.files("infinivar.exports") / "data" / name).read_text("utf-8")
+
+
+def _fmu(made: Plant, version: str) -> tuple[Mapping[str, bytes], tuple[str, ...]]:
+    from infinivar import __version__
+
+    known = f'static const char token[] = "{token(made, version)}";\n'
+    text = "".join([made.text, known, _data("instance.c"), _data(f"fmi{version[0]}.c")])
+    files = {
+        "modelDescription.xml": model_description(made, version, f"infinivar {__version__}"),
+        f"sources/{made.name}.c": text.encode(),
+        **({"sources/buildDescription.xml": build_description(made, version)} if version == "3.0" else {}),
+    }
+    place, compiled = _place(version), binary(text, *FLAGS, "-fvisibility=hidden", "-s")
+    notes: tuple[str, ...] = ()
+    if place is None or compiled is None:
+        why = "no C compiler" if place is not None else f"FMI {version} has no name for this platform"
+        notes = (f"sources only ({why}): the importer must compile the FMU",)
+    else:
+        ending = "dylib" if sys.platform == "darwin" else "so"
+        files[f"binaries/{place}/{made.name}.{ending}"] = compiled
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for file, content in sorted(files.items()):
+            archive.writestr(zipfile.ZipInfo(file, _FIRST_DAY), content, zipfile.ZIP_DEFLATED, 9)
+    return {f"{made.name}.fmu": packed.getvalue()}, notes
+
+
+def _place(version: str) -> str | None:
+    """Folder of a binary for this platform; None where the standard has no name for it."""
+    machine = {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
+    system = {"linux": "linux", "darwin": "darwin"}.get(sys.platform)
+    if system is None or machine not in ("x86_64", "aarch64"):
+        return None
+    if version == "3.0":
+        return f"{machine}-{system}"
+    return f"{system}64" if machine == "x86_64" else None
+
+
+def _source(made: Plant) -> tuple[Mapping[str, bytes], tuple[str, ...]]:
+    raise NotImplementedError
