@@ -15,7 +15,7 @@ from infinivar.bondgraph.c_code import Code, c_code
 from infinivar.bondgraph.graph import SOURCES, STORAGES, BondGraph
 from infinivar.bondgraph.inputs import Constant
 from infinivar.bondgraph.model import Model, model
-from infinivar.drivetrain.graphs.closed_loop import closed_loop
+from infinivar.drivetrain.graphs.closed_loop import closed_loop, scenario_graph
 from infinivar.errors import InputError
 from infinivar.exports.domains import domains, unit_of_input, unit_of_signal, unit_of_state
 from infinivar.motion.scenario import Scenario
@@ -219,7 +219,7 @@ def _stated(
         if not isinstance(value, float):
             continue
         with contextlib.suppress(InputError):  # values that no drive has
-            other = closed_loop(with_values(drive, {path: value * (1.0 + _CHANGE) or _CHANGE}), scenario).graph
+            other = scenario_graph(with_values(drive, {path: value * (1.0 + _CHANGE) or _CHANGE}), scenario)
             for symbol, parameter in other.parameters.items():
                 if symbol in fields and parameter.value != graph.parameters[symbol].value:
                     fields[symbol].append(path)

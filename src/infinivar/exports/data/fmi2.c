@@ -2,23 +2,6 @@
 /* FMI 2.0, Model Exchange and Co-Simulation. Types are those of the standard's headers, in plain C: fmi2Component is plant *,
    fmi2Status int. Source: fmi2024, chapters 2 to 4. */
 
-#ifdef FMI2_FUNCTION_PREFIX
-#define JOINED(one, other) one##other
-#define PREFIXED(one, other) JOINED(one, other)
-#define NAMED(name) PREFIXED(FMI2_FUNCTION_PREFIX, name)
-#else
-#define NAMED(name) name
-#endif
-#ifdef _WIN32
-#define API(type) __declspec(dllexport) type
-#elif defined(__GNUC__)
-#define API(type) __attribute__((visibility("default"))) type
-#else
-#define API(type) type
-#endif
-
-enum { OK = 0, ERROR = 3 };
-
 typedef void (*logger)(void *, const char *, int, const char *, const char *, ...);
 
 typedef struct {
@@ -85,35 +68,26 @@ API(int) NAMED(fmi2Reset)(plant *one)
     return said(one, NULL);
 }
 
-API(int) NAMED(fmi2GetReal)(plant *one, const unsigned *references, size_t count, double *values)
-{
-    return said(one, one ? get(one, references, count, values) : NULL);
-}
+CALL(fmi2GetReal, (plant *one, const unsigned *references, size_t count, double *values),
+     get(one, references, count, values))
 
-API(int) NAMED(fmi2SetReal)(plant *one, const unsigned *references, size_t count, const double *values)
-{
-    return said(one, one ? set(one, references, count, values) : NULL);
-}
+CALL(fmi2SetReal, (plant *one, const unsigned *references, size_t count, const double *values),
+     set(one, references, count, values))
 
-/* The model has real variables only. */
+static const char *const other_type = "the model has variables of type Real only";
+
 #define NO_VARIABLES(type, got, put) \
-    API(int) NAMED(got)(plant *one, const unsigned *references, size_t count, type *values) \
-    { \
-        (void)references; (void)values; \
-        return said(one, count ? "the model has variables of type Real only" : NULL); \
-    } \
-    API(int) NAMED(put)(plant *one, const unsigned *references, size_t count, const type *values) \
-    { \
-        (void)references; (void)values; \
-        return said(one, count ? "the model has variables of type Real only" : NULL); \
-    }
+    REFUSED(got, (plant *one, const unsigned *references, size_t count, type *values), count ? other_type : NULL, \
+            (void)references; (void)values;) \
+    REFUSED(put, (plant *one, const unsigned *references, size_t count, const type *values), count ? other_type : NULL, \
+            (void)references; (void)values;)
+typedef const char *text;
 NO_VARIABLES(int, fmi2GetInteger, fmi2SetInteger)
 NO_VARIABLES(int, fmi2GetBoolean, fmi2SetBoolean)
-typedef const char *text;
 NO_VARIABLES(text, fmi2GetString, fmi2SetString)
 
-API(int) NAMED(fmi2GetFMUstate)(plant *one, void **state) { return said(one, one ? keep(one, state) : NULL); }
-API(int) NAMED(fmi2SetFMUstate)(plant *one, void *state) { return said(one, one ? take_back(one, state) : NULL); }
+CALL(fmi2GetFMUstate, (plant *one, void **state), keep(one, state))
+CALL(fmi2SetFMUstate, (plant *one, void *state), take_back(one, state))
 
 API(int) NAMED(fmi2FreeFMUstate)(plant *one, void **state)
 {
@@ -131,21 +105,12 @@ API(int) NAMED(fmi2SerializedFMUstateSize)(plant *one, void *state, size_t *size
     return said(one, NULL);
 }
 
-API(int) NAMED(fmi2SerializeFMUstate)(plant *one, void *state, char *bytes, size_t size)
-{
-    return said(one, to_bytes(state, bytes, size));
-}
+CALL(fmi2SerializeFMUstate, (plant *one, void *state, char *bytes, size_t size), to_bytes(state, bytes, size))
+CALL(fmi2DeSerializeFMUstate, (plant *one, const char *bytes, size_t size, void **state), from_bytes(bytes, size, state))
 
-API(int) NAMED(fmi2DeSerializeFMUstate)(plant *one, const char *bytes, size_t size, void **state)
-{
-    return said(one, from_bytes(bytes, size, state));
-}
-
-API(int) NAMED(fmi2GetDirectionalDerivative)(plant *one, const unsigned *unknowns, size_t unknown_count, const unsigned *knowns,
-                                             size_t known_count, const double *seed, double *change)
-{
-    return said(one, one ? get_direction(one, unknowns, unknown_count, knowns, known_count, seed, change) : NULL);
-}
+CALL(fmi2GetDirectionalDerivative, (plant *one, const unsigned *unknowns, size_t unknown_count, const unsigned *knowns,
+                                             size_t known_count, const double *seed, double *change),
+     get_direction(one, unknowns, unknown_count, knowns, known_count, seed, change))
 
 /* Model Exchange */
 
@@ -167,33 +132,19 @@ API(int) NAMED(fmi2CompletedIntegratorStep)(plant *one, int past, int *event_mod
     return said(one, NULL);
 }
 
-API(int) NAMED(fmi2SetTime)(plant *one, double time) { return said(one, one ? set_time(one, time) : NULL); }
+CALL(fmi2SetTime, (plant *one, double time), set_time(one, time))
 
-API(int) NAMED(fmi2SetContinuousStates)(plant *one, const double *states, size_t count)
-{
-    return said(one, one ? set_states(one, states, count) : NULL);
-}
+CALL(fmi2SetContinuousStates, (plant *one, const double *states, size_t count),
+     set_states(one, states, count))
 
-API(int) NAMED(fmi2GetDerivatives)(plant *one, double *rates, size_t count)
-{
-    return said(one, one ? get_rates(one, rates, count) : NULL);
-}
+CALL(fmi2GetDerivatives, (plant *one, double *rates, size_t count), get_rates(one, rates, count))
 
-API(int) NAMED(fmi2GetEventIndicators)(plant *one, double *indicators, size_t count)
-{
-    (void)indicators;
-    return said(one, count ? "the model has no events" : NULL);
-}
+REFUSED(fmi2GetEventIndicators, (plant *one, double *indicators, size_t count), count ? "the model has no events" : NULL,
+        (void)indicators;)
 
-API(int) NAMED(fmi2GetContinuousStates)(plant *one, double *states, size_t count)
-{
-    return said(one, one ? get_states(one, states, count) : NULL);
-}
+CALL(fmi2GetContinuousStates, (plant *one, double *states, size_t count), get_states(one, states, count))
 
-API(int) NAMED(fmi2GetNominalsOfContinuousStates)(plant *one, double *nominals, size_t count)
-{
-    return said(one, get_nominals(nominals, count));
-}
+CALL(fmi2GetNominalsOfContinuousStates, (plant *one, double *nominals, size_t count), get_nominals(nominals, count))
 
 /* Co-Simulation */
 
@@ -203,29 +154,19 @@ API(int) NAMED(fmi2DoStep)(plant *one, double time, double step, int final)
     return said(one, one ? moved_on(one, time, step) : NULL);
 }
 
-API(int) NAMED(fmi2SetRealInputDerivatives)(plant *one, const unsigned *references, size_t count, const int *orders,
-                                            const double *values)
-{
-    (void)references; (void)orders; (void)values;
-    return said(one, count ? "inputs are held over a step" : NULL);
-}
+REFUSED(fmi2SetRealInputDerivatives,
+        (plant *one, const unsigned *references, size_t count, const int *orders, const double *values),
+        count ? "inputs are held over a step" : NULL, (void)references; (void)orders; (void)values;)
+REFUSED(fmi2GetRealOutputDerivatives,
+        (plant *one, const unsigned *references, size_t count, const int *orders, double *values),
+        count ? "derivatives of outputs are not computed" : NULL, (void)references; (void)orders; (void)values;)
 
-API(int) NAMED(fmi2GetRealOutputDerivatives)(plant *one, const unsigned *references, size_t count, const int *orders, double *values)
-{
-    (void)references; (void)orders; (void)values;
-    return said(one, count ? "derivatives of outputs are not computed" : NULL);
-}
+static const char *const never_late = "a step ends before its call returns";
 
-API(int) NAMED(fmi2CancelStep)(plant *one) { return said(one, "steps end when they return"); }
-
-#define NO_STATUS(name, type) \
-    API(int) NAMED(name)(plant *one, int kind, type *value) \
-    { \
-        (void)kind; (void)value; \
-        return said(one, "steps end when they return"); \
-    }
+#define NO_STATUS(name, type) REFUSED(name, (plant *one, int kind, type *value), never_late, (void)kind; (void)value;)
 NO_STATUS(fmi2GetStatus, int)
 NO_STATUS(fmi2GetRealStatus, double)
 NO_STATUS(fmi2GetIntegerStatus, int)
 NO_STATUS(fmi2GetBooleanStatus, int)
 NO_STATUS(fmi2GetStringStatus, text)
+REFUSED(fmi2CancelStep, (plant *one), never_late, ;)

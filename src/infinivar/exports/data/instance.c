@@ -288,3 +288,31 @@ static const char *from_bytes(const void *bytes, size_t size, void **state)
     memcpy(*state, bytes, size);
     return NULL;
 }
+
+#if defined FMI2_FUNCTION_PREFIX
+#define PREFIX FMI2_FUNCTION_PREFIX
+#elif defined FMI3_FUNCTION_PREFIX
+#define PREFIX FMI3_FUNCTION_PREFIX
+#else
+#define PREFIX
+#endif
+#define JOINED(one, other) one##other
+#define PREFIXED(one, other) JOINED(one, other)
+#define NAMED(name) PREFIXED(PREFIX, name)
+#if defined _WIN32
+#define API(type) __declspec(dllexport) type
+#elif defined __GNUC__
+#define API(type) __attribute__((visibility("default"))) type
+#else
+#define API(type) type
+#endif
+
+enum { OK = 0, ERROR = 3 };
+
+/* A function of the interface that calls one of this file. */
+#define CALL(name, arguments, call) \
+    API(int) NAMED(name) arguments { return said(one, one ? call : NULL); }
+
+/* One that the model has no use for: an error. The last argument uses the others. */
+#define REFUSED(name, arguments, why, used) \
+    API(int) NAMED(name) arguments { used return said(one, why); }
