@@ -1,6 +1,6 @@
 """modelDescription.xml and buildDescription.xml of FMI 2.0 and 3.0.
 
-Source: fmi2024, section 2.2; fmi2024b, section 2.4.
+Source: fmi2014, section 2.2; fmi2022, section 2.4.
 """
 
 from __future__ import annotations

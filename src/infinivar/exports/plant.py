@@ -281,21 +281,19 @@ def _text(code: Code, parameters: Mapping[str, float], variables: Sequence[Varia
     def starts(role: Role) -> list[float]:
         return [one.start or 0.0 for one in variables if one.role == role]
 
-    own = [one for one in variables if one.role == "parameter"]
     return "\n".join(
         [
             code.text,
             (resources.files("infinivar.bondgraph") / "data" / "collocation.c").read_text("utf-8"),
-            f"enum {{ OUTPUTS = {sum(one.role == 'output' for one in variables)}, PARAMETERS = {len(own)}, "
+            f"enum {{ OUTPUTS = {sum(one.role == 'output' for one in variables)}, PARAMETERS = {len(starts('parameter'))}, "
             f"GIVEN = {len(given)}, CONSTANTS = {code.constants} }};",
-            _array("double", "start_given", map(repr, given)),
-            _array("double", "start_states", map(repr, starts("state"))),
-            _array("double", "start_inputs", map(repr, [*starts("input"), *starts("rate")])),
-            _array("int", "settable", (str(int(not one.fixed)) for one in own)),
+            _array("start_given", given),
+            _array("start_states", starts("state")),
+            _array("start_inputs", [*starts("input"), *starts("rate")]),
             "",
         ]
     )
 
 
-def _array(kind: str, name: str, values: Iterable[str]) -> str:
-    return f"static const {kind} {name}[] = {{{', '.join(values) or '0'}}};"
+def _array(name: str, values: Iterable[float]) -> str:
+    return f"static const double {name}[] = {{{', '.join(map(repr, values)) or '0'}}};"
