@@ -1,0 +1,508 @@
+"""Exported plants: FMUs that importers accept and that move as the program's own solver, and C that stands alone."""
+
+import ctypes
+import functools
+import itertools
+import re
+import shutil
+import subprocess
+import tempfile
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pint
+import pytest
+
+import infinivar as iv
+from infinivar.bondgraph import solve
+from infinivar.motion import Sinusoid
+from internals import (
+    bond_graph_model,
+    c_library,
+    casadi_namespace,
+    closed_loop,
+    default_export_scenario,
+    export_base_units,
+    exported_plant,
+    plants_of_exports,
+)
+from made import loaded
+from sampled import sampled
+
+fmpy = pytest.importorskip("fmpy")
+fmi1, fmi2, fmi3, validation = (pytest.importorskip(f"fmpy.{name}") for name in ("fmi1", "fmi2", "fmi3", "validation"))
+pytestmark = pytest.mark.skipif(c_library.compiler() is None, reason="no C compiler on this machine")
+
+WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-Wconversion", "-pedantic")
+VERSIONS = ("fmu2", "fmu3")
+STUDIES = ("hand_controller", "knee_walking", "ankle_walking", "one_axis_display", "reach_and_hold", "sphere_joint")
+DRIVES = [
+    f"{study} {name}"
+    for study in STUDIES
+    for name, drive in loaded(study).drives.items()
+    if isinstance(drive, (iv.CoboticDrive, iv.ConventionalDrive))
+]
+BOTH = [f"{drive} {version}" for drive, version in itertools.product(DRIVES, VERSIONS)]
+IMPOSED = iv.Scenario(duration=1.0, link="imposed", motion=Sinusoid(distance=0.05, frequency=2.0), electrical="voltage")
+FOLDER = tempfile.TemporaryDirectory(prefix="infinivar-exports-")
+
+
+def drive_of(case):
+    study, name, *_ = case.split()
+    return loaded(study).drives[name]
+
+
+def scenario_of(case):
+    return default_export_scenario(drive_of(case), loaded(case.split()[0]).load_mass)
+
+
+@functools.cache
+def exported(case, kind, scenario=None):
+    """Files of a drive of a study."""
+    study, name = (loaded(case.split()[0]), case.split()[1])
+    folder = Path(FOLDER.name, f"{case}-{kind}-{hash(scenario)}".replace(" ", "-"))
+    scenario = scenario or scenario_of(case)
+    found = iv.export(study.drives[name], kind, folder, name=name, scenario=scenario, sources=study.provenance)
+    assert found.notes == ()
+    return found.files
+
+
+class Unit:
+    """An FMU of either version, unpacked and instantiated, by the names of its variables."""
+
+    def __init__(self, file, *, exchange=False):
+        self.description = fmpy.read_model_description(str(file))
+        self.place = {one.name: one.valueReference for one in self.description.modelVariables}
+        self.third = self.description.fmiVersion.startswith("3")
+        module = fmi3 if self.third else fmi2
+        kind = f"FMU{3 if self.third else 2}{'Model' if exchange else 'Slave'}"
+        self.folder = fmpy.extract(str(file))
+        self.unit = getattr(module, kind)(
+            guid=self.description.guid,
+            unzipDirectory=self.folder,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName="one",
+        )
+        self.unit.instantiate()
+        self.begin()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.unit.freeInstance()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def begin(self):
+        if self.third:
+            self.unit.enterInitializationMode()
+        else:
+            self.unit.setupExperiment()
+            self.unit.enterInitializationMode()
+        self.unit.exitInitializationMode()
+
+    def names(self, start):
+        return [name for name in self.place if name.startswith(start)]
+
+    def of(self, causality):
+        return [one.name for one in self.description.modelVariables if one.causality == causality]
+
+    def get(self, names):
+        get = self.unit.getFloat64 if self.third else self.unit.getReal
+        return np.array(get([self.place[name] for name in names]))
+
+    def set(self, values):
+        put = self.unit.setFloat64 if self.third else self.unit.setReal
+        put([self.place[name] for name in values], list(map(float, values.values())))
+
+    def change(self, unknowns, knowns, seed):
+        places = [[self.place[name] for name in names] for names in (unknowns, knowns)]
+        return np.array(self.unit.getDirectionalDerivative(*places, list(map(float, seed))))
+
+    def step(self, time, width):
+        self.unit.doStep(currentCommunicationPoint=time, communicationStepSize=width)
+
+    @property
+    def states(self):
+        return [name[4:-1] for name in self.names("der(")]
+
+
+def own_motion(drive, scenario, inputs, times):
+    loop = closed_loop(drive, scenario)
+    found = solve(loop.graph, times, inputs=inputs, initial=loop.initial)
+    assert found.outcome == ""
+    return found.states
+
+
+def pushed(drive, scenario):
+    """Inputs that move a drive, the same over time."""
+    made = bond_graph_model(closed_loop(drive, scenario).graph)
+    return {name: 2.0 if name == "force" else 0.3 for name in made.inputs}
+
+
+@sampled("case", BOTH, every=8, slow=4)
+def test_importers_find_nothing_to_say(case):
+    """By the validator of FMPy: schema, names, start values, units, structure. Names are of bounded length."""
+    drive, version = case.rsplit(" ", 1)
+    (file,) = exported(drive, version)
+    assert validation.validate_fmu(str(file)) == []
+    assert max(len(one.name) for one in fmpy.read_model_description(str(file)).modelVariables) <= 80
+    assert file.stat().st_size <= 200_000
+
+
+@sampled("case", BOTH, every=9, slow=4)
+def test_it_moves_as_the_program_does(case):
+    """Model Exchange by CVode of another program to 1e-6, Co-Simulation to 1e-4 of each state's largest value."""
+    name, version = case.rsplit(" ", 1)
+    drive, scenario = drive_of(name), scenario_of(name)
+    inputs, times = pushed(drive, scenario), np.linspace(0.0, 0.2, 101)
+    expected = own_motion(drive, scenario, inputs, times)
+    (file,) = exported(name, version)
+    given = np.array(
+        [(time, *inputs.values()) for time in (0.0, 0.2)], dtype=[(one, float) for one in ("time", *inputs)]
+    )
+    for kind, error in (("ModelExchange", 1e-6), ("CoSimulation", 1e-4)):
+        found = fmpy.simulate_fmu(
+            str(file),
+            fmi_type=kind,
+            stop_time=0.2,
+            output_interval=2e-3,
+            relative_tolerance=1e-10,
+            input=given,
+            output=list(expected),
+        )
+        at = np.searchsorted(found["time"], times - 1e-9)
+        for state, values in expected.items():
+            size = max(np.max(np.abs(values)), 1e-3)
+            assert np.max(np.abs(found[state][at] - values)) <= error * size, (kind, state)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_steps_with_the_currents_of_a_simulation_give_its_motion(version):
+    """The controllers' currents of `simulate`, sample by sample, and the moving load of another run as an input with a rate."""
+    drive, scenario = loaded("hand_controller").drives["cobotic"], loaded("hand_controller").scenarios["shake"]
+    period = 1.0 / drive.control.sample_rate
+    scenario = replace(scenario, duration=200 * period, output_step=period)
+    run = iv.simulate(drive, scenario).trajectory
+    (file,) = exported("hand_controller cobotic", version, scenario)
+    with Unit(file) as unit:
+        inputs = {name: run.inputs[name] for name in unit.of("input")}
+        for row in range(len(run.time) - 1):
+            unit.set({name: values[row] for name, values in inputs.items()})
+            unit.step(run.time[row], period)
+        for state, value in zip(run.states, unit.get(run.states), strict=True):
+            assert value == pytest.approx(run.states[state][-1], rel=1e-6, abs=1e-6 * np.max(np.abs(run.states[state])))
+
+
+@pytest.mark.parametrize("name", ["hand_controller cobotic", "hand_controller motor1-gear1"])
+def test_an_imposed_motion_goes_on_with_its_rate(name):
+    """Co-Simulation with a motion whose speed is given at the begin of each step: the error falls with the step's square."""
+    drive, scenario = drive_of(name), IMPOSED
+    (file,) = exported(name, "fmu2", scenario)
+    loop = closed_loop(drive, scenario)
+    commands = {name: 0.2 for name in bond_graph_model(loop.graph).inputs if name != "motion"}
+    path = scenario.path
+    expected = solve(
+        loop.graph, np.linspace(0.0, 0.02, 3), inputs={**commands, "motion": loop.inputs["motion"]}, initial=loop.initial
+    ).states
+    errors = []
+    for steps in (40, 80):
+        with Unit(file) as unit:
+            rated = "motion_rate" in unit.place
+            for row in range(steps):
+                at = path.at(0.02 * row / steps)
+                motion = {"motion": at.speed, **({"motion_rate": at.acceleration} if rated else {})}
+                unit.set({**commands, **motion})
+                unit.step(0.02 * row / steps, 0.02 / steps)
+            found = dict(zip(expected, unit.get(expected), strict=True))
+            errors.append(max(abs(found[one] - values[-1]) / np.max(np.abs(values)) for one, values in expected.items()))
+    assert errors[0] < (1e-3 if rated else 0.1)
+    assert errors[1] < (0.3 if rated else 0.6) * errors[0]
+
+
+def random_situations(unit, scales=(1e-3, 1e-1, 1.0), count=30):
+    random = np.random.default_rng(5)
+    for place in range(count):
+        size = scales[place % len(scales)]
+        names = [*unit.states, *unit.of("input")]
+        values = size * random.standard_normal(len(names))
+        yield dict(zip(names, values, strict=True))
+
+
+@sampled("case", BOTH, every=7, slow=4)
+def test_powers_balance_and_energies_change_by_them(case):
+    """Sources = storages + losses to 1e-9 of what moves, at any state; and what a storage takes up is the derivative of its
+    energy, here along the motion by the FMU's own directional derivatives."""
+    name, version = case.rsplit(" ", 1)
+    (file,) = exported(name, version)
+    graph = closed_loop(drive_of(name), scenario_of(name)).graph
+    kinds = {one.name: one.kind for one in graph.elements}
+    with Unit(file, exchange=True) as unit:
+        powers, losses = unit.names("power."), [
+            one
+            for one in unit.names("loss.")
+            if not any(one == f"loss.{source}" for source, kind in kinds.items() if kind in ("Se", "Sf"))
+        ]
+        signs = np.array([1.0 if kinds[one.partition(".")[2]] in ("Se", "Sf") else -1.0 for one in powers])
+        energies, stored = unit.names("energy."), [one.replace("energy.", "power.") for one in unit.names("energy.")]
+        for values in random_situations(unit):
+            unit.set(values)
+            moved, lost = signs * unit.get(powers), unit.get(losses)
+            assert abs(moved.sum() - lost.sum()) <= 1e-9 * (np.abs(moved).sum() + np.abs(lost).sum())
+            assert np.all(lost >= -1e-9 * np.abs(moved).sum())
+            growth = unit.change(energies, unit.states, unit.get(unit.names("der(")))
+            np.testing.assert_allclose(growth, unit.get(stored), atol=1e-9 * np.abs(moved).sum(), rtol=1e-9)
+
+
+@sampled("case", BOTH, every=11, slow=6)
+def test_directional_derivatives_are_exact(case):
+    """All by all, as CasADi derives the Python source."""
+    casadi = pytest.importorskip("casadi")
+    name, version = case.rsplit(" ", 1)
+    graph = closed_loop(drive_of(name), scenario_of(name)).graph
+    made = bond_graph_model(graph)
+    parameters = {symbol: parameter.value for symbol, parameter in graph.parameters.items()}
+    symbols = [casadi.SX.sym("x", len(made.states)), casadi.SX.sym("u", len(made.inputs))]
+    arguments = [*(casadi.vertsplit(one) for one in symbols), []]
+    motion = made.function("motion", casadi_namespace(), parameters)(*arguments)
+    outputs = made.function("outputs", casadi_namespace(), parameters)(*arguments)
+    losses = outputs[len(outputs) - len(made.losses) :]
+    wanted = casadi.Function(
+        "slopes", symbols, [casadi.jacobian(casadi.vertcat(*motion, *losses), casadi.vertcat(*symbols))]
+    )
+    (file,) = exported(name, version)
+    with Unit(file, exchange=True) as unit:
+        unknowns = [*unit.names("der("), *unit.names("loss.")]
+        knowns = [*made.states, *made.inputs]
+        for values in random_situations(unit, scales=(0.1, 1.0), count=6):
+            unit.set(values)
+            expected = np.array(wanted([values[one] for one in made.states], [values[one] for one in made.inputs]))
+            found = np.array([unit.change(unknowns, [one], [1.0]) for one in knowns]).T
+            sizes = np.abs(expected) + 1e-3 * np.max(np.abs(expected), axis=1, keepdims=True)
+            assert np.all(np.abs(found - expected) <= 1e-9 * sizes)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_what_is_not_finite_is_an_error_and_changes_nothing(version):
+    (file,) = exported("hand_controller cobotic", version)
+    error = fmi1.FMICallException
+    with Unit(file) as unit:
+        unit.set({"force": 2.0, "steering.source": 0.1})
+        unit.step(0.0, 1e-2)
+        every = [*unit.states, *unit.of("input"), *unit.of("parameter"), "time"]
+        before = unit.get(every)
+        for number in (np.nan, np.inf):
+            with pytest.raises(error):
+                unit.set({"steering.source": 0.5, "force": number})
+            with pytest.raises(error):
+                unit.step(1e-2, number)
+            np.testing.assert_array_equal(unit.get(every), before)
+        for step in (0.0, -1e-3):
+            with pytest.raises(error):
+                unit.step(1e-2, step)
+        for wrong in ("time", "der(l)", "loss.link.guideway"):
+            with pytest.raises(error):
+                unit.set({wrong: 0.0})
+        np.testing.assert_array_equal(unit.get(every), before)
+        unit.set({"force": 1e300})
+        with pytest.raises(error):
+            unit.step(1e-2, 1e-2)
+        unit.set({"force": 2.0})
+        np.testing.assert_array_equal(unit.get(every), before)
+        unit.step(1e-2, 1e-2)
+        assert np.all(np.isfinite(unit.get(unit.of("output"))))
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_instances_resets_and_saved_states_give_the_same_bytes(version):
+    (file,) = exported("hand_controller cobotic", version)
+
+    def steps(unit, begin, end):
+        rows = []
+        for row in range(begin, end):
+            unit.set({"force": 1.0 + 0.1 * row, "steering.source": 0.02 * (-1) ** row})
+            unit.step(1e-3 * row, 1e-3)
+            rows.append(unit.get([*unit.states, *unit.of("output")]).tobytes())
+        return rows
+
+    with Unit(file) as one, Unit(file) as other:
+        both = [(steps(one, row, row + 1), steps(other, row, row + 1)) for row in range(20)]
+        assert all(first == second for first, second in both)
+        get, put, write, read, drop = (
+            getattr(one.unit, name)
+            for name in (
+                ("getFMUState", "setFMUState", "serializeFMUState", "deserializeFMUState", "freeFMUState")
+                if version == "fmu3"
+                else ("getFMUstate", "setFMUstate", "serializeFMUstate", "deSerializeFMUstate", "freeFMUstate")
+            )
+        )
+        kept = get()
+        content = write(kept)
+        first = steps(one, 20, 40)
+        put(kept)
+        assert steps(one, 20, 40) == first
+        again = read(content)
+        put(again)
+        assert steps(one, 20, 40) == first
+        for state in (kept, again):
+            drop(state)
+        one.set({one.of("parameter")[0]: 1.0})
+        one.unit.reset()
+        one.begin()
+        assert steps(one, 0, 20) == [first for (first,), _ in both]
+
+
+def test_a_parameter_set_is_that_of_a_drive_built_with_it():
+    drive = drive_of("hand_controller cobotic")
+    (file,) = exported("hand_controller cobotic", "fmu2")
+    heavier = replace(drive, motor=replace(drive.motor, resistance=3.0), cylinder_inertia=4e-3)
+    found = iv.export(heavier, "fmu2", Path(FOLDER.name, "heavier"), scenario=scenario_of("hand_controller cobotic"))
+    with Unit(file, exchange=True) as unit, Unit(found.files[0], exchange=True) as other:
+        outputs = [*unit.names("der("), *unit.of("output")]
+        assert not np.array_equal(unit.get(outputs), other.get(outputs))
+        unit.set({"parameter.R_c": 3.0, "parameter.J_c": 4e-3})
+        for values in random_situations(unit):
+            unit.set(values)
+            other.set(values)
+            np.testing.assert_array_equal(unit.get(outputs), other.get(outputs))
+
+
+def test_parameters_that_decide_tables_are_constants():
+    """Their tables are data of the export, which a change would leave behind."""
+    (file,) = exported("ankle_walking cobotic", "fmu2")
+    description = fmpy.read_model_description(str(file))
+    constant = [one.name for one in description.modelVariables if one.variability == "constant"]
+    assert "parameter.a_over_b" in constant
+    with Unit(file, exchange=True) as unit, pytest.raises(fmi1.FMICallException):
+        unit.set({"parameter.a_over_b": 0.5})
+
+
+def test_descriptions_say_what_the_study_says():
+    (file,) = exported("hand_controller cobotic", "fmu3")
+    said = {one.name: one for one in fmpy.read_model_description(str(file)).modelVariables}
+    row = next(
+        one
+        for one in loaded("hand_controller").provenance
+        if (one.owner, one.field) == ("cobotic", "motor.resistance")
+    )
+    assert said["parameter.R_c"].description.endswith(f"from motor.resistance = {row.written} ({row.kind}, {row.where})")
+    assert said["parameter.R_c"].unit == "ohm"
+    assert float(said["cylinder.J_c"].start) == loaded("hand_controller").drives["cobotic"].cylinder_speed
+    assert said["voltage.cylinder.source"].unit == "V"
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_every_function_of_the_standard_is_there(version, tmp_path):
+    """As the headers that FMPy ships list them; and without a warning of a compiler."""
+    (file,) = exported("hand_controller cobotic", version)
+    headers = Path(fmpy.__file__).parent / "c-code" / f"fmi{version[-1]}Functions.h"
+    names = set(re.findall(rf"\bfmi{version[-1]}[A-Z]\w+(?=TYPE\b)", headers.read_text("utf-8")))
+    assert len(names) > (30 if version == "fmu2" else 70)
+    with zipfile.ZipFile(file) as archive:
+        archive.extractall(tmp_path)
+    binary = ctypes.CDLL(str(next((tmp_path / "binaries").rglob("*.so"))))
+    assert [name for name in sorted(names) if not hasattr(binary, name)] == []
+    assert not hasattr(binary, "advance")
+    (source,) = (tmp_path / "sources").glob("*.c")
+    for compiler in filter(None, map(shutil.which, ("gcc", "clang"))):
+        done = subprocess.run(
+            [compiler, *WARNINGS, "-O1", "-c", source, "-o", tmp_path / "model.o"], capture_output=True, text=True
+        )
+        assert done.returncode == 0, done.stderr
+
+
+@sampled("case", BOTH, every=13, slow=8)
+def test_no_call_does_what_c_does_not_define(case, tmp_path):
+    """Random calls with references, sizes and values that no importer has, under the sanitizers of gcc."""
+    if shutil.which("gcc") is None:
+        pytest.skip("gcc has the sanitizers")
+    name, version = case.rsplit(" ", 1)
+    (file,) = exported(name, version)
+    with zipfile.ZipFile(file) as archive:
+        (source,) = [one for one in archive.namelist() if one.endswith(".c")]
+        text = archive.read(source).decode()
+    hostile = (Path(__file__).parents[1] / "hostile_fmu.c").read_text("utf-8")
+    (tmp_path / "model.c").write_text(text + hostile, "utf-8")
+    checks = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
+    options = ("-DCALLS=100000", *(["-DTHIRD"] if version == "fmu3" else []))
+    program = tmp_path / "model"
+    subprocess.run(
+        ["gcc", "-std=c99", "-O1", *checks, *options, tmp_path / "model.c", "-o", program, "-lm"], check=True
+    )
+    done = subprocess.run([program], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    fine, wrong = map(int, done.stdout.split())
+    assert fine > 20_000
+    assert wrong > 10_000
+
+
+@sampled("name", DRIVES, every=5, slow=3)
+def test_c_runs_alone(name, tmp_path):
+    """Compiled without a warning, its program prints the motion of the program's own solver."""
+    files = exported(name, "c")
+    program = tmp_path / "run"
+    main = next(file for file in files if file.name.endswith("_main.c"))
+    for compiler in filter(None, map(shutil.which, ("gcc", "clang"))):
+        subprocess.run([compiler, *WARNINGS, "-O1", main, "-o", program, "-lm"], check=True)
+    rows = [line.split(", ") for line in subprocess.run([program], capture_output=True, text=True).stdout.splitlines()]
+    found = np.array(rows, dtype=float)
+    drive, scenario = drive_of(name), scenario_of(name)
+    inputs = dict.fromkeys(pushed(drive, scenario), 0.0)
+    expected = own_motion(drive, scenario, inputs, found[:, 0])
+    for column, (state, values) in enumerate(expected.items(), start=1):
+        np.testing.assert_allclose(found[:, column], values, rtol=1e-6, atol=1e-6 * np.max(np.abs(values)) + 1e-9, err_msg=state)
+
+
+@pytest.mark.parametrize("kind", [*VERSIONS, "c"])
+def test_the_same_drive_gives_the_same_bytes(kind, tmp_path):
+    for file in exported("hand_controller motor1-gear1", kind):
+        drive = drive_of("hand_controller motor1-gear1")
+        again = iv.export(
+            drive,
+            kind,
+            tmp_path,
+            name="motor1-gear1",
+            scenario=scenario_of("hand_controller motor1-gear1"),
+            sources=loaded("hand_controller").provenance,
+        )
+        assert file.name in [one.name for one in again.files]
+        assert (tmp_path / file.name).read_bytes() == file.read_bytes()
+
+
+def test_without_a_compiler_an_fmu_holds_sources(monkeypatch, tmp_path):
+    monkeypatch.setenv(c_library.SWITCH, "0")
+    found = iv.export(drive_of("hand_controller motor1-gear1"), "fmu3", tmp_path)
+    assert found.notes == ("sources only (no C compiler): the importer must compile the FMU",)
+    with zipfile.ZipFile(found.files[0]) as archive:
+        assert sorted(archive.namelist()) == ["modelDescription.xml", "sources/buildDescription.xml", "sources/drive.c"]
+    assert validation.validate_fmu(str(found.files[0])) == []
+
+
+def test_a_law_without_c_is_bad_input(monkeypatch, tmp_path):
+    def refused(*arguments):
+        raise TypeError("a recorded value has no truth value")
+
+    monkeypatch.setattr(plants_of_exports, "c_code", refused)
+    with pytest.raises(iv.InputError, match="a law of the drive has no C"):
+        iv.export(drive_of("hand_controller motor1-gear1"), "c", tmp_path / "out")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "unit",
+    ["1", "N", "N m", "N m/A", "kg m^2", "ohm", "H", "V/A", "rad/s", "rad/s^2", "m/s^2", "rad/(N m)", "N m s", "W", "J"],
+)
+def test_units_in_base_units_are_those_of_a_library_of_units(unit):
+    """Of angles a library of units has none left."""
+    short = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "radian": "rad"}
+    found = pint.UnitRegistry().Quantity(1.0, "" if unit == "1" else unit).to_base_units()
+    assert found.magnitude == 1.0
+    assert export_base_units(unit) == {short[name]: power for name, power in found._units.items()}
+
+
+def test_every_variable_of_a_shipped_drive_has_a_unit():
+    for case in DRIVES:
+        made = exported_plant(drive_of(case), scenario_of(case), "one", "one", ())
+        assert [one.name for one in made.variables if not one.unit] == []
