@@ -13,7 +13,7 @@
 #define DROP fmi3FreeFMUState
 #define WRITE(one, state, bytes, size) fmi3SerializeFMUState(one, state, (uint8_t *)bytes, size)
 #define READ(one, bytes, size, state) fmi3DeserializeFMUState(one, (uint8_t *)bytes, size, state)
-#define RATES fmi3GetContinuousStateDerivatives
+#define MOVES fmi3GetContinuousStateDerivatives
 static void said_so(void *environment, int status, const char *category, const char *message)
 {
     (void)environment; (void)category; (void)message; (void)status;
@@ -35,7 +35,7 @@ static int stepped_by(plant *one, double time, double step)
 #define DROP fmi2FreeFMUstate
 #define WRITE(one, state, bytes, size) fmi2SerializeFMUstate(one, state, bytes, size)
 #define READ fmi2DeSerializeFMUstate
-#define RATES fmi2GetDerivatives
+#define MOVES fmi2GetDerivatives
 static void said_so(void *environment, const char *name, int status, const char *category, const char *message, ...)
 {
     (void)environment; (void)name; (void)category; (void)message; (void)status;
@@ -89,7 +89,7 @@ int main(void)
         case 0: status = GET(one, references, count, values); break;
         case 1: status = SET(one, references, count / 6, values); break;
         case 2: status = CHANGE(one, references, count / 3, knowns, known_count, seeds, values); break;
-        case 3: status = RATES(one, rates, uniform() < 0.9 ? STATES : STATES + 1); break;
+        case 3: status = MOVES(one, rates, uniform() < 0.9 ? STATES : STATES + 1); break;
         case 4: status = KEEP(one, &state); break;
         case 5: status = TAKE(one, state); break;
         case 6: status = uniform() < 0.1 ? DROP(one, &state) : OK; break;

@@ -181,7 +181,7 @@ def test_it_moves_as_the_program_does(case):
 
 @pytest.mark.parametrize("version", VERSIONS)
 def test_steps_with_the_currents_of_a_simulation_give_its_motion(version):
-    """The controllers' currents of `simulate`, sample by sample, and the moving load of another run as an input with a rate."""
+    """The currents of the controllers of `simulate`, of which a run records those up to each sample."""
     drive, scenario = loaded("hand_controller").drives["cobotic"], loaded("hand_controller").scenarios["shake"]
     period = 1.0 / drive.control.sample_rate
     scenario = replace(scenario, duration=200 * period, output_step=period)
@@ -190,7 +190,7 @@ def test_steps_with_the_currents_of_a_simulation_give_its_motion(version):
     with Unit(file) as unit:
         inputs = {name: run.inputs[name] for name in unit.of("input")}
         for row in range(len(run.time) - 1):
-            unit.set({name: values[row] for name, values in inputs.items()})
+            unit.set({name: values[row + 1] for name, values in inputs.items()})
             unit.step(run.time[row], period)
         for state, value in zip(run.states, unit.get(run.states), strict=True):
             assert value == pytest.approx(run.states[state][-1], rel=1e-6, abs=1e-6 * np.max(np.abs(run.states[state])))
@@ -205,7 +205,10 @@ def test_an_imposed_motion_goes_on_with_its_rate(name):
     commands = {name: 0.2 for name in bond_graph_model(loop.graph).inputs if name != "motion"}
     path = scenario.path
     expected = solve(
-        loop.graph, np.linspace(0.0, 0.02, 3), inputs={**commands, "motion": loop.inputs["motion"]}, initial=loop.initial
+        loop.graph,
+        np.linspace(0.0, 0.02, 3),
+        inputs={**commands, "motion": loop.inputs["motion"]},
+        initial=loop.initial,
     ).states
     errors = []
     for steps in (40, 80):
@@ -217,7 +220,9 @@ def test_an_imposed_motion_goes_on_with_its_rate(name):
                 unit.set({**commands, **motion})
                 unit.step(0.02 * row / steps, 0.02 / steps)
             found = dict(zip(expected, unit.get(expected), strict=True))
-            errors.append(max(abs(found[one] - values[-1]) / np.max(np.abs(values)) for one, values in expected.items()))
+            errors.append(
+                max(abs(found[one] - values[-1]) / np.max(np.abs(values)) for one, values in expected.items())
+            )
     assert errors[0] < (1e-3 if rated else 0.1)
     assert errors[1] < (0.3 if rated else 0.6) * errors[0]
 
@@ -240,19 +245,24 @@ def test_powers_balance_and_energies_change_by_them(case):
     graph = closed_loop(drive_of(name), scenario_of(name)).graph
     kinds = {one.name: one.kind for one in graph.elements}
     with Unit(file, exchange=True) as unit:
-        powers, losses = unit.names("power."), [
-            one
-            for one in unit.names("loss.")
-            if not any(one == f"loss.{source}" for source, kind in kinds.items() if kind in ("Se", "Sf"))
-        ]
+        powers, losses = (
+            unit.names("power."),
+            [
+                one
+                for one in unit.names("loss.")
+                if not any(one == f"loss.{source}" for source, kind in kinds.items() if kind in ("Se", "Sf"))
+            ],
+        )
         signs = np.array([1.0 if kinds[one.partition(".")[2]] in ("Se", "Sf") else -1.0 for one in powers])
+        rates = [one for one in unit.of("input") if one.endswith("_rate")]
         energies, stored = unit.names("energy."), [one.replace("energy.", "power.") for one in unit.names("energy.")]
         for values in random_situations(unit):
             unit.set(values)
             moved, lost = signs * unit.get(powers), unit.get(losses)
             assert abs(moved.sum() - lost.sum()) <= 1e-9 * (np.abs(moved).sum() + np.abs(lost).sum())
             assert np.all(lost >= -1e-9 * np.abs(moved).sum())
-            growth = unit.change(energies, unit.states, unit.get(unit.names("der(")))
+            along = [*unit.states, *(one.removesuffix("_rate") for one in rates)]
+            growth = unit.change(energies, along, unit.get([*unit.names("der("), *rates]))
             np.testing.assert_allclose(growth, unit.get(stored), atol=1e-9 * np.abs(moved).sum(), rtol=1e-9)
 
 
@@ -264,21 +274,20 @@ def test_directional_derivatives_are_exact(case):
     graph = closed_loop(drive_of(name), scenario_of(name)).graph
     made = bond_graph_model(graph)
     parameters = {symbol: parameter.value for symbol, parameter in graph.parameters.items()}
-    symbols = [casadi.SX.sym("x", len(made.states)), casadi.SX.sym("u", len(made.inputs))]
-    arguments = [*(casadi.vertsplit(one) for one in symbols), []]
+    knowns = [*made.states, *made.inputs, *(f"{one}_rate" for one in made.rates)]
+    groups = [casadi.SX.sym("x", len(one)) for one in (made.states, made.inputs, made.rates)]
+    arguments = [[one[place] for place in range(one.numel())] for one in groups]
     motion = made.function("motion", casadi_namespace(), parameters)(*arguments)
     outputs = made.function("outputs", casadi_namespace(), parameters)(*arguments)
     losses = outputs[len(outputs) - len(made.losses) :]
-    wanted = casadi.Function(
-        "slopes", symbols, [casadi.jacobian(casadi.vertcat(*motion, *losses), casadi.vertcat(*symbols))]
-    )
+    every = casadi.vertcat(*groups)
+    wanted = casadi.Function("slopes", [every], [casadi.jacobian(casadi.vertcat(*motion, *losses), every)])
     (file,) = exported(name, version)
     with Unit(file, exchange=True) as unit:
         unknowns = [*unit.names("der("), *unit.names("loss.")]
-        knowns = [*made.states, *made.inputs]
         for values in random_situations(unit, scales=(0.1, 1.0), count=6):
             unit.set(values)
-            expected = np.array(wanted([values[one] for one in made.states], [values[one] for one in made.inputs]))
+            expected = np.array(wanted([values[one] for one in knowns]))
             found = np.array([unit.change(unknowns, [one], [1.0]) for one in knowns]).T
             sizes = np.abs(expected) + 1e-3 * np.max(np.abs(expected), axis=1, keepdims=True)
             assert np.all(np.abs(found - expected) <= 1e-9 * sizes)
@@ -383,11 +392,11 @@ def test_descriptions_say_what_the_study_says():
     (file,) = exported("hand_controller cobotic", "fmu3")
     said = {one.name: one for one in fmpy.read_model_description(str(file)).modelVariables}
     row = next(
-        one
-        for one in loaded("hand_controller").provenance
-        if (one.owner, one.field) == ("cobotic", "motor.resistance")
+        one for one in loaded("hand_controller").provenance if (one.owner, one.field) == ("cobotic", "motor.resistance")
     )
-    assert said["parameter.R_c"].description.endswith(f"from motor.resistance = {row.written} ({row.kind}, {row.where})")
+    assert said["parameter.R_c"].description.endswith(
+        f"from motor.resistance = {row.written} ({row.kind}, {row.where})"
+    )
     assert said["parameter.R_c"].unit == "ohm"
     assert float(said["cylinder.J_c"].start) == loaded("hand_controller").drives["cobotic"].cylinder_speed
     assert said["voltage.cylinder.source"].unit == "V"
@@ -452,7 +461,9 @@ def test_c_runs_alone(name, tmp_path):
     inputs = dict.fromkeys(pushed(drive, scenario), 0.0)
     expected = own_motion(drive, scenario, inputs, found[:, 0])
     for column, (state, values) in enumerate(expected.items(), start=1):
-        np.testing.assert_allclose(found[:, column], values, rtol=1e-6, atol=1e-6 * np.max(np.abs(values)) + 1e-9, err_msg=state)
+        np.testing.assert_allclose(
+            found[:, column], values, rtol=1e-6, atol=1e-6 * np.max(np.abs(values)) + 1e-9, err_msg=state
+        )
 
 
 @pytest.mark.parametrize("kind", [*VERSIONS, "c"])
@@ -492,7 +503,23 @@ def test_a_law_without_c_is_bad_input(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize(
     "unit",
-    ["1", "N", "N m", "N m/A", "kg m^2", "ohm", "H", "V/A", "rad/s", "rad/s^2", "m/s^2", "rad/(N m)", "N m s", "W", "J"],
+    [
+        "1",
+        "N",
+        "N m",
+        "N m/A",
+        "kg m^2",
+        "ohm",
+        "H",
+        "V/A",
+        "rad/s",
+        "rad/s^2",
+        "m/s^2",
+        "rad/(N m)",
+        "N m s",
+        "W",
+        "J",
+    ],
 )
 def test_units_in_base_units_are_those_of_a_library_of_units(unit):
     """Of angles a library of units has none left."""

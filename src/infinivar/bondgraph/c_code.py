@@ -159,10 +159,7 @@ class _Writer:
             if (
                 operation == "parameters"
                 or operation in begins
-                or (
-                    operation not in _GIVEN
-                    and all(one in self.fixed for one in arguments if isinstance(one, int))
-                )
+                or (operation not in _GIVEN and all(one in self.fixed for one in arguments if isinstance(one, int)))
             ):
                 self.fixed.add(place)
 

@@ -84,7 +84,10 @@ def model_description(plant: Plant, version: str, program: str) -> bytes:
         **({"providesDirectionalDerivative": "true"} if second else {"providesDirectionalDerivatives": "true"}),
     }
     unneeded = {"completedIntegratorStepNotNeeded": "true"} if second else {"needsCompletedIntegratorStep": "false"}
-    for kind, own in (("ModelExchange", unneeded), ("CoSimulation", {"canHandleVariableCommunicationStepSize": "true"})):
+    for kind, own in (
+        ("ModelExchange", unneeded),
+        ("CoSimulation", {"canHandleVariableCommunicationStepSize": "true"}),
+    ):
         one = SubElement(root, kind, {**able, **own})
         if second:
             SubElement(SubElement(one, "SourceFiles"), "File", name=f"{plant.name}.c")

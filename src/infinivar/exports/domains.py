@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from infinivar.bondgraph.graph import JUNCTIONS, SOURCES, TWO_PORTS, BondGraph, Element, Signal
+from infinivar.bondgraph.graph import JUNCTIONS, SOURCES, TWO_PORTS, Bond, BondGraph, Element, Signal
 
 
 class Domain(NamedTuple):
@@ -32,11 +32,8 @@ _OF_FRICTION = {"N": LINEAR, "N m": ROTARY}
 _LOAD = ("force", "motion")
 """Sources of the load."""
 
-_End = tuple[str, str]
-"""Tail and head of a bond."""
 
-
-def domains(graph: BondGraph, *, rotary: bool) -> Mapping[_End, Domain]:
+def domains(graph: BondGraph, *, rotary: bool) -> Mapping[Bond, Domain]:
     """Domain of every bond of a drive's graph; UNKNOWN where no parameter decides it.
 
     Parameters
@@ -46,24 +43,22 @@ def domains(graph: BondGraph, *, rotary: bool) -> Mapping[_End, Domain]:
 
     Source: karnopp2012, Table 2.2 and section 3.2.
     """
-    found: dict[_End, Domain] = {}
-    waiting = [(bonds, domain) for element in graph.elements for bonds, domain in _stated(graph, element, rotary)]
+    found: dict[Bond, Domain] = {}
+    waiting = [one for element in graph.elements for one in _stated(graph, element, rotary)]
     while waiting:
         bonds, domain = waiting.pop(0)
         for bond in bonds:
             if bond not in found and domain is not UNKNOWN:
                 found[bond] = domain
-                waiting += [each for name in bond for each in _beyond(graph, graph[name], bond, domain)]
-    return {(bond.tail, bond.head): UNKNOWN for bond in graph.bonds} | found
+                waiting += [
+                    each for name in (bond.tail, bond.head) for each in _beyond(graph, graph[name], bond, domain)
+                ]
+    return dict.fromkeys(graph.bonds, UNKNOWN) | found
 
 
-def _bonds(graph: BondGraph, name: str) -> list[_End]:
-    return [(bond.tail, bond.head) for bond in graph.bonds_of(name)]
-
-
-def _stated(graph: BondGraph, element: Element, rotary: bool) -> Iterator[tuple[list[_End], Domain]]:
+def _stated(graph: BondGraph, element: Element, rotary: bool) -> Iterator[tuple[Sequence[Bond], Domain]]:
     """Yield the bonds whose domain an element states by itself."""
-    bonds = _bonds(graph, element.name)
+    bonds = graph.bonds_of(element.name)
     if element.name in _LOAD:
         yield bonds, ROTARY if rotary else LINEAR
     elif element.kind in _OF_PARAMETER and element.parameter is not None:
@@ -72,9 +67,9 @@ def _stated(graph: BondGraph, element: Element, rotary: bool) -> Iterator[tuple[
         yield bonds, _OF_FRICTION.get(element.parameters["size"].unit, UNKNOWN)
 
 
-def _beyond(graph: BondGraph, element: Element, bond: _End, domain: Domain) -> Iterable[tuple[list[_End], Domain]]:
+def _beyond(graph: BondGraph, element: Element, bond: Bond, domain: Domain) -> Iterable[tuple[Sequence[Bond], Domain]]:
     """Bonds beyond an element, and the domain that they have as one of its bonds has it."""
-    others = [other for other in _bonds(graph, element.name) if other != bond]
+    others = [other for other in graph.bonds_of(element.name) if other != bond]
     if element.kind in JUNCTIONS:
         return [(others, domain)]
     if element.kind not in TWO_PORTS:
@@ -89,7 +84,7 @@ def _beyond(graph: BondGraph, element: Element, bond: _End, domain: Domain) -> I
     return [(others, (LINEAR if domain is ROTARY else ROTARY) if lengths else domain)]
 
 
-def unit_of_signal(graph: BondGraph, signal: Signal, found: Mapping[_End, Domain]) -> str:
+def unit_of_signal(graph: BondGraph, signal: Signal, found: Mapping[Bond, Domain]) -> str:
     """Unit of a signal: of the flow of a one-port or 1-junction, of the effort of a 0-junction or two-port, or of its integral.
 
     A signal from outside commands the current of a motor.
@@ -97,25 +92,25 @@ def unit_of_signal(graph: BondGraph, signal: Signal, found: Mapping[_End, Domain
     if not signal.of:
         return "A"
     kind = graph[signal.of].kind
-    bonds = [bond for bond in _bonds(graph, signal.of) if kind not in TWO_PORTS or bond[1] == signal.of]
+    bonds = [bond for bond in graph.bonds_of(signal.of) if kind not in TWO_PORTS or bond.head == signal.of]
     domain = found[bonds[0]]
     if kind == "0" or kind in TWO_PORTS:
         return domain.effort
     return domain.displacement if signal.integral else domain.flow
 
 
-def unit_of_state(graph: BondGraph, name: str, kind: str, found: Mapping[_End, Domain]) -> str:
+def unit_of_state(graph: BondGraph, name: str, kind: str, found: Mapping[Bond, Domain]) -> str:
     """Unit of a state: flow of an inertia, displacement of a compliance, or an integral signal."""
     if kind == "signal":
         return unit_of_signal(graph, next(one for one in graph.signals if one.name == name), found)
-    domain = found[_bonds(graph, name)[0]]
+    domain = found[graph.bonds_of(name)[0]]
     return domain.flow if kind == "flow" else domain.displacement
 
 
-def unit_of_input(graph: BondGraph, name: str, found: Mapping[_End, Domain]) -> str:
+def unit_of_input(graph: BondGraph, name: str, found: Mapping[Bond, Domain]) -> str:
     """Unit of an input: effort or flow of a source, or a signal from outside."""
     element = next((one for one in graph.elements if one.name == name), None)
     if element is None or element.kind not in SOURCES:
         return unit_of_signal(graph, next(one for one in graph.signals if one.name == name), found)
-    domain = found[_bonds(graph, name)[0]]
+    domain = found[graph.bonds_of(name)[0]]
     return domain.effort if element.kind == "Se" else domain.flow

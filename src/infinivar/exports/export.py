@@ -18,7 +18,7 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import check_drive, refuse_machine
 from infinivar.errors import ParameterError, path_of, require
 from infinivar.exports.description import build_description, model_description, token
-from infinivar.exports.plant import Plant, plant
+from infinivar.exports.plant import Plant, Role, plant
 from infinivar.motion.scenario import Scenario, check_scenario
 from infinivar.report.output import all_files_or_none
 from infinivar.study.provenance import Provenance
@@ -152,7 +152,7 @@ def _place(version: str) -> str | None:
     return f"{system}64" if machine == "x86_64" else None
 
 
-_ARRAYS = (
+_ARRAYS: tuple[tuple[str, str, Role], ...] = (
     ("x", "States", "state"),
     ("f", "Derivatives of the states, from `rates_at`", "derivative"),
     ("u", "Inputs", "input"),

@@ -12,12 +12,12 @@ from typing import Any, Literal, NamedTuple
 
 from infinivar._core.fields import quantities_of, value_at, with_values
 from infinivar.bondgraph.c_code import Code, c_code
-from infinivar.bondgraph.graph import SOURCES, STORAGES, BondGraph
-from infinivar.bondgraph.inputs import Constant
+from infinivar.bondgraph.graph import SOURCES, Bond, BondGraph
+from infinivar.bondgraph.inputs import Input
 from infinivar.bondgraph.model import Model, model
 from infinivar.drivetrain.graphs.closed_loop import closed_loop, scenario_graph
 from infinivar.errors import InputError
-from infinivar.exports.domains import domains, unit_of_input, unit_of_signal, unit_of_state
+from infinivar.exports.domains import Domain, domains, unit_of_input, unit_of_signal, unit_of_state
 from infinivar.motion.scenario import Scenario
 from infinivar.study.provenance import Provenance
 
@@ -85,10 +85,9 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
     """
     loop = closed_loop(drive, scenario)
     graph, made = loop.graph, model(loop.graph)
-    parameters = {symbol: parameter.value for symbol, parameter in graph.parameters.items()}
+    symbols = graph.parameters
+    parameters = {symbol: parameter.value for symbol, parameter in symbols.items()}
     found = domains(graph, rotary=drive.axis.rotary)
-    values = {name: given.value(0.0) if hasattr(given, "value") else given for name, given in loop.inputs.items()}  # type: ignore[union-attr]
-    units = {name: unit_of_input(graph, name, found) for name in made.inputs}
     of = {one.name: one.of or one.name for one in graph.signals}
 
     def described(name: str, role: Role, unit: str, start: float | None = None) -> Variable:
@@ -98,32 +97,36 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
         described(name, "state", unit_of_state(graph, name, kind, found), float(loop.initial.get(name, 0.0)))
         for name, kind in zip(made.states, made.state_kinds, strict=True)
     ]
+    inputs = [
+        described(name, "input", unit_of_input(graph, name, found), _begun(loop.inputs.get(name, 0.0)))
+        for name in made.inputs
+    ]
     signals = [
         (made.signals.index(one.name), described(one.name, "output", unit_of_signal(graph, one, found)))
         for one in graph.signals
         if one.name not in {*made.states, *made.inputs}
     ]
     ports = list(_ports(graph, made, found))
+    single = [2 * len(made.bonds) + place for place, _ in signals] + [place for place, _ in ports]
     try:
-        code = c_code(made, parameters, functools.partial(_outputs, made, graph, [place for place, _ in signals], ports))
+        code = c_code(made, parameters, functools.partial(_outputs, made, single))
     except (TypeError, AttributeError) as problem:
         raise InputError(
             f"a law of the drive has no C, as it is not written over the array namespace alone: {problem}"
         ) from problem
-    tables = {name for _, names in code.tape.held for name in names}
+    tables = {symbol for _, held in code.tape.held for symbol in held}
     stated = _stated(drive, scenario, graph, sources)
     rows = [
         Variable("time", "time", "s", "time"),
         *states,
-        *(Variable(f"der({one.name})", "derivative", _rate(one.unit), f"time derivative of {one.name}") for one in states),
-        *(described(one, "input", units[one], float(values.get(one, 0.0))) for one in made.inputs),
-        *(Variable(f"{one}_rate", "rate", _rate(units[one]), f"time derivative of {one}", 0.0) for one in made.rates),
-        *(one for _, one in signals),
-        *(one for _, one in ports),
+        *(_rate_of(one, f"der({one.name})", "derivative", None) for one in states),
+        *inputs,
+        *(_rate_of(one, f"{one.name}_rate", "rate", 0.0) for one in inputs if one.name in made.rates),
+        *(one for _, one in (*signals, *ports)),
         *_powers(graph, made),
         *(
-            Variable(_short(f"parameter.{_plain(one)}"), "parameter", graph.parameters[one].unit or "1", stated[one], value, one in tables)
-            for one, value in ((one, parameters[one]) for one in code.tape.parameters)
+            Variable(_plain(one), "parameter", symbols[one].unit or "1", stated[one], parameters[one], one in tables)
+            for one in code.tape.parameters
         ),
     ]
     variables = tuple(_distinct(rows))
@@ -135,6 +138,17 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
         text=_text(code, parameters, variables),
         behind=_behind(code, variables),
     )
+
+
+def _begun(given: float | Input) -> float:
+    """Value of an input at the start."""
+    return float(given) if isinstance(given, (int, float)) else given.value(0.0)
+
+
+def _rate_of(one: Variable, name: str, role: Role, start: float | None) -> Variable:
+    """Time derivative of a variable."""
+    unit = {"m/s": "m/s^2", "rad/s": "rad/s^2"}.get(one.unit, f"{one.unit}/s" if one.unit else "")
+    return Variable(name, role, unit, f"time derivative of {one.name}", start)
 
 
 _WORDS = {
@@ -156,58 +170,48 @@ def _said(graph: BondGraph, of: str, unit: str) -> str:
     return f"{_WORDS.get(unit, 'value')} of {of if element is None else element.title}"
 
 
-def _rate(unit: str) -> str:
-    return f"{unit}/s" if unit and "/" not in unit else {"m/s": "m/s^2", "rad/s": "rad/s^2"}.get(unit, "")
-
-
-def _ports(graph: BondGraph, made: Model, found: Mapping[tuple[str, str], Any]) -> Iterator[tuple[int, Variable]]:
+def _ports(graph: BondGraph, made: Model, found: Mapping[Bond, Domain]) -> Iterator[tuple[int, Variable]]:
     """Yield what the sources meet, with its place in the outputs of a model: the voltage of a current, the speed of a force."""
-    ends = [(bond.tail, bond.head) for bond in graph.bonds]
     for name in made.sources:
-        place, element = next(i for i, bond in enumerate(made.bonds) if name in bond), graph[name]
-        domain = found[ends[next(i for i, end in enumerate(ends) if name in end)]]
-        kinds = {"effort": 0, "flow": len(made.bonds)}
-        if name in made.inputs:
-            del kinds["effort" if element.kind == "Se" else "flow"]
-        for kind, offset in kinds.items():
-            unit = getattr(domain, kind)
-            word = _WORDS.get(unit, kind)
-            yield offset + place, Variable(f"{_plain(word)}.{name}", "output", unit, f"{word} at {element.title}")
+        element, place = graph[name], _bond_of(made, name)
+        for kind, imposed, offset in (("effort", "Se", 0), ("flow", "Sf", len(made.bonds))):
+            if name not in made.inputs or element.kind != imposed:
+                unit = getattr(found[graph.bonds_of(name)[0]], kind)
+                word = _WORDS.get(unit, kind)
+                described = Variable(f"{_letters(word)}.{name}", "output", unit, f"{word} at {element.title}")
+                yield offset + place, described
 
 
-def _outputs(
-    made: Model, graph: BondGraph, signals: Sequence[int], ports: Sequence[tuple[int, Variable]], values: Sequence[Any]
-) -> list[Any]:
-    """What the export computes, from all outputs of a model."""
+def _bond_of(made: Model, name: str) -> int:
+    """Place of the bond of a one-port."""
+    return next(place for place, bond in enumerate(made.bonds) if name in bond)
+
+
+def _outputs(made: Model, single: Sequence[int], values: Sequence[Any]) -> list[Any]:
+    """What the export computes, from all outputs of a model: single ones, energies, what storages take up, the other powers."""
     bonds, given = len(made.bonds), list(values)
-    after = 2 * bonds
-    stored = after + len(made.signals)
-    energies, powers = given[stored : stored + len(made.storages)], given[stored + len(made.storages) :]
-    taken = [
-        given[place] * given[bonds + place]
-        for place in (next(i for i, bond in enumerate(made.bonds) if name in bond) for name in made.storages)
-    ]
-    return [*(given[after + place] for place in signals), *(given[place] for place, _ in ports), *energies, *taken, *powers]
+    begin = 2 * bonds + len(made.signals)
+    end = begin + len(made.storages)
+    taken = [given[place] * given[bonds + place] for place in (_bond_of(made, name) for name in made.storages)]
+    return [*(given[place] for place in single), *given[begin:end], *taken, *given[end:]]
 
 
 def _powers(graph: BondGraph, made: Model) -> Iterator[Variable]:
     """Yield energies and powers, in the order of `_outputs`."""
-    for name in made.storages:
-        yield Variable(f"energy.{name}", "output", "J", f"energy stored in {graph[name].title}")
-    for name in made.storages:
-        yield Variable(f"power.{name}", "output", "W", f"power taken up by {graph[name].title}")
-    for name in made.sources:
-        yield Variable(f"power.{name}", "output", "W", f"power supplied to the plant by {graph[name].title}")
+    for kind, unit, words, names in (
+        ("energy", "J", "energy stored in", made.storages),
+        ("power", "W", "power taken up by", made.storages),
+        ("power", "W", "power supplied to the plant by", made.sources),
+    ):
+        yield from (Variable(f"{kind}.{name}", "output", unit, f"{words} {graph[name].title}") for name in names)
     several = [element for element, _ in made.losses]
     for element, loss in made.losses:
-        where = f".{_plain(loss)}" if several.count(element) > 1 else ""
+        where = f".{_letters(loss)}" if several.count(element) > 1 else ""
         before = " before the plant, which the supply adds" if graph[element].kind in SOURCES else ""
-        yield Variable(_short(f"loss.{element}{where}"), "output", "W", f"power lost: {loss}{before}")
+        yield Variable(f"loss.{element}{where}", "output", "W", f"power lost: {loss}{before}")
 
 
-def _stated(
-    drive: Any, scenario: Scenario, graph: BondGraph, sources: Iterable[Provenance]
-) -> dict[str, str]:
+def _stated(drive: Any, scenario: Scenario, graph: BondGraph, sources: Iterable[Provenance]) -> dict[str, str]:
     """What each parameter belongs to, and the fields of the drive that decide it, with kind and source.
 
     A field decides the parameters that change with it.
@@ -228,7 +232,8 @@ def _stated(
         owners = [
             one.title
             for one in graph.elements
-            if symbol in [each.symbol for each in (*([one.parameter] if one.parameter else []), *one.parameters.values())]
+            if symbol
+            in [each.symbol for each in (*([one.parameter] if one.parameter else []), *one.parameters.values())]
         ]
         paths = [_source(path, known.get(path)) for path in fields[symbol]] or ["program or scenario"]
         found[symbol] = f"{symbol} of {', '.join(dict.fromkeys(owners))}; from {'; '.join(paths)}"
@@ -240,24 +245,21 @@ def _source(path: str, row: Provenance | None) -> str:
 
 
 def _plain(symbol: str) -> str:
-    """A symbol in letters, digits and underscores."""
-    text = symbol.replace("'", "_back").replace("/", "_over_")
-    return re.sub(r"\W+", "_", text).strip("_")
+    """Name of a parameter, from its symbol."""
+    return f"parameter.{_letters(symbol.replace(chr(39), '_back').replace('/', '_over_'))}"
 
 
-def _short(name: str) -> str:
-    return name[:_MOST_LETTERS]
+def _letters(text: str) -> str:
+    """A text in letters, digits and underscores."""
+    return re.sub(r"[\W_]+", "_", text).strip("_")
 
 
 def _distinct(rows: Iterable[Variable]) -> Iterator[Variable]:
-    """Yield variables of different names: of two of one name the second has a number."""
+    """Yield variables with names of bounded length; of two of one name the second has a number."""
     known: set[str] = set()
     for one in rows:
-        name = next(
-            name
-            for name in (one.name, *(f"{one.name[: _MOST_LETTERS - 4]}_{count}" for count in range(2, 1000)))
-            if name not in known
-        )
+        names = (one.name[:_MOST_LETTERS], *(f"{one.name[: _MOST_LETTERS - 4]}_{count}" for count in range(2, 1000)))
+        name = next(name for name in names if name not in known)
         known.add(name)
         yield one._replace(name=name)
 
