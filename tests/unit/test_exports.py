@@ -29,6 +29,7 @@ from internals import (
     plants_of_exports,
 )
 from made import loaded
+from run_cli import run
 from sampled import sampled
 
 fmpy = pytest.importorskip("fmpy")
@@ -533,3 +534,58 @@ def test_every_variable_of_a_shipped_drive_has_a_unit():
     for case in DRIVES:
         made = exported_plant(drive_of(case), scenario_of(case), "one", "one", ())
         assert [one.name for one in made.variables if not one.unit] == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("hand_controller", "cobotic", "--as", "fmu1"), "--as 'fmu1' is not a format"),
+        (("hand_controller", "cobotic"), "Missing option '--as'"),
+        (("hand_controller", "--as", "c"), "Missing argument 'drive'"),
+        (("hand_controller", "cobotix", "--as", "c"), "--drive 'cobotix' is not in the study (did you mean 'cobotic'?)"),
+        (("hand_controller", "cobotic", "--as", "c", "--scenario", "shak"), "--scenario 'shak' is not in the study"),
+        (("six_leg_display", "one-motor", "--as", "fmu3"), "drives.one-motor is a machine of type platform"),
+        (("hand_controller", "cobotic", "--as", "c", "--out", "file"), "file"),
+    ],
+)
+def test_bad_input_is_one_message_and_no_file(arguments, said, tmp_path):
+    (tmp_path / "file").write_text("taken")
+    outcome = run("export", *arguments, folder=tmp_path)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert said in outcome.err
+    assert [one.name for one in tmp_path.iterdir()] == ["file"]
+
+
+def test_the_command_writes_what_the_function_does(tmp_path):
+    """Load, amplifier and start are those of a scenario."""
+    outcome = run("export", "hand_controller", "cobotic", "--as", "fmu2", "--scenario", "shake", folder=tmp_path)
+    assert (outcome.code, outcome.out) == (0, "Wrote out/cobotic.fmu\n")
+    study = loaded("hand_controller")
+    iv.export(
+        study.drives["cobotic"],
+        "fmu2",
+        tmp_path / "again",
+        name="cobotic",
+        title=study.titles["cobotic"],
+        scenario=study.scenarios["shake"],
+        sources=study.provenance,
+    )
+    assert (tmp_path / "again" / "cobotic.fmu").read_bytes() == (tmp_path / "out" / "cobotic.fmu").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"kind": "fmu4"}, "kind must be one of fmu2, fmu3, c, got 'fmu4'"),
+        ({"drive": "cobotic"}, "drive"),
+        ({"drive": loaded("six_leg_display").drives["one-motor"]}, "machine"),
+        ({"scenario": "shake"}, "scenario"),
+        ({"out": 3}, "out must be the path"),
+        ({"drive": replace(loaded("hand_controller").drives["cobotic"], steering=None)}, "steering is missing"),
+    ],
+)
+def test_bad_arguments_are_one_message(changes, said, tmp_path):
+    given = {"drive": drive_of("hand_controller cobotic"), "kind": "c", "out": tmp_path / "out", **changes}
+    with pytest.raises(iv.InputError, match=re.escape(said)):
+        iv.export(**given)
+    assert list(tmp_path.iterdir()) == []
