@@ -542,7 +542,10 @@ def test_every_variable_of_a_shipped_drive_has_a_unit():
         (("hand_controller", "cobotic", "--as", "fmu1"), "--as 'fmu1' is not a format"),
         (("hand_controller", "cobotic"), "Missing option '--as'"),
         (("hand_controller", "--as", "c"), "Missing argument 'drive'"),
-        (("hand_controller", "cobotix", "--as", "c"), "--drive 'cobotix' is not in the study (did you mean 'cobotic'?)"),
+        (
+            ("hand_controller", "cobotix", "--as", "c"),
+            "--drive 'cobotix' is not in the study (did you mean 'cobotic'?)",
+        ),
         (("hand_controller", "cobotic", "--as", "c", "--scenario", "shak"), "--scenario 'shak' is not in the study"),
         (("six_leg_display", "one-motor", "--as", "fmu3"), "drives.one-motor is a machine of type platform"),
         (("hand_controller", "cobotic", "--as", "c", "--out", "file"), "file"),

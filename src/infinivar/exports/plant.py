@@ -217,27 +217,26 @@ def _stated(drive: Any, scenario: Scenario, graph: BondGraph, sources: Iterable[
     A field decides the parameters that change with it.
     """
     known = {row.field: row for row in sources}
-    fields: dict[str, list[str]] = {symbol: [] for symbol in graph.parameters}
+    usual = graph.parameters
+    fields: dict[str, list[str]] = {symbol: [] for symbol in usual}
     for path in quantities_of(drive):
         value = value_at(drive, path)
         if not isinstance(value, float):
             continue
         with contextlib.suppress(InputError):  # values that no drive has
-            other = scenario_graph(with_values(drive, {path: value * (1.0 + _CHANGE) or _CHANGE}), scenario)
-            for symbol, parameter in other.parameters.items():
-                if symbol in fields and parameter.value != graph.parameters[symbol].value:
+            changed = with_values(drive, {path: value * (1.0 + _CHANGE) or _CHANGE})
+            for symbol, parameter in scenario_graph(changed, scenario).parameters.items():
+                if symbol in usual and parameter.value != usual[symbol].value:
                     fields[symbol].append(path)
-    found = {}
-    for symbol in graph.parameters:
-        owners = [
-            one.title
-            for one in graph.elements
-            if symbol
-            in [each.symbol for each in (*([one.parameter] if one.parameter else []), *one.parameters.values())]
-        ]
-        paths = [_source(path, known.get(path)) for path in fields[symbol]] or ["program or scenario"]
-        found[symbol] = f"{symbol} of {', '.join(dict.fromkeys(owners))}; from {'; '.join(paths)}"
-    return found
+    owners: dict[str, dict[str, None]] = {symbol: {} for symbol in usual}
+    for one in graph.elements:
+        for parameter in (*([one.parameter] if one.parameter else []), *one.parameters.values()):
+            owners[parameter.symbol][one.title] = None
+    sourced = {
+        symbol: "; ".join(_source(path, known.get(path)) for path in paths) or "program or scenario"
+        for symbol, paths in fields.items()
+    }
+    return {symbol: f"{symbol} of {', '.join(titles)}; from {sourced[symbol]}" for symbol, titles in owners.items()}
 
 
 def _source(path: str, row: Provenance | None) -> str:
