@@ -120,7 +120,9 @@ def _fmu(made: Plant, version: str) -> tuple[Mapping[str, bytes], tuple[str, ...
         f'static const char token[] = "{token(made, version)}";',
         f"static const int settable[] = {{{', '.join(settable) or '0'}}};",
     ]
-    text = "\n".join([made.text, *known, _data("instance.c"), _data(f"fmi{version[0]}.c")])
+    text = "\n".join(
+        [_named(made.text, made.name), *known, *map(_data, ("instance.c", f"fmi{version[0]}.c", "both.c"))]
+    )
     files = {
         "modelDescription.xml": model_description(made, version, f"infinivar {__version__}"),
         f"sources/{made.name}.c": text.encode(),
@@ -165,11 +167,17 @@ _ARRAYS: tuple[tuple[str, str, Role], ...] = (
 
 def _source(made: Plant) -> tuple[Mapping[str, bytes], tuple[str, ...]]:
     texts = {
-        f"{made.name}.c": made.text + _data("plain.c"),
+        f"{made.name}.c": _named(made.text + _data("plain.c"), made.name),
         f"{made.name}_main.c": _data("main.c").replace("NAME", made.name),
         f"{made.name}.md": "\n".join(_arguments(made)) + "\n",
     }
     return {name: text.encode() for name, text in texts.items()}, ()
+
+
+def _named(text: str, name: str) -> str:
+    """C whose functions have the name of the plant before their own for a linker, so that several plants go together."""
+    functions = re.findall(r"^(?:void|int) (\w+)\(", text, re.MULTILINE)
+    return "\n".join([*(f"#define {one} {name}_{one}" for one in functions), "", text])
 
 
 def _arguments(made: Plant) -> Iterator[str]:

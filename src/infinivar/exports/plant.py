@@ -91,7 +91,7 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
     of = {one.name: one.of or one.name for one in graph.signals}
 
     def described(name: str, role: Role, unit: str, start: float | None = None) -> Variable:
-        return Variable(name, role, unit, _said(graph, of.get(name, name), unit), start)
+        return Variable(name[: _MOST_LETTERS - 8], role, unit, _said(graph, of.get(name, name), unit), start)
 
     states = [
         described(name, "state", unit_of_state(graph, name, kind, found), float(loop.initial.get(name, 0.0)))

@@ -7,6 +7,8 @@
 
 typedef void (*logger)(void *, int, const char *, const char *);
 
+#define OWN(name) NAMED(fmi3##name)
+
 static int said(const plant *one, const char *problem)
 {
     if (problem && one && one->log) {
@@ -25,26 +27,26 @@ static plant *instance(const char *name, const char *known, void *environment, l
     return one;
 }
 
-API(const char *) NAMED(fmi3GetVersion)(void) { return "3.0"; }
+API(const char *) OWN(GetVersion)(void) { return "3.0"; }
 
-API(plant *) NAMED(fmi3InstantiateModelExchange)(const char *name, const char *known, const char *place, bool visible, bool logging,
-                                                 void *environment, logger log)
+API(plant *) OWN(InstantiateModelExchange)(const char *name, const char *known, const char *place, bool visible, bool logging,
+                                           void *environment, logger log)
 {
     (void)place; (void)visible; (void)logging;
     return instance(name, known, environment, log);
 }
 
-API(plant *) NAMED(fmi3InstantiateCoSimulation)(const char *name, const char *known, const char *place, bool visible, bool logging,
-                                                bool events, bool early, const unsigned *between, size_t count,
-                                                void *environment, logger log, void (*update)(void))
+API(plant *) OWN(InstantiateCoSimulation)(const char *name, const char *known, const char *place, bool visible, bool logging,
+                                          bool events, bool early, const unsigned *between, size_t count,
+                                          void *environment, logger log, void (*update)(void))
 {
     (void)place; (void)visible; (void)logging; (void)events; (void)early; (void)between; (void)count; (void)update;
     return instance(name, known, environment, log);
 }
 
-API(plant *) NAMED(fmi3InstantiateScheduledExecution)(const char *name, const char *known, const char *place, bool visible,
-                                                      bool logging, void *environment, logger log, void (*clock)(void),
-                                                      void (*lock)(void), void (*unlock)(void))
+API(plant *) OWN(InstantiateScheduledExecution)(const char *name, const char *known, const char *place, bool visible,
+                                                bool logging, void *environment, logger log, void (*clock)(void),
+                                                void (*lock)(void), void (*unlock)(void))
 {
     (void)name; (void)known; (void)place; (void)visible; (void)logging; (void)clock; (void)lock; (void)unlock;
     if (log) {
@@ -53,45 +55,26 @@ API(plant *) NAMED(fmi3InstantiateScheduledExecution)(const char *name, const ch
     return NULL;
 }
 
-API(void) NAMED(fmi3FreeInstance)(plant *one) { free(one); }
-
-API(int) NAMED(fmi3SetDebugLogging)(plant *one, bool on, size_t count, const char *const *categories)
+API(int) OWN(SetDebugLogging)(plant *one, bool on, size_t count, const char *const *categories)
 {
     (void)on; (void)count; (void)categories;
     return said(one, NULL);
 }
 
-API(int) NAMED(fmi3EnterInitializationMode)(plant *one, bool defined, double tolerance, double start, bool ends, double stop)
+API(int) OWN(EnterInitializationMode)(plant *one, bool defined, double tolerance, double start, bool ends, double stop)
 {
     (void)ends; (void)stop;
-    if (one) {
-        set_tolerance(one, defined, tolerance);
-    }
-    return said(one, one ? set_time(one, start) : NULL);
+    return said(one, one ? set_up(one, defined, tolerance, start) : NULL);
 }
 
-#define PHASE(name) \
-    API(int) NAMED(name)(plant *one) { return said(one, NULL); }
-PHASE(fmi3ExitInitializationMode)
-PHASE(fmi3EnterEventMode)
-PHASE(fmi3EnterContinuousTimeMode)
-PHASE(fmi3EnterStepMode)
-PHASE(fmi3EvaluateDiscreteStates)
-PHASE(fmi3Terminate)
-
-API(int) NAMED(fmi3Reset)(plant *one)
-{
-    if (one) {
-        started(one);
-    }
-    return said(one, NULL);
-}
+CALL(EnterStepMode, (plant *one), NULL)
+CALL(EvaluateDiscreteStates, (plant *one), NULL)
 
 static const char *const too_few = "there are not as many values as variables";
 
-CALL(fmi3GetFloat64, (plant *one, const unsigned *references, size_t count, double *values, size_t size),
+CALL(GetFloat64, (plant *one, const unsigned *references, size_t count, double *values, size_t size),
      size == count ? get(one, references, count, values) : too_few)
-CALL(fmi3SetFloat64, (plant *one, const unsigned *references, size_t count, const double *values, size_t size),
+CALL(SetFloat64, (plant *one, const unsigned *references, size_t count, const double *values, size_t size),
      size == count ? set(one, references, count, values) : too_few)
 
 /* The model has variables of type Float64 only. */
@@ -103,74 +86,65 @@ static const char *const other_type = "the model has variables of type Float64 o
     REFUSED(put, (plant *one, const unsigned *references, size_t count, const type *values, size_t size), \
             count ? other_type : NULL, (void)references; (void)values; (void)size;)
 typedef const char *text;
-NO_VARIABLES(float, fmi3GetFloat32, fmi3SetFloat32)
-NO_VARIABLES(int8_t, fmi3GetInt8, fmi3SetInt8)
-NO_VARIABLES(uint8_t, fmi3GetUInt8, fmi3SetUInt8)
-NO_VARIABLES(int16_t, fmi3GetInt16, fmi3SetInt16)
-NO_VARIABLES(uint16_t, fmi3GetUInt16, fmi3SetUInt16)
-NO_VARIABLES(int32_t, fmi3GetInt32, fmi3SetInt32)
-NO_VARIABLES(uint32_t, fmi3GetUInt32, fmi3SetUInt32)
-NO_VARIABLES(int64_t, fmi3GetInt64, fmi3SetInt64)
-NO_VARIABLES(uint64_t, fmi3GetUInt64, fmi3SetUInt64)
-NO_VARIABLES(bool, fmi3GetBoolean, fmi3SetBoolean)
-NO_VARIABLES(text, fmi3GetString, fmi3SetString)
-REFUSED(fmi3GetBinary, (plant *one, const unsigned *references, size_t count, size_t *sizes, const uint8_t **values, size_t size),
+NO_VARIABLES(float, GetFloat32, SetFloat32)
+NO_VARIABLES(int8_t, GetInt8, SetInt8)
+NO_VARIABLES(uint8_t, GetUInt8, SetUInt8)
+NO_VARIABLES(int16_t, GetInt16, SetInt16)
+NO_VARIABLES(uint16_t, GetUInt16, SetUInt16)
+NO_VARIABLES(int32_t, GetInt32, SetInt32)
+NO_VARIABLES(uint32_t, GetUInt32, SetUInt32)
+NO_VARIABLES(int64_t, GetInt64, SetInt64)
+NO_VARIABLES(uint64_t, GetUInt64, SetUInt64)
+NO_VARIABLES(bool, GetBoolean, SetBoolean)
+NO_VARIABLES(text, GetString, SetString)
+REFUSED(GetBinary, (plant *one, const unsigned *references, size_t count, size_t *sizes, const uint8_t **values, size_t size),
         count ? other_type : NULL, (void)references; (void)sizes; (void)values; (void)size;)
-REFUSED(fmi3SetBinary,
+REFUSED(SetBinary,
         (plant *one, const unsigned *references, size_t count, const size_t *sizes, const uint8_t *const *values, size_t size),
         count ? other_type : NULL, (void)references; (void)sizes; (void)values; (void)size;)
-REFUSED(fmi3GetClock, (plant *one, const unsigned *references, size_t count, bool *values), count ? other_type : NULL,
+REFUSED(GetClock, (plant *one, const unsigned *references, size_t count, bool *values), count ? other_type : NULL,
         (void)references; (void)values;)
-REFUSED(fmi3SetClock, (plant *one, const unsigned *references, size_t count, const bool *values), count ? other_type : NULL,
+REFUSED(SetClock, (plant *one, const unsigned *references, size_t count, const bool *values), count ? other_type : NULL,
         (void)references; (void)values;)
 
-CALL(fmi3GetFMUState, (plant *one, void **state), keep(one, state))
-CALL(fmi3SetFMUState, (plant *one, void *state), take_back(one, state))
+CALL(GetFMUState, (plant *one, void **state), keep(one, state))
+CALL(SetFMUState, (plant *one, void *state), take_back(one, state))
 
-API(int) NAMED(fmi3FreeFMUState)(plant *one, void **state)
-{
-    if (state) {
-        free(*state);
-        *state = NULL;
-    }
-    return said(one, NULL);
-}
-
-API(int) NAMED(fmi3SerializedFMUStateSize)(plant *one, void *state, size_t *size)
+CALL(FreeFMUState, (plant *one, void **state), drop(state))
+API(int) OWN(SerializedFMUStateSize)(plant *one, void *state, size_t *size)
 {
     (void)state;
-    *size = sizeof(situation);
-    return said(one, NULL);
+    return said(one, say_size(size));
 }
 
-CALL(fmi3SerializeFMUState, (plant *one, void *state, uint8_t *bytes, size_t size), to_bytes(state, bytes, size))
-CALL(fmi3DeserializeFMUState, (plant *one, const uint8_t *bytes, size_t size, void **state), from_bytes(bytes, size, state))
+CALL(SerializeFMUState, (plant *one, void *state, uint8_t *bytes, size_t size), to_bytes(state, bytes, size))
+CALL(DeserializeFMUState, (plant *one, const uint8_t *bytes, size_t size, void **state), from_bytes(bytes, size, state))
 
-CALL(fmi3GetDirectionalDerivative,
+CALL(GetDirectionalDerivative,
      (plant *one, const unsigned *unknowns, size_t unknown_count, const unsigned *knowns, size_t known_count, const double *seed,
       size_t seed_size, double *change, size_t change_size),
      seed_size == known_count && change_size == unknown_count
          ? get_direction(one, unknowns, unknown_count, knowns, known_count, seed, change)
          : too_few)
-REFUSED(fmi3GetAdjointDerivative,
+REFUSED(GetAdjointDerivative,
         (plant *one, const unsigned *unknowns, size_t unknown_count, const unsigned *knowns, size_t known_count, const double *seed,
          size_t seed_size, double *change, size_t change_size),
         "use directional derivatives", (void)unknowns; (void)unknown_count; (void)knowns; (void)known_count; (void)seed;
         (void)seed_size; (void)change; (void)change_size;)
-REFUSED(fmi3GetNumberOfVariableDependencies, (plant *one, unsigned reference, size_t *count), "dependencies do not change",
+REFUSED(GetNumberOfVariableDependencies, (plant *one, unsigned reference, size_t *count), "dependencies do not change",
         (void)reference; (void)count;)
-REFUSED(fmi3GetVariableDependencies,
+REFUSED(GetVariableDependencies,
         (plant *one, unsigned reference, size_t *elements, unsigned *knowns, size_t *known_elements, int *kinds, size_t count),
         "dependencies do not change", (void)reference; (void)elements; (void)knowns; (void)known_elements; (void)kinds; (void)count;)
 
 /* The model has neither structural parameters nor clocks. */
 static const char *const no_clock = "the model has no clocks";
 
-REFUSED(fmi3EnterConfigurationMode, (plant *one), "the model has no structural parameters", ;)
-REFUSED(fmi3ExitConfigurationMode, (plant *one), "the model has no structural parameters", ;)
-REFUSED(fmi3GetIntervalDecimal, (plant *one, const unsigned *references, size_t count, double *intervals, int *qualifiers), no_clock,
+REFUSED(EnterConfigurationMode, (plant *one), "the model has no structural parameters", ;)
+REFUSED(ExitConfigurationMode, (plant *one), "the model has no structural parameters", ;)
+REFUSED(GetIntervalDecimal, (plant *one, const unsigned *references, size_t count, double *intervals, int *qualifiers), no_clock,
         (void)references; (void)count; (void)intervals; (void)qualifiers;)
-REFUSED(fmi3GetIntervalFraction,
+REFUSED(GetIntervalFraction,
         (plant *one, const unsigned *references, size_t count, uint64_t *counters, uint64_t *resolutions, int *qualifiers), no_clock,
         (void)references; (void)count; (void)counters; (void)resolutions; (void)qualifiers;)
 #define NO_CLOCK(decimal, fraction, kind) \
@@ -178,13 +152,13 @@ REFUSED(fmi3GetIntervalFraction,
             (void)references; (void)count; (void)values;) \
     REFUSED(fraction, (plant *one, const unsigned *references, size_t count, kind uint64_t *counters, kind uint64_t *resolutions), \
             no_clock, (void)references; (void)count; (void)counters; (void)resolutions;)
-NO_CLOCK(fmi3GetShiftDecimal, fmi3GetShiftFraction, )
-NO_CLOCK(fmi3SetShiftDecimal, fmi3SetShiftFraction, const)
-NO_CLOCK(fmi3SetIntervalDecimal, fmi3SetIntervalFraction, const)
-REFUSED(fmi3ActivateModelPartition, (plant *one, unsigned clock, double time), no_clock, (void)clock; (void)time;)
+NO_CLOCK(GetShiftDecimal, GetShiftFraction, )
+NO_CLOCK(SetShiftDecimal, SetShiftFraction, const)
+NO_CLOCK(SetIntervalDecimal, SetIntervalFraction, const)
+REFUSED(ActivateModelPartition, (plant *one, unsigned clock, double time), no_clock, (void)clock; (void)time;)
 
-API(int) NAMED(fmi3UpdateDiscreteStates)(plant *one, bool *again, bool *terminates, bool *nominals, bool *states, bool *defined,
-                                         double *next)
+API(int) OWN(UpdateDiscreteStates)(plant *one, bool *again, bool *terminates, bool *nominals, bool *states, bool *defined,
+                                   double *next)
 {
     *again = *terminates = *nominals = *states = *defined = false;
     *next = 0.0;
@@ -193,28 +167,21 @@ API(int) NAMED(fmi3UpdateDiscreteStates)(plant *one, bool *again, bool *terminat
 
 /* Model Exchange */
 
-API(int) NAMED(fmi3CompletedIntegratorStep)(plant *one, bool past, bool *event_mode, bool *terminates)
+API(int) OWN(CompletedIntegratorStep)(plant *one, bool past, bool *event_mode, bool *terminates)
 {
     (void)past;
     *event_mode = *terminates = false;
     return said(one, NULL);
 }
 
-CALL(fmi3SetTime, (plant *one, double time), set_time(one, time))
-CALL(fmi3SetContinuousStates, (plant *one, const double *states, size_t count), set_states(one, states, count))
-CALL(fmi3GetContinuousStates, (plant *one, double *states, size_t count), get_states(one, states, count))
-CALL(fmi3GetContinuousStateDerivatives, (plant *one, double *rates, size_t count), get_rates(one, rates, count))
-CALL(fmi3GetNominalsOfContinuousStates, (plant *one, double *nominals, size_t count), get_nominals(nominals, count))
-REFUSED(fmi3GetEventIndicators, (plant *one, double *indicators, size_t count), count ? "the model has no events" : NULL,
-        (void)indicators;)
-
-API(int) NAMED(fmi3GetNumberOfEventIndicators)(plant *one, size_t *count)
+CALL(GetContinuousStateDerivatives, (plant *one, double *rates, size_t count), get_rates(one, rates, count))
+API(int) OWN(GetNumberOfEventIndicators)(plant *one, size_t *count)
 {
     *count = 0;
     return said(one, NULL);
 }
 
-API(int) NAMED(fmi3GetNumberOfContinuousStates)(plant *one, size_t *count)
+API(int) OWN(GetNumberOfContinuousStates)(plant *one, size_t *count)
 {
     *count = STATES;
     return said(one, NULL);
@@ -222,8 +189,8 @@ API(int) NAMED(fmi3GetNumberOfContinuousStates)(plant *one, size_t *count)
 
 /* Co-Simulation */
 
-API(int) NAMED(fmi3DoStep)(plant *one, double time, double step, bool final, bool *event, bool *terminates, bool *early,
-                           double *reached)
+API(int) OWN(DoStep)(plant *one, double time, double step, bool final, bool *event, bool *terminates, bool *early,
+                     double *reached)
 {
     const char *problem = one ? moved_on(one, time, step) : NULL;
     (void)final;
@@ -232,6 +199,6 @@ API(int) NAMED(fmi3DoStep)(plant *one, double time, double step, bool final, boo
     return said(one, problem);
 }
 
-REFUSED(fmi3GetOutputDerivatives,
+REFUSED(GetOutputDerivatives,
         (plant *one, const unsigned *references, size_t count, const int32_t *orders, double *values, size_t size),
         count ? "derivatives of outputs are not computed" : NULL, (void)references; (void)orders; (void)values; (void)size;)

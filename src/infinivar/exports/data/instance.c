@@ -30,7 +30,7 @@ typedef struct {
 
 static const double usual_tolerance = 1e-8;
 
-static void started(plant *one)
+static const char *started(plant *one)
 {
     memset(&one->now, 0, sizeof one->now);
     memcpy(one->now.p, start_given, sizeof start_given);
@@ -38,6 +38,7 @@ static void started(plant *one)
     memcpy(one->now.u, start_inputs, (INPUTS + RATES) * sizeof(double));
     one->tolerance = usual_tolerance;
     constants(one->now.p, one->k);
+    return NULL;
 }
 
 static plant *made(const char *name, const char *given_token, const char *known_token)
@@ -222,11 +223,6 @@ static const char *moved_on(plant *one, double time, double step)
     return NULL;
 }
 
-static void set_tolerance(plant *one, int defined, double tolerance)
-{
-    one->tolerance = defined && tolerance >= 1e-12 && tolerance <= 1e-2 ? tolerance : usual_tolerance;
-}
-
 static const char *set_time(plant *one, double time)
 {
     if (!isfinite(time)) {
@@ -234,6 +230,12 @@ static const char *set_time(plant *one, double time)
     }
     one->now.time = time;
     return NULL;
+}
+
+static const char *set_up(plant *one, int defined, double tolerance, double time)
+{
+    one->tolerance = defined && tolerance >= 1e-12 && tolerance <= 1e-2 ? tolerance : usual_tolerance;
+    return set_time(one, time);
 }
 
 /* The state of an FMU: a copy of the situation. */
@@ -256,6 +258,19 @@ static const char *take_back(plant *one, const void *state)
     }
     memcpy(&one->now, state, sizeof one->now);
     constants(one->now.p, one->k);
+    return NULL;
+}
+
+static const char *drop(void **state)
+{
+    free(*state);
+    *state = NULL;
+    return NULL;
+}
+
+static const char *say_size(size_t *size)
+{
+    *size = sizeof(situation);
     return NULL;
 }
 
@@ -311,8 +326,8 @@ enum { OK = 0, ERROR = 3 };
 
 /* A function of the interface that calls one of this file. */
 #define CALL(name, arguments, call) \
-    API(int) NAMED(name) arguments { return said(one, one ? call : NULL); }
+    API(int) OWN(name) arguments { return said(one, one ? call : NULL); }
 
 /* One that the model has no use for: an error. The last argument uses the others. */
 #define REFUSED(name, arguments, why, used) \
-    API(int) NAMED(name) arguments { used return said(one, why); }
+    API(int) OWN(name) arguments { used return said(one, why); }
