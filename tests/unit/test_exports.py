@@ -3,9 +3,11 @@
 import ctypes
 import functools
 import itertools
+import os
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 import zipfile
 from dataclasses import replace
@@ -19,6 +21,7 @@ import infinivar as iv
 from infinivar.bondgraph import solve
 from infinivar.motion import Sinusoid
 from internals import (
+    FloatNamespace,
     bond_graph_model,
     c_library,
     casadi_namespace,
@@ -237,24 +240,13 @@ def random_situations(unit, scales=(1e-3, 1e-1, 1.0), count=30):
         yield dict(zip(names, values, strict=True))
 
 
-@sampled("case", BOTH, every=7, slow=4)
-def test_powers_balance_and_energies_change_by_them(case):
-    """Sources = storages + losses to 1e-9 of what moves, at any state; and what a storage takes up is the derivative of its
-    energy, here along the motion by the FMU's own directional derivatives."""
-    name, version = case.rsplit(" ", 1)
-    (file,) = exported(name, version)
-    graph = closed_loop(drive_of(name), scenario_of(name)).graph
+def assert_balanced(file, graph):
     kinds = {one.name: one.kind for one in graph.elements}
+    sources = [name for name, kind in kinds.items() if kind in ("Se", "Sf")]
     with Unit(file, exchange=True) as unit:
-        powers, losses = (
-            unit.names("power."),
-            [
-                one
-                for one in unit.names("loss.")
-                if not any(one == f"loss.{source}" for source, kind in kinds.items() if kind in ("Se", "Sf"))
-            ],
-        )
-        signs = np.array([1.0 if kinds[one.partition(".")[2]] in ("Se", "Sf") else -1.0 for one in powers])
+        powers = unit.names("power.")
+        losses = [one for one in unit.names("loss.") if one not in [f"loss.{source}" for source in sources]]
+        signs = np.array([1.0 if one.partition(".")[2] in sources else -1.0 for one in powers])
         rates = [one for one in unit.of("input") if one.endswith("_rate")]
         energies, stored = unit.names("energy."), [one.replace("energy.", "power.") for one in unit.names("energy.")]
         for values in random_situations(unit):
@@ -267,31 +259,72 @@ def test_powers_balance_and_energies_change_by_them(case):
             np.testing.assert_allclose(growth, unit.get(stored), atol=1e-9 * np.abs(moved).sum(), rtol=1e-9)
 
 
+@sampled("case", BOTH, every=7, slow=4)
+def test_powers_balance_and_energies_change_by_them(case):
+    """Sources = storages + losses to 1e-9 of what moves, at any state; and what a storage takes up is the derivative of its
+    energy, here along the motion by the FMU's own directional derivatives."""
+    name, version = case.rsplit(" ", 1)
+    assert_balanced(exported(name, version)[0], closed_loop(drive_of(name), scenario_of(name)).graph)
+
+
+@pytest.mark.parametrize("changes", [{}, {"electrical": "current"}, {"link": "free", "motion": None}])
+@pytest.mark.parametrize("name", ["hand_controller cobotic", "hand_controller motor1-gear1"])
+def test_powers_balance_with_other_loads_and_amplifiers(name, changes):
+    steering = {"steering": "locked"} if "cobotic" in name and "link" in changes else {}
+    scenario = replace(IMPOSED, **changes, **steering)
+    (file,) = exported(name, "fmu3", scenario)
+    assert validation.validate_fmu(str(file)) == []
+    assert_balanced(file, closed_loop(drive_of(name), scenario).graph)
+
+
 @sampled("case", BOTH, every=11, slow=6)
-def test_directional_derivatives_are_exact(case):
-    """All by all, as CasADi derives the Python source."""
+def test_values_are_those_of_the_python_source_and_directional_derivatives_exact(case):
+    """Values to rounding, derivatives of all by all as CasADi derives the source."""
     casadi = pytest.importorskip("casadi")
     name, version = case.rsplit(" ", 1)
     graph = closed_loop(drive_of(name), scenario_of(name)).graph
     made = bond_graph_model(graph)
     parameters = {symbol: parameter.value for symbol, parameter in graph.parameters.items()}
     knowns = [*made.states, *made.inputs, *(f"{one}_rate" for one in made.rates)]
-    groups = [casadi.SX.sym("x", len(one)) for one in (made.states, made.inputs, made.rates)]
-    arguments = [[one[place] for place in range(one.numel())] for one in groups]
-    motion = made.function("motion", casadi_namespace(), parameters)(*arguments)
-    outputs = made.function("outputs", casadi_namespace(), parameters)(*arguments)
-    losses = outputs[len(outputs) - len(made.losses) :]
-    every = casadi.vertcat(*groups)
-    wanted = casadi.Function("slopes", [every], [casadi.jacobian(casadi.vertcat(*motion, *losses), every)])
+    sizes = [len(one) for one in (made.states, made.inputs, made.rates)]
+
+    def computed(xp, given):
+        groups = [list(one) for one in np.split(np.array(given, dtype=object), np.cumsum(sizes)[:-1])]
+        outputs = made.function("outputs", xp, parameters)(*groups)
+        return [*made.function("motion", xp, parameters)(*groups), *outputs[len(outputs) - len(made.losses) :]]
+
+    symbols = casadi.SX.sym("known", len(knowns))
+    found = casadi.vertcat(*computed(casadi_namespace(), casadi.vertsplit(symbols)))
+    slopes = casadi.Function("slopes", [symbols], [casadi.jacobian(found, symbols)])
     (file,) = exported(name, version)
     with Unit(file, exchange=True) as unit:
         unknowns = [*unit.names("der("), *unit.names("loss.")]
         for values in random_situations(unit, scales=(0.1, 1.0), count=6):
             unit.set(values)
-            expected = np.array(wanted([values[one] for one in knowns]))
-            found = np.array([unit.change(unknowns, [one], [1.0]) for one in knowns]).T
-            sizes = np.abs(expected) + 1e-3 * np.max(np.abs(expected), axis=1, keepdims=True)
-            assert np.all(np.abs(found - expected) <= 1e-9 * sizes)
+            given = [float(values[one]) for one in knowns]
+            expected, got = np.array(computed(FloatNamespace, given)), unit.get(unknowns)
+            assert np.all(np.abs(got - expected) <= 1e-12 * (np.abs(expected) + 1e-3 * np.max(np.abs(expected))))
+            expected = np.array(slopes(given))
+            got = np.array([unit.change(unknowns, [one], [1.0]) for one in knowns]).T
+            scale = np.abs(expected) + 1e-3 * np.max(np.abs(expected), axis=1, keepdims=True)
+            assert np.all(np.abs(got - expected) <= 1e-9 * scale)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("version", VERSIONS)
+def test_importers_build_it_from_its_sources(version, monkeypatch, tmp_path):
+    """By FMPy's own rules for CMake, from the description of the build alone."""
+    build = pytest.importorskip("fmpy.build")
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
+    if shutil.which("cmake") is None:
+        pytest.skip("no CMake on this machine")
+    monkeypatch.setenv(c_library.SWITCH, "0")
+    found = iv.export(drive_of("hand_controller motor1-gear1"), version, tmp_path)
+    folder = fmpy.extract(str(found.files[0]), tmp_path / "unpacked")
+    (tmp_path / "build").mkdir()
+    build.build_platform_binary(folder, tmp_path / "build")
+    run = fmpy.simulate_fmu(folder, stop_time=0.1, start_values={"source": 0.5}, output=["l"])
+    assert run["l"][-1] > 1e-3
 
 
 @pytest.mark.parametrize("version", VERSIONS)

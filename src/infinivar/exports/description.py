@@ -31,6 +31,18 @@ _TOLERANCE, _STEP, _END = "1e-8", "1e-3", "1"
 """Of the default experiment."""
 
 
+_ABILITIES = {
+    "2.0": (
+        "canNotUseMemoryManagementFunctions",
+        "canGetAndSetFMUstate",
+        "canSerializeFMUstate",
+        "providesDirectionalDerivative",
+    ),
+    "3.0": ("canGetAndSetFMUState", "canSerializeFMUState", "providesDirectionalDerivatives"),
+}
+"""Attributes of both kinds of simulation that are true."""
+
+
 def base_units(unit: str) -> dict[str, int]:
     """Exponents of the SI base units in a product of units and powers, such as "kg m^2" or "rad/(N m)".
 
@@ -79,9 +91,7 @@ def model_description(plant: Plant, version: str, program: str) -> bytes:
     )
     able = {
         "modelIdentifier": plant.name,
-        **({"canGetAndSetFMUstate": "true"} if second else {"canGetAndSetFMUState": "true"}),
-        **({"canSerializeFMUstate": "true"} if second else {"canSerializeFMUState": "true"}),
-        **({"providesDirectionalDerivative": "true"} if second else {"providesDirectionalDerivatives": "true"}),
+        **dict.fromkeys(_ABILITIES[version], "true"),
     }
     unneeded = {"completedIntegratorStepNotNeeded": "true"} if second else {"needsCompletedIntegratorStep": "false"}
     for kind, own in (
