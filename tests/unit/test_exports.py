@@ -549,7 +549,45 @@ def test_without_a_compiler_an_fmu_holds_sources(monkeypatch, tmp_path):
     assert validation.validate_fmu(str(found.files[0])) == []
 
 
-def test_a_law_without_c_is_bad_input(monkeypatch, tmp_path):
+def law(force):
+    """A law of a user's own."""
+    own = {"creepage": lambda x: x + 0.25 * x * abs(x), "slope": lambda x: 1.0 + 0.5 * abs(x), "force": force}
+    return iv.contact.CreepLaw(name="soft", slip_creepage=1.25, **own)
+
+
+def own_force(xi):
+    xp = iv.array_namespace(xi)
+    xi = xp.clip(xi, -1.25, 1.25)
+    return 2.0 * xi / (1.0 + xp.sqrt(1.0 + xp.abs(xi)))
+
+
+def force_of_numpy(xi):
+    xi = np.clip(xi, -1.25, 1.25)
+    return 2.0 * xi / (1.0 + np.sqrt(1.0 + np.abs(xi)))
+
+
+def test_a_law_of_one_s_own_is_exported_if_it_has_c(tmp_path):
+    drive = drive_of("hand_controller cobotic")
+    with_law = [
+        replace(drive, transmission=replace(drive.transmission, creep_law=law(force)))
+        for force in (own_force, force_of_numpy)
+    ]
+    with pytest.raises(iv.InputError, match="a law of the drive has no C"):
+        iv.export(with_law[1], "c", tmp_path / "out")
+    assert list(tmp_path.iterdir()) == []
+    found = iv.export(with_law[0], "fmu2", tmp_path)
+    scenario = default_export_scenario(drive, None)
+    inputs, times = pushed(drive, scenario), np.linspace(0.0, 0.05, 11)
+    expected = own_motion(with_law[0], scenario, inputs, times)
+    with Unit(found.files[0]) as unit:
+        unit.set(inputs)
+        for time in times[:-1]:
+            unit.step(time, 5e-3)
+        for one, value in zip(expected, unit.get(expected), strict=True):
+            assert value == pytest.approx(expected[one][-1], rel=1e-6, abs=1e-9)
+
+
+def test_a_law_that_fails_in_c_alone_is_bad_input(monkeypatch, tmp_path):
     def refused(*arguments):
         raise TypeError("a recorded value has no truth value")
 

@@ -84,7 +84,9 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
         If a value that motion requires is missing, or a law has no C.
     """
     loop = closed_loop(drive, scenario)
-    graph, made = loop.graph, model(loop.graph)
+    graph = loop.graph
+    with _naming_laws():
+        made = model(graph)
     symbols = graph.parameters
     parameters = {symbol: parameter.value for symbol, parameter in symbols.items()}
     found = domains(graph, rotary=drive.axis.rotary)
@@ -108,12 +110,8 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
     ]
     ports = list(_ports(graph, made, found))
     single = [2 * len(made.bonds) + place for place, _ in signals] + [place for place, _ in ports]
-    try:
+    with _naming_laws():
         code = c_code(made, parameters, functools.partial(_outputs, made, single))
-    except (TypeError, AttributeError) as problem:
-        raise InputError(
-            f"a law of the drive has no C, as it is not written over the array namespace alone: {problem}"
-        ) from problem
     tables = {symbol for _, held in code.tape.held for symbol in held}
     stated = _stated(drive, scenario, graph, sources)
     rows = [
@@ -138,6 +136,17 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
         text=_text(code, parameters, variables),
         behind=_behind(code, variables),
     )
+
+
+@contextlib.contextmanager
+def _naming_laws() -> Iterator[None]:
+    """Report a law that decides by values, or calls what no other program has, as an input error."""
+    try:
+        yield
+    except (TypeError, AttributeError) as problem:
+        raise InputError(
+            f"a law of the drive has no C, as it is not written over the array namespace alone: {problem}"
+        ) from problem
 
 
 def _begun(given: float | Input) -> float:
