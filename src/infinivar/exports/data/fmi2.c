@@ -1,6 +1,6 @@
 
-/* FMI 2.0, Model Exchange and Co-Simulation. Types are those of the standard's headers, in plain C: fmi2Component is plant *,
-   fmi2Status int. Source: fmi2014, chapters 2 to 4. */
+/* FMI 2.0, Model Exchange and Co-Simulation. Types are those of the standard's headers in plain C, so that the
+   sources need no other file: fmi2Component is plant *, fmi2Status int. Source: fmi2014, chapters 2 to 4. */
 
 typedef void (*logger)(void *, const char *, int, const char *, const char *, ...);
 

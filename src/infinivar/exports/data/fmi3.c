@@ -1,6 +1,6 @@
 
-/* FMI 3.0, Model Exchange and Co-Simulation. Types are those of the standard's headers, in plain C: fmi3Instance is plant *,
-   fmi3Status int. Source: fmi2022, chapters 2 to 4. */
+/* FMI 3.0, Model Exchange and Co-Simulation. Types are those of the standard's headers in plain C, so that the
+   sources need no other file: fmi3Instance is plant *, fmi3Status int. Source: fmi2022, chapters 2 to 4. */
 
 #include <stdbool.h>
 #include <stdint.h>
