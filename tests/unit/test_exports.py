@@ -277,6 +277,59 @@ def test_powers_balance_with_other_loads_and_amplifiers(name, changes):
     assert_balanced(file, closed_loop(drive_of(name), scenario).graph)
 
 
+MOTOR = iv.motors()["dcx-32-l-24v"]
+PROGRESSIVE = {"shape": "progressive", "deflections": (-0.3, 0.0, 0.3), "forces": (-2.0, 0.0, 3.0)}
+TORSIONAL = iv.parts.TorsionSpring(**PROGRESSIVE)
+LEVER = iv.Output(linkage=iv.parts.Linkage(shape="lever", arm=0.05), parallel_torsion_spring=TORSIONAL)
+SOFT = iv.Output(series_spring=iv.parts.Spring(stiffness=3e4, hysteresis=2.0))
+MEASURED = iv.parts.GearFriction(friction=0.02, viscous=0.001, load_motor=0.1, load_output=0.05, friction_stribeck=0.02)
+GEARS = {
+    "rigid": iv.parts.Gearhead(ratio=10, efficiency=0.85),
+    "elastic": iv.parts.Gearhead(ratio=10, efficiency=0.85, stiffness=600.0, backlash=0.01),
+    "measured": iv.parts.Gearhead(ratio=5, loss_model="stribeck", friction=MEASURED),
+}
+LOCKING = iv.parts.Screw(lead=0.01, diameter=0.016, friction_coefficient=0.3, inertia=1e-5)
+STRETCHED = iv.parts.Belt(pitch=3e-3, teeth=20, specific_stiffness=1e5, span=0.5)
+OTHERS = {
+    "elastic shaft": iv.ConventionalDrive(
+        motor=MOTOR, gearhead=GEARS["elastic"], shaft=iv.parts.Shaft(), output_inertia=1e-4
+    ),
+    "locking screw": iv.ConventionalDrive(motor=MOTOR, gearhead=GEARS["rigid"], screw=LOCKING),
+    "stretched belt": iv.ConventionalDrive(motor=MOTOR, gearhead=GEARS["elastic"], belt=STRETCHED, output_inertia=1e-4),
+    "measured rack": iv.ConventionalDrive(
+        motor=MOTOR, gearhead=GEARS["measured"], rack=iv.parts.Rack(module=1e-3, teeth=20, efficiency=0.9)
+    ),
+    "screw with lever": iv.ConventionalDrive(
+        motor=MOTOR,
+        gearhead=GEARS["measured"],
+        screw=iv.parts.Screw(lead=0.01, diameter=0.016, efficiency=0.85),
+        output=LEVER,
+        output_inertia=1e-6,
+    ),
+    "cobotic with lever": replace(loaded("hand_controller").drives["cobotic-b"], output=LEVER),
+    "cobotic with spring": replace(loaded("hand_controller").drives["cobotic"], output=SOFT),
+}
+
+
+@sampled("name", OTHERS, every=3)
+def test_other_parts_are_exported_as_well(name):
+    """Elastic, self-locking and measured parts, springs and linkages: valid, balanced, all with units, and as the program."""
+    drive = OTHERS[name]
+    scenario = default_export_scenario(drive, 0.5)
+    found = iv.export(drive, "fmu3", Path(FOLDER.name, name.replace(" ", "-")), scenario=scenario)
+    assert validation.validate_fmu(str(found.files[0])) == []
+    assert [one.name for one in fmpy.read_model_description(str(found.files[0])).modelVariables if not one.unit] == []
+    assert_balanced(found.files[0], closed_loop(drive, scenario).graph)
+    inputs, times = pushed(drive, scenario), np.linspace(0.0, 0.05, 11)
+    expected = own_motion(drive, scenario, inputs, times)
+    with Unit(found.files[0]) as unit:
+        unit.set(inputs)
+        for time in times[:-1]:
+            unit.step(time, 5e-3)
+        for one, value in zip(expected, unit.get(expected), strict=True):
+            assert value == pytest.approx(expected[one][-1], abs=1e-4 * max(np.max(np.abs(expected[one])), 1e-6))
+
+
 @sampled("case", BOTH, every=11, slow=6)
 def test_values_are_those_of_the_python_source_and_directional_derivatives_exact(case):
     """Values to rounding, derivatives of all by all as CasADi derives the source."""
