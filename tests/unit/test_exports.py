@@ -489,6 +489,19 @@ def test_descriptions_say_what_the_study_says():
     assert said["voltage.cylinder.source"].unit == "V"
 
 
+def test_words_of_a_study_do_no_harm(tmp_path):
+    """Marks of XML, of C and of tables, and control characters in names, titles and sources."""
+    odd = 'a"b<c>&d\x01\n|*/\\'
+    drive, study = drive_of("hand_controller motor1-gear1"), loaded("hand_controller")
+    sources = [replace(row, owner=odd, where=odd) for row in study.provenance if row.owner == "motor1-gear1"]
+    for kind in (*VERSIONS, "c"):
+        found = iv.export(drive, kind, tmp_path, name=odd, title=odd, sources=sources)
+        if kind == "c":
+            subprocess.run([c_library.compiler(), *WARNINGS, found.files[1], "-o", tmp_path / "run", "-lm"], check=True)
+        else:
+            assert validation.validate_fmu(str(found.files[0])) == []
+
+
 @pytest.mark.parametrize("version", VERSIONS)
 def test_every_function_of_the_standard_is_there(version, tmp_path):
     """As the headers that FMPy ships list them; and without a warning of a compiler."""

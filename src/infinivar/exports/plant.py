@@ -16,7 +16,7 @@ from infinivar.bondgraph.graph import SOURCES, Bond, BondGraph
 from infinivar.bondgraph.inputs import Input
 from infinivar.bondgraph.model import Model, model
 from infinivar.drivetrain.graphs.closed_loop import closed_loop, scenario_graph
-from infinivar.errors import InputError
+from infinivar.errors import InputError, printable
 from infinivar.exports.domains import Domain, domains, unit_of_input, unit_of_signal, unit_of_state
 from infinivar.motion.scenario import Scenario
 from infinivar.study.provenance import Provenance
@@ -130,7 +130,7 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
     variables = tuple(_distinct(rows))
     return Plant(
         name=name,
-        title=title,
+        title=printable(title),
         variables=variables,
         code=code,
         text=_text(code, parameters, variables),
@@ -249,7 +249,9 @@ def _stated(drive: Any, scenario: Scenario, graph: BondGraph, sources: Iterable[
 
 
 def _source(path: str, row: Provenance | None) -> str:
-    return path if row is None else f"{path} = {row.written} ({', '.join(filter(None, (row.kind, row.where)))})"
+    if row is None:
+        return path
+    return printable(f"{path} = {row.written} ({', '.join(filter(None, (row.kind, row.where)))})")
 
 
 def _plain(symbol: str) -> str:
