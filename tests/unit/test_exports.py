@@ -4,6 +4,7 @@ import ctypes
 import functools
 import itertools
 import os
+import platform
 import re
 import shutil
 import subprocess
@@ -606,12 +607,25 @@ def test_the_same_drive_gives_the_same_bytes(kind, tmp_path):
         assert (tmp_path / file.name).read_bytes() == file.read_bytes()
 
 
-def test_without_a_compiler_an_fmu_holds_sources(monkeypatch, tmp_path):
-    monkeypatch.setenv(c_library.SWITCH, "0")
-    found = iv.export(drive_of("hand_controller motor1-gear1"), "fmu3", tmp_path)
-    assert found.notes == ("sources only (no C compiler): the importer must compile the FMU",)
-    with zipfile.ZipFile(found.files[0]) as archive:
-        assert sorted(archive.namelist()) == ["modelDescription.xml", "sources/buildDescription.xml", "sources/drive.c"]
+@pytest.mark.parametrize(
+    ("version", "module", "name", "there", "why"),
+    [
+        ("fmu3", c_library, "_found", lambda own: None, "no C compiler"),
+        ("fmu2", platform, "machine", lambda: "aarch64", "FMI 2.0 has no name for this platform"),
+        ("fmu3", platform, "machine", lambda: "riscv64", "FMI 3.0 has no name for this platform"),
+        ("fmu3", c_library, "_found", lambda own: shutil.which("false"), "the C compiler failed"),
+    ],
+)
+def test_without_a_binary_an_fmu_holds_sources(version, module, name, there, why, monkeypatch, tmp_path):
+    drive = drive_of("hand_controller motor1-gear1")
+    expected = iv.export(drive, version, tmp_path / "first").files[0]
+    monkeypatch.setattr(module, name, there)
+    found = iv.export(drive, version, tmp_path)
+    assert found.notes == (f"sources only ({why}): the importer must compile the FMU",)
+    with zipfile.ZipFile(found.files[0]) as archive, zipfile.ZipFile(expected) as whole:
+        names = [one for one in whole.namelist() if not one.startswith("binaries")]
+        assert archive.namelist() == names
+        assert all(archive.read(one) == whole.read(one) for one in names)
     assert validation.validate_fmu(str(found.files[0])) == []
 
 

@@ -12,7 +12,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from infinivar._core.c_library import FLAGS, binary
+from infinivar._core.c_library import FLAGS, binary, compiler
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import check_drive, refuse_machine
@@ -128,10 +128,11 @@ def _fmu(made: Plant, version: str) -> tuple[Mapping[str, bytes], tuple[str, ...
         f"sources/{made.name}.c": text.encode(),
         **({"sources/buildDescription.xml": build_description(made, version)} if version == "3.0" else {}),
     }
-    place, compiled = _place(version), binary(text, *FLAGS, *_SMALL)
-    notes: tuple[str, ...] = ()
-    if place is None or compiled is None:
-        why = "no C compiler" if place is not None else f"FMI {version} has no name for this platform"
+    place, notes = _place(version), ()
+    compiled = None if place is None else binary(text, *FLAGS, *_SMALL)
+    if compiled is None:
+        why = "the C compiler failed" if place else f"FMI {version} has no name for this platform"
+        why = "no C compiler" if compiler() is None else why
         notes = (f"sources only ({why}): the importer must compile the FMU",)
     else:
         ending = "dylib" if sys.platform == "darwin" else "so"
@@ -139,7 +140,9 @@ def _fmu(made: Plant, version: str) -> tuple[Mapping[str, bytes], tuple[str, ...
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for file, content in sorted(files.items()):
-            archive.writestr(zipfile.ZipInfo(file, _FIRST_DAY), content, zipfile.ZIP_DEFLATED, 9)
+            one = zipfile.ZipInfo(file, _FIRST_DAY)
+            one.external_attr = 0o644 << 16
+            archive.writestr(one, content, zipfile.ZIP_DEFLATED, 9)
     return {f"{made.name}.fmu": packed.getvalue()}, notes
 
 
