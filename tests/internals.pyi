@@ -163,7 +163,11 @@ from infinivar.drivetrain.graphs.compliances import hardening, hardening_energy
 from infinivar.drivetrain.layout import estimated_size
 from infinivar.drivetrain.masses import cobotic_bodies, with_tube
 from infinivar.drivetrain.service import Service, service_of
+from infinivar.exports import plant as plants_of_exports
+from infinivar.exports.description import base_units as export_base_units
+from infinivar.exports.export import _usual as default_export_scenario
 from infinivar.exports.laws import law_files, laws
+from infinivar.exports.plant import plant as exported_plant
 from infinivar.figures import arm as arm_figure
 from infinivar.figures import bond_graph as bond_graph_figure
 from infinivar.figures import calibration as calibration_figure

@@ -39,6 +39,7 @@ from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.graphs.plants import plant_graph
 from .drivetrain.output import Output
 from .errors import AuditError, InfinivarError, InputError, ParameterError
+from .exports.export import export
 from .limits import Limit
 from .machines.graph import machine_graph
 from .motion.duty_cycles import DutyCycle
@@ -116,6 +117,7 @@ __all__ = [
     "doubt",
     "drivetrain",
     "duty_cycle",
+    "export",
     "follow_path",
     "gearheads",
     "import_parts",

@@ -36,6 +36,7 @@ COMMANDS = {
     "session": (["session", "one_axis_display", "--task", "hold"], "J "),
     "sensitivity": (["sensitivity", "hand_controller", "--of", "loss", "--force", "20 N", "--speed", "0.3 m/s"], "%"),
     "graph": (["graph", "hand_controller", "motor2-gear4"], "Wrote graph.svg"),
+    "export": (["export", "hand_controller", "motor2-gear4", "--as", "fmu3"], "Wrote out/motor2_gear4.fmu"),
     "rig": (["rig", "hand_controller", "--ratios", "8", "--loads", "0.5"], "runs written to rig.csv"),
     "calibrate": (["calibrate", "bench.csv", "--study", "bench.toml", "--drive", "joint"], "torque_constant = "),
     "reproduce": (["reproduce", "--figure", "7"], "claim"),

@@ -36,6 +36,7 @@ def command(made, random):
         ("sensitivity", "study.toml", "--drive", drive, "--of", "energy", "--duty", "work", *out, *json),
         ("sensitivity", "study.toml", "--drive", drive, "--of", "loss", "--force", force, *out, *json),
         ("graph", "study.toml", drive, "--out", str(random.choice(["graph.svg", "graph.txt", "-"]))),
+        ("export", "study.toml", drive, "--as", str(random.choice(["c", "fmu2", "fmu"])), *out),
         ("rig", "study.toml", "--drive", drive, "--out", "made.csv", "--loads", str(random.choice(["0.2", "0", "x"]))),
         ("calibrate", "rig.csv", "--study", "study.toml", "--drive", drive, *out, *json),
         ("calibrate", "rig.csv", "--study", STUDY, "--drive", "cobotic", *out, *json),

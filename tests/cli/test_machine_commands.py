@@ -94,6 +94,7 @@ def test_a_cart_is_not_simulated(write, infinivar):
     [
         ("size",),
         ("graph",),
+        ("export", "--as", "c"),
         ("rig",),
         ("contact", "--drive"),
         ("sweep", "size"),
@@ -108,8 +109,8 @@ def test_one_message_where_a_command_does_not_work(name, command, write, infiniv
         command = (*command, first)
     if command[0] == "sweep":
         arguments = ("sweep", "builds", "mine.toml", "--folder", "sweep")
-    elif command[0] == "graph":
-        arguments = ("graph", "mine.toml", first)
+    elif command[0] in ("graph", "export"):
+        arguments = (command[0], "mine.toml", first, *command[1:])
     else:
         arguments = (command[0], "mine.toml", *command[1:])
     outcome = infinivar(*arguments)

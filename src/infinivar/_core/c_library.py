@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from infinivar._core import kept
@@ -44,18 +45,37 @@ def no_compiler() -> str | None:
 @functools.lru_cache(maxsize=64)
 def library(text: str) -> ctypes.CDLL | None:
     """The library of a text, compiled unless it is known; None without a compiler, or where it cannot."""
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            made = _compiled(text, FLAGS, Path(folder))
+            return None if made is None else ctypes.CDLL(str(made))
+    except OSError:
+        return None
+
+
+def binary(text: str, *flags: str) -> bytes | None:
+    """Content of the library of a text, as `library`, compiled with flags."""
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            made = _compiled(text, flags, Path(folder))
+            return None if made is None else made.read_bytes()
+    except OSError:
+        return None
+
+
+def _compiled(text: str, flags: Sequence[str], folder: Path) -> Path | None:
+    """File of the library of a text: the one that is kept, or else in a folder."""
     own = compiler()
     if own is None:
         return None
-    key = hashlib.sha256("\n".join([text, own, *FLAGS, platform.machine()]).encode()).hexdigest()[:32]
+    key = hashlib.sha256("\n".join([text, own, *flags, platform.machine()]).encode()).hexdigest()[:32]
+    known = kept.find(key, ".so")
+    if known is not None:
+        return known
+    source, made = folder / "model.c", folder / "model.so"
+    source.write_text(text, "utf-8")
     try:
-        known = kept.find(key, ".so")
-        if known is not None:
-            return ctypes.CDLL(str(known))
-        with tempfile.TemporaryDirectory() as folder:
-            source, made = Path(folder, "model.c"), Path(folder, "model.so")
-            source.write_text(text, "utf-8")
-            subprocess.run([own, *FLAGS, "-o", made, source, "-lm"], check=True, capture_output=True, timeout=120)
-            return ctypes.CDLL(str(kept.keep(key, ".so", made.read_bytes()) or made))
-    except (OSError, subprocess.SubprocessError):
+        subprocess.run([own, *flags, "-o", made, source, "-lm"], check=True, capture_output=True, timeout=120)
+    except subprocess.SubprocessError:
         return None
+    return kept.keep(key, ".so", made.read_bytes()) or made

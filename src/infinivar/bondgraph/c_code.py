@@ -6,7 +6,7 @@ What depends on parameters alone is computed once, by a function of its own. The
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -30,7 +30,7 @@ _INFIX = {
     "or": "||",
 }
 _CALLED = {"abs": "fabs"}
-_GIVEN = {"states": "x", "inputs": "u", "rates": "du", "parameters": "p", "settled": "settled"}
+_GIVEN = {"states": "x", "inputs": "u", "rates": "du", "seeds": "d", "parameters": "p", "settled": "settled"}
 """Arguments of the C functions, by group."""
 
 
@@ -42,6 +42,8 @@ class Code:
     tape: Tape
     constants: int
     """Length of the array `k` of what depends on parameters alone."""
+    behind: tuple[frozenset[tuple[str, int]], ...]
+    """Groups and places of the states, inputs, rates and parameters behind each derivative of a state and each output."""
 
     def given(self, parameters: Mapping[str, float]) -> np.ndarray:
         """The array `p` for values of the parameters: these, and the data held."""
@@ -55,13 +57,19 @@ def _flat(data: Any) -> np.ndarray:
     return np.ravel(np.asarray(data, dtype=float))
 
 
-def c_code(made: Model, parameters: Mapping[str, float]) -> Code:
-    """C of the motion of a model: ``constants``, ``motion`` and ``slopes``.
+def c_code(
+    made: Model,
+    parameters: Mapping[str, float],
+    outputs: Callable[[Sequence[Number]], Sequence[Number]] | None = None,
+) -> Code:
+    """C of the motion of a model: ``constants``, ``motion`` and ``slopes``; with outputs also ``outputs`` and ``directions``.
 
     Parameters
     ----------
     made : Model
     parameters : mapping   Values by symbol, of which the text has nothing: they state the shapes of tables.
+    outputs : callable     What ``outputs`` writes, from what the model's function of that name returns. ``directions`` writes
+        the change of the states' derivatives, then that of the outputs, by a change of states, inputs and rates.
 
     Returns
     -------
@@ -79,9 +87,19 @@ def c_code(made: Model, parameters: Mapping[str, float]) -> Code:
     )
     symbols: Any = dict(zip(tape.parameters, values, strict=True))
     results = made.function("motion", TapeNamespace(tape), symbols)(states, inputs, rates)
+    written: Sequence[Number] = []
+    if outputs is not None:
+        written = outputs(made.function("outputs", TapeNamespace(tape), symbols)(states, inputs, rates))
     slopes = [tape.slope(one, by) for one in results for by in states]
+    known = [*states, *inputs, *rates] if written else []
+    seeds = [(tape.input("seeds", place), by) for place, by in enumerate(known)]
+    changes = [sum(seed * tape.slope(one, by) for seed, by in seeds) for one in (*results, *written) if known]
     writer = _Writer(tape, _begins(tape))
-    once = writer.once([*results, *slopes])
+    once = writer.once([*results, *slopes, *written, *changes])
+
+    def body(array: str, values: Sequence[Number]) -> Iterator[str]:
+        return writer.body(once, [(f"{array}[{place}]", one) for place, one in enumerate(values)])
+
     text = "\n".join(
         [
             "#include <math.h>",
@@ -98,14 +116,21 @@ def c_code(made: Model, parameters: Mapping[str, float]) -> Code:
             *writer.body(once, [(f"k[{place}]", Value(tape, one)) for place, one in enumerate(once)], constants=False),
             "}",
             "",
-            *_function("motion", "f", writer.body(once, [(f"f[{place}]", one) for place, one in enumerate(results)])),
-            *_function("slopes", "j", writer.body(once, [(f"j[{place}]", one) for place, one in enumerate(slopes)])),
+            *_function("motion", "f", body("f", results)),
+            *_function("slopes", "j", body("j", slopes)),
+            *(_function("outputs", "y", body("y", written)) if written else []),
+            *(_function("directions", "dy", body("dy", changes), "d") if written else []),
         ]
     )
-    return Code(text, tape, len(once))
+    behind = (
+        [tape.nodes[place] for place in writer.needed([one]) if tape.nodes[place].operation in _GIVEN]
+        for one in (*results, *written)
+    )
+    found = tuple(frozenset((operation, int(place)) for operation, (place,) in each) for each in behind)
+    return Code(text, tape, len(once), found)
 
 
-def written(tape: Tape, results: Sequence[Number], array: str) -> list[str]:
+def statements(tape: Tape, results: Sequence[Number], array: str) -> list[str]:
     """Statements that compute results of a tape without parameters into an array, from the inputs `u` and the data `p`."""
     writer = _Writer(tape, _begins(tape))
     return [*writer.body([], [(f"{array}[{place}]", one) for place, one in enumerate(results)], constants=False)]
@@ -123,13 +148,13 @@ def _begins(tape: Tape) -> dict[str, int]:
     return {f"held{place}": len(tape.parameters) + sum(sizes[:place]) for place in range(len(sizes))}
 
 
-def _function(name: str, out: str, body: Iterable[str]) -> list[str]:
+def _function(name: str, out: str, body: Iterable[str], *more: str) -> list[str]:
     """A function of the states, inputs and rates that writes into an array."""
-    arguments = ", ".join([*(f"const double *{one}" for one in ("p", "k", "x", "u", "du")), f"double *{out}"])
+    given = ("p", "k", "x", "u", "du", *more)
     return [
-        f"static void {name}({arguments})",
+        f"static void {name}({', '.join([*(f'const double *{one}' for one in given), f'double *{out}'])})",
         "{",
-        "    (void)p; (void)k; (void)x; (void)u; (void)du;",
+        f"    {' '.join(f'(void){one};' for one in given)}",
         *body,
         "}",
         "",
@@ -161,10 +186,7 @@ class _Writer:
             if (
                 operation == "parameters"
                 or operation in begins
-                or (
-                    operation not in ("states", "inputs", "rates")
-                    and all(one in self.fixed for one in arguments if isinstance(one, int))
-                )
+                or (operation not in _GIVEN and all(one in self.fixed for one in arguments if isinstance(one, int)))
             ):
                 self.fixed.add(place)
 

@@ -23,7 +23,7 @@ app = typer.Typer(
 )
 for command in (
     *(files.init, studies.check, studies.compare, studies.size, studies.contact, motions.motion),
-    *(runs.simulate, sessions.session, runs.sensitivity, runs.graph, rigs.rig, rigs.calibrate),
+    *(runs.simulate, sessions.session, runs.sensitivity, runs.graph, runs.export, rigs.rig, rigs.calibrate),
     *(files.reproduce, files.schema, files.serve),
 ):
     app.command()(command)

@@ -1,4 +1,4 @@
-"""Commands that work on one drive of a study: simulate, sensitivity, graph."""
+"""Commands that work on one drive of a study: simulate, sensitivity, graph, export."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from infinivar.cli.arguments import (
 )
 from infinivar.cli.shared import chosen, end, naming, naming_place, of_one_axis, print_json
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
-from infinivar.errors import InputError, printable
+from infinivar.errors import InputError, nearest, printable
 from infinivar.options import quantity
 
 if TYPE_CHECKING:
@@ -290,3 +290,59 @@ def graph(
         made = plant_graph(loaded.drives[name], plant, electrical=electrical, load_mass=loaded.load_mass)
         report.save(made, out, equations)
     say(f"Wrote {', '.join(str(file) for file in (out, equations) if file is not None)}")
+
+
+def export(
+    study: StudyFile,
+    drive: Annotated[
+        str, typer.Argument(help="Name of the drive in the study.", show_default=False, autocompletion=drives_of_study)
+    ],
+    kind: Annotated[
+        str,
+        typer.Option(
+            "--as",
+            metavar="FORMAT",
+            help="fmu2 or fmu3: an FMU of FMI 2.0 or 3.0, for Model Exchange and Co-Simulation; c: C99 sources, of the plant and "
+            "of what a controller needs.",
+            show_default=False,
+        ),
+    ],
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            "--scenario",
+            help="Scenario that states load, amplifier and start of the plant; by default a force on the load, and currents.",
+            autocompletion=scenarios_of_study,
+        ),
+    ] = None,
+    out: Out = Path("out"),
+) -> None:
+    """Write the plant of a drive for other programs.
+
+    An FMU needs no Python; it holds a binary for this platform if a C compiler is found, and sources.
+    Inputs are the motors' currents and the force on the load: the plant has no controllers.
+    """
+    from infinivar.exports.export import FORMATS
+    from infinivar.exports.export import export as run
+    from infinivar.study.load import load_study
+
+    if kind not in FORMATS:
+        raise InputError(f"--as {kind!r} is not a format{nearest(kind, FORMATS)}; formats: {', '.join(FORMATS)}")
+    loaded = load_study(study)
+    name = chosen(study, "drive", drive, loaded.drives)
+    of_one_axis(study, loaded.drives, "export", name)
+    requested = None if scenario is None else loaded.scenarios[chosen(study, "scenario", scenario, loaded.scenarios)]
+    with naming_place(study, f"drives.{name}"):
+        found = run(
+            loaded.drives[name],
+            kind,
+            out,
+            name=name,
+            title=loaded.titles[name],
+            scenario=requested,
+            load_mass=loaded.load_mass,
+            sources=loaded.provenance,
+        )
+    say(f"Wrote {', '.join(map(str, found.files))}")
+    for note in found.notes:
+        say(f"  {note}")

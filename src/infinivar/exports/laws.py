@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from infinivar.bondgraph.c_code import c_number, table_of, written
+from infinivar.bondgraph.c_code import c_number, statements, table_of
 from infinivar.bondgraph.tape import Number, Tape
 from infinivar.drivetrain.drive import followed, operated, orders_of
 from infinivar.motion.course import Course
@@ -129,7 +129,7 @@ def law_files(drive: Any, name: str) -> dict[str, str]:
         header += [f"void {name}_{law.name}(const real *u, real *y);", ""]
         body += [*table_of(tape, f"{law.name}_data"), f"void {name}_{law.name}(const real *u, real *y)", "{"]
         body += [f"    const real *p = {law.name}_data;", "    (void)p; (void)settled;"]
-        body += [*written(tape, list(results.values()), "y"), "}", ""]
+        body += [*statements(tape, list(results.values()), "y"), "}", ""]
     header += ["#endif", ""]
     return {
         f"{name}.h": "\n".join(header),
@@ -213,8 +213,12 @@ int main(void)
     const double permitted = sizeof(real) == sizeof(float) ? 1e-3 : 1e-9;
     double worst = 0.0;"""
 
-_ENDS = """    printf("largest difference: %.1e of the largest value; permitted: %.0e\\n", worst, permitted);
-    return worst <= permitted ? 0 : 1;
+_ENDS = """    if (worst <= permitted) {
+        printf("all values agree within %.0e of the largest\\n", permitted);
+        return 0;
+    }
+    printf("values differ by %.1e of the largest, permitted are %.0e\\n", worst, permitted);
+    return 1;
 }"""
 
 

@@ -100,6 +100,23 @@ def closed_loop(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> 
     return _cobotic(drive, scenario) if isinstance(drive, CoboticDrive) else _conventional(drive, scenario)
 
 
+def scenario_graph(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> BondGraph:
+    """The graph of a drive with the load, the amplifier and the stick speed of a scenario."""
+    graph = plants.cobotic_graph if isinstance(drive, CoboticDrive) else plants.conventional_graph
+    return graph(
+        drive,  # type: ignore[arg-type]
+        load_mass=scenario.moved_mass or None,
+        electrical=scenario.electrical,
+        imposed_motion=scenario.link == "imposed",
+        stick_speed=_stick_speed(drive, scenario),
+    )
+
+
+def _stick_speed(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> float:
+    usual = STICK_SPEED if isinstance(drive, CoboticDrive) else plants.CONVENTIONAL_STICK_SPEED
+    return given(scenario.stick_speed, usual)
+
+
 def _path(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, follows: bool) -> Motion:
     """Motion of the drive: that of the load, or what it asks for behind springs, a linkage and a stage that stretches."""
     stretch = _stretch(drive, scenario) if follows else None
@@ -142,16 +159,10 @@ def _load_inputs(scenario: Scenario) -> dict[str, float | Input]:
 
 
 def _cobotic(drive: CoboticDrive, scenario: Scenario) -> ClosedLoop:
-    stick_speed = given(scenario.stick_speed, STICK_SPEED)
+    stick_speed = _stick_speed(drive, scenario)
     turning = drive.gearhead.ratio**2 * _motor_inertia(drive)
     stages.check_gear_jamming(drive.gearhead, turning, drive.inertia_of_cylinder or 0.0, "cylinder_inertia")
-    graph = plants.cobotic_graph(
-        drive,
-        load_mass=scenario.moved_mass or None,
-        electrical=scenario.electrical,
-        imposed_motion=scenario.link == "imposed",
-        stick_speed=stick_speed,
-    )
+    graph = scenario_graph(drive, scenario)
     held = _held_angle(scenario)
     path = _path(drive, scenario, held is None and scenario.link == "controlled")
     running = scenario.cylinder == "running" and drive.cylinder_speed != 0.0
@@ -248,16 +259,10 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> ClosedLoop:
     ):
         if value != usual:
             raise ParameterError(f"{field} = {value!r} requires a cobotic drive; this drive is conventional")
-    stick_speed = given(scenario.stick_speed, plants.CONVENTIONAL_STICK_SPEED)
+    stick_speed = _stick_speed(drive, scenario)
     carried = output_start.carried(drive.output, scenario.path.at(0.0).position, scenario.moved_mass)
     stages.check_jamming(drive, carried, scenario.link == "imposed")
-    graph = plants.conventional_graph(
-        drive,
-        load_mass=scenario.moved_mass or None,
-        electrical=scenario.electrical,
-        imposed_motion=scenario.link == "imposed",
-        stick_speed=stick_speed,
-    )
+    graph = scenario_graph(drive, scenario)
     path = _path(drive, scenario, scenario.link == "controlled")
     return ClosedLoop(
         graph,

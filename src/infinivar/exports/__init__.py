@@ -1,0 +1,1 @@
+"""Export of a drive's plant to other programs: FMUs and plain C."""

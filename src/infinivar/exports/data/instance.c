@@ -1,0 +1,333 @@
+
+/* One plant in motion, and what both versions of the interface do with it. Functions return 0, or what is wrong. */
+
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    KNOWN = STATES + INPUTS + RATES,
+    AT_STATES = 1,
+    AT_DERIVATIVES = AT_STATES + STATES,
+    AT_INPUTS = AT_DERIVATIVES + STATES,
+    AT_OUTPUTS = AT_INPUTS + INPUTS + RATES,
+    AT_PARAMETERS = AT_OUTPUTS + OUTPUTS,
+    AT_END = AT_PARAMETERS + PARAMETERS,
+    NAME_LETTERS = 64
+};
+/* Value references: time, states, their derivatives, inputs, rates of inputs, outputs, parameters. */
+
+typedef struct {
+    double time, width, p[GIVEN], x[STATES], u[INPUTS + RATES + 1];
+} situation;
+
+typedef struct {
+    situation now;
+    double k[CONSTANTS + 1], tolerance;
+    char name[NAME_LETTERS];
+    void *environment;
+    void (*log)(void); /* of the version's own type */
+} plant;
+
+static const double usual_tolerance = 1e-8;
+
+static const char *started(plant *one)
+{
+    memset(&one->now, 0, sizeof one->now);
+    memcpy(one->now.p, start_given, sizeof start_given);
+    memcpy(one->now.x, start_states, sizeof start_states);
+    memcpy(one->now.u, start_inputs, (INPUTS + RATES) * sizeof(double));
+    one->tolerance = usual_tolerance;
+    constants(one->now.p, one->k);
+    return NULL;
+}
+
+static plant *made(const char *name, const char *given_token, const char *known_token)
+{
+    plant *one = given_token && !strcmp(given_token, known_token) ? malloc(sizeof *one) : NULL;
+    if (one) {
+        memset(one, 0, sizeof *one);
+        strncpy(one->name, name ? name : "", NAME_LETTERS - 1);
+        started(one);
+    }
+    return one;
+}
+
+static int all_finite(const double *values, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (!isfinite(values[i])) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static void rates_now(const plant *one, double *f)
+{
+    motion(one->now.p, one->k, one->now.x, one->now.u, one->now.u + INPUTS, f);
+}
+
+static const char *get(const plant *one, const unsigned *references, size_t count, double *values)
+{
+    double f[STATES], y[OUTPUTS];
+    int moved = 0, written = 0;
+    for (size_t i = 0; i < count; i++) {
+        const unsigned at = references[i];
+        if (at >= AT_END) {
+            return "no variable has this value reference";
+        }
+        if (at >= AT_DERIVATIVES && at < AT_INPUTS && !moved++) {
+            rates_now(one, f);
+        }
+        if (at >= AT_OUTPUTS && at < AT_PARAMETERS && !written++) {
+            outputs(one->now.p, one->k, one->now.x, one->now.u, one->now.u + INPUTS, y);
+        }
+        values[i] = at < AT_STATES        ? one->now.time
+                    : at < AT_DERIVATIVES ? one->now.x[at - AT_STATES]
+                    : at < AT_INPUTS      ? f[at - AT_DERIVATIVES]
+                    : at < AT_OUTPUTS     ? one->now.u[at - AT_INPUTS]
+                    : at < AT_PARAMETERS  ? y[at - AT_OUTPUTS]
+                                          : one->now.p[at - AT_PARAMETERS];
+        moved = moved > 0;
+        written = written > 0;
+    }
+    return all_finite(values, count) ? NULL : "a value is not finite";
+}
+
+/* All values or none. */
+static const char *set(plant *one, const unsigned *references, size_t count, const double *values)
+{
+    int tuned = 0;
+    if (!all_finite(values, count)) {
+        return "a value to set is not finite";
+    }
+    for (size_t i = 0; i < count; i++) {
+        const unsigned at = references[i];
+        const int is_state = at >= AT_STATES && at < AT_DERIVATIVES, is_input = at >= AT_INPUTS && at < AT_OUTPUTS;
+        const int is_parameter = at >= AT_PARAMETERS && at < AT_END;
+        if (!is_state && !is_input && !(is_parameter && settable[at - AT_PARAMETERS])) {
+            return "this variable cannot be set";
+        }
+        tuned |= is_parameter;
+    }
+    for (size_t i = 0; i < count; i++) {
+        const unsigned at = references[i];
+        double *const place = at < AT_DERIVATIVES ? one->now.x + (at - AT_STATES)
+                              : at < AT_OUTPUTS   ? one->now.u + (at - AT_INPUTS)
+                                                  : one->now.p + (at - AT_PARAMETERS);
+        *place = values[i];
+    }
+    if (tuned) {
+        constants(one->now.p, one->k);
+    }
+    return NULL;
+}
+
+static const char *set_states(plant *one, const double *states, size_t count)
+{
+    if (count != STATES || !all_finite(states, count)) {
+        return "states to set are not finite, or not as many as there are";
+    }
+    memcpy(one->now.x, states, sizeof one->now.x);
+    return NULL;
+}
+
+static const char *get_states(const plant *one, double *states, size_t count)
+{
+    if (count != STATES) {
+        return "there are not that many states";
+    }
+    memcpy(states, one->now.x, sizeof one->now.x);
+    return NULL;
+}
+
+static const char *get_nominals(double *nominals, size_t count)
+{
+    if (count != STATES) {
+        return "there are not that many states";
+    }
+    for (size_t i = 0; i < count; i++) {
+        nominals[i] = 1.0;
+    }
+    return NULL;
+}
+
+static const char *get_rates(const plant *one, double *rates, size_t count)
+{
+    if (count != STATES) {
+        return "there are not that many states";
+    }
+    rates_now(one, rates);
+    return all_finite(rates, count) ? NULL : "the derivative of a state is not finite";
+}
+
+/* Change of unknowns by a change of knowns: derivatives and outputs by states, inputs and their rates. */
+static const char *get_direction(const plant *one, const unsigned *unknowns, size_t unknown_count, const unsigned *knowns,
+                                 size_t known_count, const double *seed, double *change)
+{
+    double d[KNOWN] = {0.0}, dy[STATES + OUTPUTS];
+    for (size_t i = 0; i < known_count; i++) {
+        const unsigned at = knowns[i];
+        const int is_state = at >= AT_STATES && at < AT_DERIVATIVES;
+        if (!is_state && !(at >= AT_INPUTS && at < AT_OUTPUTS)) {
+            return "derivatives are known by states and inputs only";
+        }
+        d[is_state ? at - AT_STATES : STATES + (at - AT_INPUTS)] += seed[i];
+    }
+    directions(one->now.p, one->k, one->now.x, one->now.u, one->now.u + INPUTS, d, dy);
+    for (size_t i = 0; i < unknown_count; i++) {
+        const unsigned at = unknowns[i];
+        if (at >= AT_STATES && at < AT_DERIVATIVES) {
+            change[i] = d[at - AT_STATES];
+        } else if (at >= AT_DERIVATIVES && at < AT_INPUTS) {
+            change[i] = dy[at - AT_DERIVATIVES];
+        } else if (at >= AT_OUTPUTS && at < AT_PARAMETERS) {
+            change[i] = dy[STATES + (at - AT_OUTPUTS)];
+        } else {
+            return "derivatives are known of states' derivatives and outputs only";
+        }
+    }
+    return all_finite(change, unknown_count) ? NULL : "a derivative is not finite";
+}
+
+/* A communication step: inputs are held, those with a rate go on with it. Nothing changes where it fails. */
+static const char *moved_on(plant *one, double time, double step)
+{
+    double first[2 * INPUTS + 1] = {0.0}, rates[2 * INPUTS + 1] = {0.0}, rows[STATES], absolute[STATES];
+    const double times[2] = {0.0, step};
+    double width = one->now.width > 0.0 ? one->now.width : 0.1 * step;
+    if (!(isfinite(time) && isfinite(step) && step > 0.0)) {
+        return "a step must be > 0 s";
+    }
+    for (int i = 0; i < INPUTS; i++) {
+        first[i] = first[INPUTS + i] = one->now.u[i];
+    }
+    for (int i = 0; i < RATES; i++) {
+        const double rate = one->now.u[INPUTS + i];
+        first[INPUTS + moving[i]] += rate * step;
+        rates[moving[i]] = rates[INPUTS + moving[i]] = rate;
+    }
+    for (int i = 0; i < STATES; i++) {
+        absolute[i] = one->tolerance;
+    }
+    if (advance(one->now.p, one->k, 1, times, first, rates, one->now.x, one->tolerance, absolute, &width, rows) ||
+        !all_finite(rows, STATES)) {
+        return "no step is short enough";
+    }
+    memcpy(one->now.x, rows, sizeof rows);
+    for (int i = 0; i < INPUTS; i++) {
+        one->now.u[i] = first[INPUTS + i];
+    }
+    one->now.width = width;
+    one->now.time = time + step;
+    return NULL;
+}
+
+static const char *set_time(plant *one, double time)
+{
+    if (!isfinite(time)) {
+        return "time is not finite";
+    }
+    one->now.time = time;
+    return NULL;
+}
+
+static const char *set_up(plant *one, int defined, double tolerance, double time)
+{
+    one->tolerance = defined && tolerance >= 1e-12 && tolerance <= 1e-2 ? tolerance : usual_tolerance;
+    return set_time(one, time);
+}
+
+/* The state of an FMU: a copy of the situation. */
+static const char *keep(const plant *one, void **state)
+{
+    if (!*state) {
+        *state = malloc(sizeof one->now);
+    }
+    if (!*state) {
+        return "no memory";
+    }
+    memcpy(*state, &one->now, sizeof one->now);
+    return NULL;
+}
+
+static const char *take_back(plant *one, const void *state)
+{
+    if (!state) {
+        return "there is no state";
+    }
+    memcpy(&one->now, state, sizeof one->now);
+    constants(one->now.p, one->k);
+    return NULL;
+}
+
+static const char *drop(void **state)
+{
+    free(*state);
+    *state = NULL;
+    return NULL;
+}
+
+static const char *say_size(size_t *size)
+{
+    *size = sizeof(situation);
+    return NULL;
+}
+
+static const char *to_bytes(const void *state, void *bytes, size_t size)
+{
+    if (!state || size < sizeof(situation)) {
+        return "there is no state, or too little room";
+    }
+    memcpy(bytes, state, sizeof(situation));
+    return NULL;
+}
+
+static const char *from_bytes(const void *bytes, size_t size, void **state)
+{
+    const size_t count = sizeof(situation) / sizeof(double);
+    double values[sizeof(situation) / sizeof(double)];
+    if (size != sizeof(situation)) {
+        return "these bytes are no state of this model";
+    }
+    memcpy(values, bytes, size);
+    if (!all_finite(values, count)) {
+        return "a value of the state is not finite";
+    }
+    if (!*state) {
+        *state = malloc(size);
+    }
+    if (!*state) {
+        return "no memory";
+    }
+    memcpy(*state, bytes, size);
+    return NULL;
+}
+
+#if defined FMI2_FUNCTION_PREFIX
+#define PREFIX FMI2_FUNCTION_PREFIX
+#elif defined FMI3_FUNCTION_PREFIX
+#define PREFIX FMI3_FUNCTION_PREFIX
+#else
+#define PREFIX
+#endif
+#define JOINED(one, other) one##other
+#define PREFIXED(one, other) JOINED(one, other)
+#define NAMED(name) PREFIXED(PREFIX, name)
+#if defined _WIN32
+#define API(type) __declspec(dllexport) type
+#elif defined __GNUC__
+#define API(type) __attribute__((visibility("default"))) type
+#else
+#define API(type) type
+#endif
+
+enum { OK = 0, ERROR = 3 };
+
+/* A function of the interface that calls one of this file. */
+#define CALL(name, arguments, call) \
+    API(int) OWN(name) arguments { return said(one, one ? call : NULL); }
+
+/* One that the model has no use for: an error. The last argument uses the others. */
+#define REFUSED(name, arguments, why, used) \
+    API(int) OWN(name) arguments { used return said(one, why); }

@@ -1,0 +1,311 @@
+"""The plant of a drive as other programs see it: variables with units and sources, and C without dependencies."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any, Literal, NamedTuple
+
+from infinivar._core.fields import quantities_of, value_at, with_values
+from infinivar.bondgraph.c_code import Code, c_code
+from infinivar.bondgraph.graph import SOURCES, Bond, BondGraph
+from infinivar.bondgraph.inputs import Input
+from infinivar.bondgraph.model import Model, model
+from infinivar.drivetrain.graphs.closed_loop import closed_loop, scenario_graph
+from infinivar.errors import InputError, printable
+from infinivar.exports.domains import Domain, domains, unit_of_input, unit_of_signal, unit_of_state
+from infinivar.motion.scenario import Scenario
+from infinivar.study.provenance import Provenance
+
+Role = Literal["time", "state", "derivative", "input", "rate", "output", "parameter"]
+
+_CHANGE = 1e-6
+"""Relative change of a field by which the parameters that it decides are found."""
+
+_MOST_LETTERS = 64
+"""In a name: longer ones are cut, as some importers refuse them."""
+
+
+class Variable(NamedTuple):
+    """One number of a plant.
+
+    `start` is None where it is computed. `fixed`: a parameter that decides tables, which are data of the export.
+    """
+
+    name: str
+    role: Role
+    unit: str
+    description: str
+    start: float | None = None
+    fixed: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plant:
+    """Variables in the order of their value references, and C.
+
+    Attributes
+    ----------
+    name, title     Identifier of at most 64 letters, and headline.
+    variables       Time, states, their derivatives, inputs, rates of inputs, outputs, parameters.
+    code            C of the equations; `text` has with it what a run needs.
+    behind          Places of the variables behind each derivative and output, by its place.
+    """
+
+    name: str
+    title: str
+    variables: tuple[Variable, ...]
+    code: Code
+    text: str
+    behind: Mapping[int, tuple[int, ...]]
+
+    def places(self, *roles: Role) -> list[int]:
+        """Places of the variables of these roles."""
+        return [place for place, one in enumerate(self.variables) if one.role in roles]
+
+
+def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterable[Provenance]) -> Plant:
+    """The plant of a drive in a scenario, without its controllers.
+
+    Parameters
+    ----------
+    drive : CoboticDrive or ConventionalDrive
+    scenario : Scenario   States what the amplifier imposes, what the load is, and where the motion starts.
+    name, title : str
+    sources : iterable of Provenance   Of the drive's values.
+
+    Raises
+    ------
+    InputError
+        If a value that motion requires is missing, or a law has no C.
+    """
+    loop = closed_loop(drive, scenario)
+    graph = loop.graph
+    with naming_laws():
+        made = model(graph)
+    symbols = graph.parameters
+    parameters = {symbol: parameter.value for symbol, parameter in symbols.items()}
+    found = domains(graph, rotary=drive.axis.rotary)
+    of = {one.name: one.of or one.name for one in graph.signals}
+
+    def described(name: str, role: Role, unit: str, start: float | None = None) -> Variable:
+        return Variable(name[: _MOST_LETTERS - 8], role, unit, _said(graph, of.get(name, name), unit), start)
+
+    states = [
+        described(name, "state", unit_of_state(graph, name, kind, found), float(loop.initial.get(name, 0.0)))
+        for name, kind in zip(made.states, made.state_kinds, strict=True)
+    ]
+    inputs = [
+        described(name, "input", unit_of_input(graph, name, found), _begun(loop.inputs.get(name, 0.0)))
+        for name in made.inputs
+    ]
+    signals = [
+        (made.signals.index(one.name), described(one.name, "output", unit_of_signal(graph, one, found)))
+        for one in graph.signals
+        if one.name not in {*made.states, *made.inputs}
+    ]
+    ports = list(_ports(graph, made, found))
+    single = [2 * len(made.bonds) + place for place, _ in signals] + [place for place, _ in ports]
+    with naming_laws():
+        code = c_code(made, parameters, functools.partial(_outputs, made, single))
+    tables = {symbol for _, held in code.tape.held for symbol in held}
+    stated = _stated(drive, scenario, graph, sources)
+    rows = [
+        Variable("time", "time", "s", "time"),
+        *states,
+        *(_rate_of(one, f"der({one.name})", "derivative", None) for one in states),
+        *inputs,
+        *(_rate_of(one, f"{one.name}_rate", "rate", 0.0) for one in inputs if one.name in made.rates),
+        *(one for _, one in (*signals, *ports)),
+        *_powers(graph, made),
+        *(
+            Variable(_plain(one), "parameter", symbols[one].unit or "1", stated[one], parameters[one], one in tables)
+            for one in code.tape.parameters
+        ),
+    ]
+    variables = tuple(_distinct(rows))
+    return Plant(
+        name=name,
+        title=printable(title),
+        variables=variables,
+        code=code,
+        text=_text(code, parameters, variables),
+        behind=_behind(code, variables),
+    )
+
+
+@contextlib.contextmanager
+def naming_laws() -> Iterator[None]:
+    """Report a law that decides by values, or calls what no other program has, as an input error."""
+    try:
+        yield
+    except (TypeError, AttributeError) as problem:
+        raise InputError(
+            f"a law of the drive has no C, as it is not written over the array namespace alone: {problem}"
+        ) from problem
+
+
+def _begun(given: float | Input) -> float:
+    """Value of an input at the start."""
+    return float(given) if isinstance(given, (int, float)) else given.value(0.0)
+
+
+def _rate_of(one: Variable, name: str, role: Role, start: float | None) -> Variable:
+    """Time derivative of a variable."""
+    unit = {"m/s": "m/s^2", "rad/s": "rad/s^2"}.get(one.unit, f"{one.unit}/s" if one.unit else "")
+    return Variable(name, role, unit, f"time derivative of {one.name}", start)
+
+
+_WORDS = {
+    "A": "current",
+    "V": "voltage",
+    "N": "force",
+    "N m": "torque",
+    "m": "position",
+    "rad": "angle",
+    "m/s": "speed",
+    "rad/s": "angular speed",
+}
+"""What is measured in a unit."""
+
+
+def _said(graph: BondGraph, of: str, unit: str) -> str:
+    """What a variable is: its quantity and its element."""
+    element = next((one for one in graph.elements if one.name == of), None)
+    return f"{_WORDS.get(unit, 'value')} of {of if element is None else element.title}"
+
+
+def _ports(graph: BondGraph, made: Model, found: Mapping[Bond, Domain]) -> Iterator[tuple[int, Variable]]:
+    """Yield what the sources meet, with its place in the outputs of a model: the voltage of a current, the speed of a force."""
+    for name in made.sources:
+        element, place = graph[name], _bond_of(made, name)
+        for kind, imposed, offset in (("effort", "Se", 0), ("flow", "Sf", len(made.bonds))):
+            if name not in made.inputs or element.kind != imposed:
+                unit = getattr(found[graph.bonds_of(name)[0]], kind)
+                word = _WORDS.get(unit, kind)
+                described = Variable(f"{_letters(word)}.{name}", "output", unit, f"{word} at {element.title}")
+                yield offset + place, described
+
+
+def _bond_of(made: Model, name: str) -> int:
+    """Place of the bond of a one-port."""
+    return next(place for place, bond in enumerate(made.bonds) if name in bond)
+
+
+def _outputs(made: Model, single: Sequence[int], values: Sequence[Any]) -> list[Any]:
+    """What the export computes, from all outputs of a model: single ones, energies, what storages take up, the other powers."""
+    bonds, given = len(made.bonds), list(values)
+    begin = 2 * bonds + len(made.signals)
+    end = begin + len(made.storages)
+    taken = [given[place] * given[bonds + place] for place in (_bond_of(made, name) for name in made.storages)]
+    return [*(given[place] for place in single), *given[begin:end], *taken, *given[end:]]
+
+
+def _powers(graph: BondGraph, made: Model) -> Iterator[Variable]:
+    """Yield energies and powers, in the order of `_outputs`."""
+    for kind, unit, words, names in (
+        ("energy", "J", "energy stored in", made.storages),
+        ("power", "W", "power taken up by", made.storages),
+        ("power", "W", "power supplied to the plant by", made.sources),
+    ):
+        yield from (Variable(f"{kind}.{name}", "output", unit, f"{words} {graph[name].title}") for name in names)
+    several = [element for element, _ in made.losses]
+    for element, loss in made.losses:
+        where = f".{_letters(loss)}" if several.count(element) > 1 else ""
+        before = " before the plant, which the supply adds" if graph[element].kind in SOURCES else ""
+        yield Variable(f"loss.{element}{where}", "output", "W", f"power lost: {loss}{before}")
+
+
+def _stated(drive: Any, scenario: Scenario, graph: BondGraph, sources: Iterable[Provenance]) -> dict[str, str]:
+    """What each parameter belongs to, and the fields of the drive that decide it, with kind and source.
+
+    A field decides the parameters that change with it.
+    """
+    known = {row.field: row for row in sources}
+    usual = graph.parameters
+    fields: dict[str, list[str]] = {symbol: [] for symbol in usual}
+    for path in quantities_of(drive):
+        value = value_at(drive, path)
+        if not isinstance(value, float):
+            continue
+        with contextlib.suppress(InputError):  # values that no drive has
+            changed = with_values(drive, {path: value * (1.0 + _CHANGE) or _CHANGE})
+            for symbol, parameter in scenario_graph(changed, scenario).parameters.items():
+                if symbol in usual and parameter.value != usual[symbol].value:
+                    fields[symbol].append(path)
+    owners: dict[str, dict[str, None]] = {symbol: {} for symbol in usual}
+    for one in graph.elements:
+        for parameter in (*([one.parameter] if one.parameter else []), *one.parameters.values()):
+            owners[parameter.symbol][one.title] = None
+    sourced = {
+        symbol: "; ".join(_source(path, known.get(path)) for path in paths) or "program or scenario"
+        for symbol, paths in fields.items()
+    }
+    return {symbol: f"{symbol} of {', '.join(titles)}; from {sourced[symbol]}" for symbol, titles in owners.items()}
+
+
+def _source(path: str, row: Provenance | None) -> str:
+    if row is None:
+        return path
+    return printable(f"{path} = {row.written} ({', '.join(filter(None, (row.kind, row.where)))})")
+
+
+def _plain(symbol: str) -> str:
+    """Name of a parameter, from its symbol."""
+    return f"parameter.{_letters(symbol.replace(chr(39), '_back').replace('/', '_over_'))}"
+
+
+def _letters(text: str) -> str:
+    """A text in letters, digits and underscores."""
+    return re.sub(r"[\W_]+", "_", text).strip("_")
+
+
+def _distinct(rows: Iterable[Variable]) -> Iterator[Variable]:
+    """Yield variables with names of bounded length; of two of one name the second has a number."""
+    known: set[str] = set()
+    for one in rows:
+        names = (one.name[:_MOST_LETTERS], *(f"{one.name[: _MOST_LETTERS - 4]}_{count}" for count in range(2, 1000)))
+        name = next(name for name in names if name not in known)
+        known.add(name)
+        yield one._replace(name=name)
+
+
+def _behind(code: Code, variables: Sequence[Variable]) -> dict[int, tuple[int, ...]]:
+    begins = {
+        group: next((place for place, one in enumerate(variables) if one.role == role), 0)
+        for group, role in (("states", "state"), ("inputs", "input"), ("rates", "rate"), ("parameters", "parameter"))
+    }
+    computed = [place for place, one in enumerate(variables) if one.role in ("derivative", "output")]
+    return {
+        place: tuple(sorted(begins[group] + number for group, number in groups))
+        for place, groups in zip(computed, code.behind, strict=True)
+    }
+
+
+def _text(code: Code, parameters: Mapping[str, float], variables: Sequence[Variable]) -> str:
+    """C of the equations and of a run, with the numbers that the plant starts from."""
+    given = code.given(parameters).tolist()
+
+    def starts(role: Role) -> list[float]:
+        return [one.start or 0.0 for one in variables if one.role == role]
+
+    return "\n".join(
+        [
+            code.text,
+            (resources.files("infinivar.bondgraph") / "data" / "collocation.c").read_text("utf-8"),
+            f"enum {{ OUTPUTS = {sum(one.role == 'output' for one in variables)}, PARAMETERS = {len(starts('parameter'))}, "
+            f"GIVEN = {len(given)}, CONSTANTS = {code.constants} }};",
+            _array("start_given", given),
+            _array("start_states", starts("state")),
+            _array("start_inputs", [*starts("input"), *starts("rate")]),
+            "",
+        ]
+    )
+
+
+def _array(name: str, values: Iterable[float]) -> str:
+    return f"static const double {name}[] = {{{', '.join(map(repr, values)) or '0'}}};"
