@@ -204,6 +204,11 @@ def geometry(**changes):
     return replace(COBOTIC, transmission=replace(element, geometry=replace(element.geometry, **changes)))
 
 
+def test_what_does_not_go_together_is_named_with_its_file(load, tmp_path):
+    with pytest.raises(iv.InputError, match=r"mine\.toml: drives\.cobotic\.transmission\.geometry\.axle_bearing\.bore"):
+        load('extends = "knee_walking"\n[drives.cobotic.transmission]\nwheel_radius = "5 mm"\n')
+
+
 @pytest.mark.parametrize(
     ("made", "message"),
     [

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,13 +10,15 @@ import pytest
 
 import infinivar as iv
 from infinivar import Limit
-from internals import size_geared
+from infinivar.parts import Belt
+from internals import size_geared, sizing_text
 from made import loaded
 from small_catalogue import SHELF, SLOW
 
 KNEE = loaded("knee_walking")
 WALKING = replace(KNEE.with_drives("geared"), requirement=None)
 RADII = (0.003, 0.05)
+BELT = Belt(pitch=0.003, teeth=16.0)
 PRICES = {"motors": {"a": 70, "b": 95, "c": 60}, "gearheads": {"p5": 40, "p14": 55, "p35": 30, "p60": 20}}
 
 
@@ -87,6 +90,27 @@ def test_least_price_is_that_of_the_parts_and_each_must_state_one(dear, tmp_path
     none = iv.size(WALKING, objective="price", sets="shipped")
     assert not none.feasible
     assert "motor price not stated" in none.verdict
+
+
+def test_of_equal_prices_the_lighter_comes_first_and_what_has_none_is_noted(tmp_path):
+    path = tmp_path / "ties.toml"
+    path.write_text(re.sub(r"price = [0-9]+", "price = 50", priced(SHELF, without={"a"})), "utf-8")
+    found = iv.size(WALKING, objective="price", sets=path, radius=RADII)
+    assert {one.price for one in found.designs} == {100.0}
+    masses = [math.inf if math.isnan(one.mass) else one.mass for one in found.designs]
+    assert masses == sorted(masses)
+    assert len({*masses}) > 2
+    said = "objective = price: 2 candidates like geared were left out, whose price is not stated"
+    assert said in found.cautions
+
+
+def test_values_that_are_tried_are_listed_with_what_is_made_small(dear):
+    study = replace(WALKING, drives={"geared": replace(WALKING.drives["geared"], pulley=None, belt=BELT)})
+    found = iv.size(study, objective="space", sets=dear, tries={"drives.geared.belt.teeth": [16, 24]})
+    head, *rows = [line for line in sizing_text(found) if line.startswith(("Belt teeth", "16", "24"))]
+    assert head.split()[2:5] == ["space", "power", "mass"]
+    assert all(" l " in row for row in rows)
+    assert len(rows) == 2
 
 
 def test_given_stages_are_ordered_by_space_and_price(dear):

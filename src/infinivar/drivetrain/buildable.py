@@ -84,8 +84,11 @@ def _thin_pulley(drive: Any) -> str | None:
     if bore is None or bore <= 2.0 * stage.travel_per_radian:
         return None
     path = "bore" if held.bearing is None else "bearing.bore"
-    most = _mm(2.0 * stage.travel_per_radian)
-    return f"{stage.title}.bearings.{path} must be <= {most}, the diameter of the {stage.title}, got {_mm(bore)}"
+    most, wheel = (
+        _mm(2.0 * stage.travel_per_radian),
+        {"belt": "belt wheel", "rack": "pinion"}.get(stage.title, stage.title),
+    )
+    return f"{stage.title}.bearings.{path} must be <= {most}, the diameter of the {wheel}, got {_mm(bore)}"
 
 
 def _mm(value: float) -> str:

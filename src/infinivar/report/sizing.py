@@ -295,14 +295,18 @@ def tried_of(search: SearchRecord | WheelRecord) -> dict[str, list[TriedValue]]:
     return {path: [one for one in search.tried if one.path == path] for path in paths}
 
 
-def tried_cells(one: TriedValue) -> tuple[str, ...]:
-    """A value that was tried, and of the best design with it power, mass, margin and parts, or what its nearest miss exceeds."""
-    value = shown(one.value, one.unit)
+def tried_cells(one: TriedValue, measure: Measure | None) -> tuple[str, ...]:
+    """A value that was tried, and of the best design with it power, mass, margin and parts, or what its nearest miss exceeds.
+
+    What else the objective asks for comes before the power.
+    """
+    value, none = shown(one.value, one.unit), ("–",) * (3 if measure is None else 4)
     if one.design is None:
-        return value, "–", "–", "–", "no candidate"
+        return value, *none, "no candidate"
     if not one.feasible:
-        return value, "–", "–", "–", f"infeasible: {exceeded_words(one.design)}"
-    return value, *_figures(one.design), one.design.title
+        return value, *none, f"infeasible: {exceeded_words(one.design)}"
+    own = [] if measure is None else [measure.shown(measure.of(one.design))]
+    return value, *own, *_figures(one.design), one.design.title
 
 
 def tried_end(path: str, design: SizedDrive | None) -> str:
@@ -319,9 +323,12 @@ def _tried_lines(sizing: Sizing, name: str) -> Iterator[list[str]]:
     """Yield the lines on the best design of a template with each value of a path that was tried."""
     for path, tried in tried_of(sizing.searches[name]).items():
         like = f" of {name}" if len(sizing.searches) > 1 else ""
-        head = (f"{capitalise(path_words(path))}{like}", "power", "mass", "margin", "parts of the best")
+        measure = sizing.measure
+        aim = [] if measure is None else [sizing.objective[0]]
+        head = (f"{capitalise(path_words(path))}{like}", *aim, "power", "mass", "margin", "parts of the best")
         end = tried_end(path, sizing.best_of.get(name))
-        yield [*aligned([head, *map(tried_cells, tried)], whole=range(4)), *([f"  {end}"] if end else [])]
+        rows = [tried_cells(one, measure) for one in tried]
+        yield [*aligned([head, *rows], whole=range(len(head) - 1)), *([f"  {end}"] if end else [])]
 
 
 def _changes(change: WhatIf) -> Iterator[str]:

@@ -62,6 +62,7 @@ def allowances(design: SizedDrive, limit: Limit, part: str) -> list[Lever]:
         Limit.HARDNESS: ("hardness of wheel and cylinder", _of_materials("hardness")),
         Limit.SUPPORT: ("static rating of the cylinder bearings", (f"{CYLINDER_BEARING}.static_rating",)),
         Limit.JOURNAL: ("bore of the cylinder bearings", (f"{CYLINDER_BEARING}.bore",)),
+        Limit.SHAFT: ("radius of the pulley", ("pulley.radius",)),
         Limit.WALL: ("wall of the cylinder", ("transmission.cylinder_wall",)),
         Limit.TEMPERATURE: (
             "thermal conductances of the motor",

@@ -115,7 +115,7 @@ def _method(generations: int) -> Literal["numpy", "jax"]:
 
 def _merged(found: CoboticSizing, request: StudyRequest) -> list[CoboticDesign]:
     """The best by the first objective, each combination of parts once."""
-    ordered = sorted(found.designs, key=request.value)
+    ordered = sorted(found.designs, key=request.order)
     kept: dict[tuple[int, int, int, int, float], CoboticDesign] = {}
     for one in ordered:
         kept.setdefault((one.pair, one.bearing, one.wheels, one.steering, one.ratio), one)

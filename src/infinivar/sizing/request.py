@@ -86,6 +86,11 @@ class StudyRequest:
         """Objectives of the searches over geared drives: the first, and the front of two."""
         return [self.aims[0], *(["front"] if len(self.aims) > 1 else [])]
 
+    def order(self, design: SizedDrive | FoundDesign) -> tuple[float, float, float]:
+        """By which designs are ordered: the first objective, of equals the mass, then the power; what is not known comes last."""
+        mass, power = (math.inf if math.isnan(one) else one for one in (design.mass, design.power))
+        return self.value(design), mass, power
+
     def value(self, design: SizedDrive | FoundDesign) -> float:
         """What the first objective makes small."""
         return MEASURES[self.aims[0]].of(design)

@@ -172,7 +172,7 @@ def sizing_of(request: StudyRequest, found: Mapping[str, Found]) -> Sizing:
         what_if=what_if(study, aims[0], best_of, missed, request.slip_margin),
         notes=(
             *request.notes,
-            *_without_mass(study, found),
+            *_left_out(request, found),
             *_coupled(best_of),
             *not_taken_over(study, best_of),
             *_not_simulated(study, best_of),
@@ -182,12 +182,16 @@ def sizing_of(request: StudyRequest, found: Mapping[str, Found]) -> Sizing:
     )
 
 
-def _without_mass(study: Study, found: Mapping[str, Found]) -> Iterator[str]:
-    """How many parts an envelope leaves out of each search, as nothing is known of their size and mass."""
-    for template, each in found.items():
-        number = sum(count for reason, count in each.record.excluded.items() if reason.endswith("mass not stated"))
-        if study.envelope is not None and number:
-            yield f"envelope: {number} candidates like {template} were left out, whose mass is not stated"
+def _left_out(request: StudyRequest, found: Mapping[str, Found]) -> Iterator[str]:
+    """How many candidates each search leaves out, as they do not state what an envelope or the price needs."""
+    reasons = {"envelope": "mass"} if request.study.envelope is not None else {}
+    for what, name in {**reasons, **({"objective = price": "price"} if "price" in request.aims else {})}.items():
+        for template, each in found.items():
+            number = sum(
+                count for reason, count in each.record.excluded.items() if reason.endswith(f"{name} not stated")
+            )
+            if number:
+                yield f"{what}: {number} candidates like {template} were left out, whose {name} is not stated"
 
 
 def _coupled(best_of: Mapping[str, SizedDrive]) -> Iterator[str]:
@@ -225,7 +229,7 @@ def _searched(request: StudyRequest, progress: Progress | None) -> dict[str, Fou
 
 def _ordered(designs: list[SizedDrive], request: StudyRequest) -> list[SizedDrive]:
     """The first designs by the first objective; those of one template keep their order."""
-    return sorted(designs, key=request.value)[: request.top]
+    return sorted(designs, key=request.order)[: request.top]
 
 
 def _front(designs: list[SizedDrive]) -> list[SizedDrive]:

@@ -12,7 +12,7 @@ from typing import Any
 from infinivar._core import files, plugins, toml
 from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.envelope import Envelope
-from infinivar.errors import InputError, nearest, path_of, printable
+from infinivar.errors import InputError, ParameterError, nearest, path_of, printable
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.motion.files.fields import FILE_KEYS
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
@@ -89,6 +89,8 @@ def _reporting(source: str) -> Iterator[None]:
         lines = [f"{source}: {line}" for line in problems.lines[:_MOST]]
         more = len(problems.lines) - len(lines)
         raise InputError("\n".join([*lines, f"... and {more} more faults"] if more else lines)) from None
+    except ParameterError as problem:  # of parts that do not go together
+        raise InputError(f"{source}: {problem}") from problem
 
 
 def _name_in(raw: Raw, otherwise: str) -> str:

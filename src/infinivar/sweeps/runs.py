@@ -46,7 +46,7 @@ class RunBuilds(Result):
     spreads: tuple[Spread, ...] = reported(key="varied")
     values: np.ndarray
     energy: np.ndarray = reported("J", convert=band)
-    error: np.ndarray = reported("m or rad", key="+", convert=band)
+    error: np.ndarray = reported(key="position_error_SI", convert=band)
     able: np.ndarray
     exceeded: Mapping[str, int] = reported()
     axis: Axis = LINEAR

@@ -323,7 +323,7 @@ def _best_first(
         value[some] = np.where(able, needed, np.inf)
     able = np.isfinite(value)
     best = np.flatnonzero(able)
-    best = best[np.lexsort((rows[best], worst[best], value[best]))]
+    best = best[np.lexsort((rows[best], worst[best], np.nan_to_num(mass[best], nan=np.inf), value[best]))]
     best = best[np.sort(np.unique(rows[best], return_index=True)[1])]  # of a pair with several ranges the best
     if search.objective == "front":
         best, tried = _front(search, rows, radius, bounds, best)

@@ -119,14 +119,20 @@ def ranked(
     if request.objective == "front":
         order = able[front(whole[able], drawn[able])]
     else:
-        order = able[np.lexsort((rows[able], done.worst[able], first[able]))][: request.top]
+        mass = np.nan_to_num(whole[able], nan=np.inf)
+        order = able[np.lexsort((rows[able], done.worst[able], mass, first[able]))][: request.top]
     return [
         (
-            (float(first[place]), float(done.worst[place]), int(rows[place])),
+            (float(first[place]), _last(float(whole[place])), float(done.worst[place]), int(rows[place])),
             design(found, int(rows[place]), stage, done, int(place), float(drawn[place])),
         )
         for place in order
     ]
+
+
+def _last(mass: float) -> float:
+    """A mass, or infinity where it is not known, so that it comes last."""
+    return np.inf if np.isnan(mass) else mass
 
 
 def design(
