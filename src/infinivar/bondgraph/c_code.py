@@ -56,7 +56,7 @@ def _flat(data: Any) -> np.ndarray:
 
 
 def c_code(made: Model, parameters: Mapping[str, float]) -> Code:
-    """C of the motion of a model: ``constants``, ``motion`` and ``slopes``.
+    """C of the motion of a model: ``constants``, ``motion``, ``slopes``, and the ``powers`` of its sources and losses.
 
     Parameters
     ----------
@@ -80,15 +80,17 @@ def c_code(made: Model, parameters: Mapping[str, float]) -> Code:
     symbols: Any = dict(zip(tape.parameters, values, strict=True))
     results = made.function("motion", TapeNamespace(tape), symbols)(states, inputs, rates)
     slopes = [tape.slope(one, by) for one in results for by in states]
+    powers = made.function("dynamics", TapeNamespace(tape), symbols)(states, inputs, rates)[len(states) :]
     sizes = [len(_flat(one)) for one in tape.data(tape.parameters)]
     begins = {f"held{place}": len(tape.parameters) + sum(sizes[:place]) for place in range(len(sizes))}
     writer = _Writer(tape, begins)
-    once = writer.once([*results, *slopes])
+    once = writer.once([*results, *slopes, *powers])
     text = "\n".join(
         [
             "#include <math.h>",
             "",
-            f"enum {{ STATES = {len(made.states)}, INPUTS = {len(made.inputs)}, RATES = {len(made.rates)} }};",
+            f"enum {{ STATES = {len(made.states)}, POWERS = {len(powers)} }};",
+            f"enum {{ INPUTS = {len(made.inputs)}, RATES = {len(made.rates)} }};",
             f"static const int moving[] = {{{', '.join(str(made.inputs.index(name)) for name in made.rates) or '0'}}};",
             "",
             *(f"/* x[{place}]: {_plain(name)} */" for place, name in enumerate(made.states)),
@@ -102,6 +104,7 @@ def c_code(made: Model, parameters: Mapping[str, float]) -> Code:
             "",
             *_function("motion", "f", writer.body(once, [(f"f[{place}]", one) for place, one in enumerate(results)])),
             *_function("slopes", "j", writer.body(once, [(f"j[{place}]", one) for place, one in enumerate(slopes)])),
+            *_function("powers", "f", writer.body(once, [(f"f[{place}]", one) for place, one in enumerate(powers)])),
         ]
     )
     return Code(text, tape, len(once))
@@ -113,7 +116,7 @@ def _function(name: str, out: str, body: Iterable[str]) -> list[str]:
     return [
         f"static void {name}({arguments})",
         "{",
-        "    (void)p; (void)k; (void)x; (void)u; (void)du;",
+        f"    (void)p; (void)k; (void)x; (void)u; (void)du; (void){out};",
         *body,
         "}",
         "",
