@@ -62,7 +62,9 @@ def c_code(
     parameters: Mapping[str, float],
     outputs: Callable[[Sequence[Number]], Sequence[Number]] | None = None,
 ) -> Code:
-    """C of the motion of a model: ``constants``, ``motion`` and ``slopes``; with outputs also ``outputs`` and ``directions``.
+    """C of the motion of a model: ``constants``, ``motion``, ``slopes``, and the ``powers`` of its sources and losses.
+
+    With outputs also ``outputs`` and ``directions``.
 
     Parameters
     ----------
@@ -91,11 +93,12 @@ def c_code(
     if outputs is not None:
         written = outputs(made.function("outputs", TapeNamespace(tape), symbols)(states, inputs, rates))
     slopes = [tape.slope(one, by) for one in results for by in states]
+    powers = made.function("dynamics", TapeNamespace(tape), symbols)(states, inputs, rates)[len(states) :]
     known = [*states, *inputs, *rates] if written else []
     seeds = [(tape.input("seeds", place), by) for place, by in enumerate(known)]
     changes = [sum(seed * tape.slope(one, by) for seed, by in seeds) for one in (*results, *written) if known]
     writer = _Writer(tape, _begins(tape))
-    once = writer.once([*results, *slopes, *written, *changes])
+    once = writer.once([*results, *slopes, *powers, *written, *changes])
 
     def body(array: str, values: Sequence[Number]) -> Iterator[str]:
         return writer.body(once, [(f"{array}[{place}]", one) for place, one in enumerate(values)])
@@ -104,7 +107,8 @@ def c_code(
         [
             "#include <math.h>",
             "",
-            f"enum {{ STATES = {len(made.states)}, INPUTS = {len(made.inputs)}, RATES = {len(made.rates)} }};",
+            f"enum {{ STATES = {len(made.states)}, POWERS = {len(powers)} }};",
+            f"enum {{ INPUTS = {len(made.inputs)}, RATES = {len(made.rates)} }};",
             f"static const int moving[] = {{{', '.join(str(made.inputs.index(name)) for name in made.rates) or '0'}}};",
             "",
             *(f"/* x[{place}]: {_plain(name)} */" for place, name in enumerate(made.states)),
@@ -118,6 +122,7 @@ def c_code(
             "",
             *_function("motion", "f", body("f", results)),
             *_function("slopes", "j", body("j", slopes)),
+            *_function("powers", "f", body("f", powers)),
             *(_function("outputs", "y", body("y", written)) if written else []),
             *(_function("directions", "dy", body("dy", changes), "d") if written else []),
         ]
@@ -154,7 +159,7 @@ def _function(name: str, out: str, body: Iterable[str], *more: str) -> list[str]
     return [
         f"static void {name}({', '.join([*(f'const double *{one}' for one in given), f'double *{out}'])})",
         "{",
-        f"    {' '.join(f'(void){one};' for one in given)}",
+        f"    {' '.join(f'(void){one};' for one in (*given, out))}",
         *body,
         "}",
         "",

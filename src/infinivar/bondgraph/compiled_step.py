@@ -25,15 +25,23 @@ _FIRST = 0.1
 """First step tried, over the width of the first segment."""
 
 
+def compilable(made: Model, parameters: Mapping[str, float]) -> bool:
+    """Whether the system has a compiler, and every law of the model C."""
+    return _compiled(made, parameters) is not None
+
+
 def compiled_stepper(
     made: Model, parameters: Mapping[str, float], rtol: float, absolute: np.ndarray
 ) -> Callable[..., tuple[np.ndarray, str]] | None:
-    """What integrates one segment as `solver.stepper` has it; None where the model cannot be compiled here."""
+    """What integrates states and energies over one segment as `solver.stepper` has it; None where nothing can be compiled."""
+    compiled = _compiled(made, parameters)
+    return None if compiled is None else _Steps(*compiled, parameters, rtol, absolute)
+
+
+def _compiled(made: Model, parameters: Mapping[str, float]) -> tuple[ctypes.CDLL, Code] | None:
     code = _code(made, parameters) if compiler() is not None else None
     compiled = None if code is None else library(code.text + _collocation())
-    if code is None or compiled is None:
-        return None
-    return _Steps(compiled, code, parameters, rtol, absolute)
+    return None if code is None or compiled is None else (compiled, code)
 
 
 class _Steps:

@@ -98,22 +98,25 @@ class March:
         self.made, self.parameters = made, parameters
         self.times, self.outside, self.controller = times, outside, controller
         self.count, self.energies_too = len(start), energies_too
-        self.extra = len(made.sources) + len(made.losses)
-        self.now = [*start, *([0.0] * self.extra if energies_too else [])]
+        own = len(made.sources) + len(made.losses)
+        self.now = [*start, *([0.0] * own if energies_too else [])]
+        self.extra = 0 if energies_too else own
+        """Number of energies of sources and losses that are sums."""
         self.rows = np.full((len(times), len(self.now)), np.nan)
         self.held = np.full((len(times), len(made.inputs)), np.nan)
         self.reached = 0
         self.measured = made.function("measured", FloatNamespace, parameters)
+        self.moving = [made.inputs.index(name) for name in made.rates]
         self.memory: Any = None
         self.nodes: list[tuple[Any, Any, Any, Any]] = []
-        """States, inputs, rates of inputs, and times."""
+        """States, inputs, rates of inputs, and times, at the nodes and ends of intervals."""
         self.widths: list[Any] = []
         self.passed = 0
         """Number of intervals completed."""
         self.passed_at = np.zeros(len(times), dtype=int)
         bonds = len(made.bonds)
         self.total = np.zeros(bonds + self.extra)
-        """Energy through bonds, then of sources and losses, over the intervals summed. [J]"""
+        """Energy through bonds, then of sources and losses unless they are states, over the intervals summed. [J]"""
         self.summed = 0
         """Number of intervals summed."""
         self.passed_energy = np.zeros((len(times), bonds + self.extra))
@@ -160,17 +163,13 @@ class March:
         if problem:
             return problem
         ends = rows[stride - 1 :: stride]
-        first = self.reached
+        first, values = self.reached, over(functions, grid)
         self.rows[first:last] = ends[: len(inside)]
-        self.held[first:last] = over(functions, inside)
+        self.held[first:last] = values[stride - 1 :: stride][: len(inside)]
         self.passed_at[first:last] = range(self.passed + 1, self.passed + 1 + len(inside))
         self.passed += len(requested)
         self.reached = last
-        between = grid.reshape(-1, stride)[:, :-1].ravel()
-        moving = [functions[self.made.inputs.index(name)] for name in self.made.rates]
-        states = rows.reshape(len(requested), stride, rows.shape[1])[:, :-1, : self.count]
-        states = states.reshape(len(between), self.count)
-        self.nodes.append((states, over(functions, between), over(moving, between, rate=True), between))
+        self.nodes.append((rows, values, over([functions[place] for place in self.moving], grid, rate=True), grid))
         self.widths.append(widths)
         if (self.passed - self.summed) * len(_NODES) >= _MOST_NODES:
             self._sum()
@@ -239,7 +238,9 @@ class March:
         if not self.nodes or not len(self.total):
             self.nodes, self.widths, self.summed = [], [], self.passed
             return
-        states, inputs, rates, times = (np.concatenate(parts) for parts in zip(*self.nodes, strict=True))
+        whole = [np.concatenate(parts) for parts in zip(*self.nodes, strict=True)]
+        states, inputs, rates, times = (part[np.arange(len(part)) % len(_STEPS) < len(_NODES)] for part in whole)
+        states = states[:, : self.count]
         values = self.made.function("outputs", np, self.parameters)(tuple(states.T), tuple(inputs.T), tuple(rates.T))
         bonds = len(self.made.bonds)
         passed = [effort * flow for effort, flow in zip(values[:bonds], values[bonds : 2 * bonds], strict=True)]

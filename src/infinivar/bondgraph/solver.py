@@ -1,7 +1,8 @@
 """Integration of a graph's equations in time, and of the energy of every source and loss.
 
-Energies are computed after the motion by quadrature between the output times. If the balance does not close, because of fast
-changes between the nodes, the motion is computed again with the energies as additional states.
+Compiled steps integrate the energies together with the motion. Other methods compute them after the motion by quadrature
+between the output times. If the balance does not close, because of fast changes between the nodes, the motion is computed again
+with the energies as additional states.
 
 LSODA (default), Radau and BDF come from SciPy; CVODES comes with CasADi, if installed. All methods integrate in segments
 between the instants at which an input may jump: controller samples and steps of external inputs.
@@ -18,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory, audited
-from infinivar.bondgraph.compiled_step import compiled_stepper
+from infinivar.bondgraph.compiled_step import compilable, compiled_stepper
 from infinivar.bondgraph.graph import BondGraph, BondGraphError
 from infinivar.bondgraph.inputs import Constant, Controller, Input
 from infinivar.bondgraph.march import March, Watch
@@ -60,23 +61,24 @@ def stepper(
         return _cvodes(made, parameters, rtol, absolute, energies_too)
     if method not in ("auto", "LSODA", "Radau", "BDF"):
         raise BondGraphError(f"method must be one of auto, LSODA, Radau, BDF, CVODES, got {method!r}")
+    extra = len(made.sources) + len(made.losses) if energies_too else 0
+    tolerances = np.concatenate([absolute, np.full(extra, _ENERGY_SCALE * rtol)])
     plain = functools.partial(
-        _scipy, "LSODA" if method == "auto" else method, made, parameters, rtol, absolute, energies_too
+        _scipy, "LSODA" if method == "auto" else method, made, parameters, rtol, tolerances, energies_too
     )
-    quick = compiled_stepper(made, parameters, rtol, absolute) if method == "auto" and not energies_too else None
+    quick = compiled_stepper(made, parameters, rtol, tolerances) if method == "auto" and energies_too else None
     return plain() if quick is None else _either(quick, plain)
 
 
 def _scipy(
-    method: str, made: Model, parameters: Mapping[str, float], rtol: float, absolute: Any, energies_too: bool
+    method: str, made: Model, parameters: Mapping[str, float], rtol: float, tolerances: Any, energies_too: bool
 ) -> Callable[..., tuple[Any, str]]:
     """Function that integrates one segment by a method of SciPy, as `stepper` has it."""
     from scipy import integrate
 
     dynamics = made.function("dynamics" if energies_too else "motion", FloatNamespace, parameters)
     count = len(made.states)
-    extra = len(made.sources) + len(made.losses) if energies_too else 0
-    tolerances = np.concatenate([absolute, np.full(extra, _ENERGY_SCALE * rtol)])
+    extra = len(tolerances) - count
     moving = [made.inputs.index(name) for name in made.rates]
 
     def piece(now: list[float], begin: float, required: Any, functions: Sequence[Input]) -> tuple[Any, str]:
@@ -300,7 +302,7 @@ def solve(
 
     if not made.states:
         return attempt(energies_too=False)
-    if not energies_as_states:
+    if not energies_as_states and not (method == "auto" and compilable(made, parameters)):
         with contextlib.suppress(ClosureError):
             return attempt(energies_too=False)
     return attempt(energies_too=True)

@@ -1,8 +1,9 @@
 
 /* Radau IIA collocation of three points, order 5: the stages of a step by Newton's method with the exact derivatives of the
-   rates; the difference of one step and two halves is the error. Source: hairer1996, section IV.8. */
+   rates; the difference of one step and two halves is the error. Energies are states on which no rate depends: once the stages
+   are known, they need no iteration. Source: hairer1996, section IV.8. */
 
-enum { STAGES = 3, SIZE = STAGES * STATES, MOST_ITERATIONS = 8, MOST_STEPS = 100000 };
+enum { STAGES = 3, SIZE = STAGES * STATES, ALL = STATES + POWERS, MOST_ITERATIONS = 8, MOST_STEPS = 100000 };
 
 static const double nodes[STAGES] = {0.15505102572168219018, 0.64494897427831780982, 1.0};
 static const double weights[STAGES][STAGES] = {
@@ -38,6 +39,12 @@ static void inputs_at(const piece *one, double time, double *u, double *du)
     for (int i = 0; i < RATES; i++) {
         du[i] = speed[moving[i]];
     }
+}
+
+/* Not a number if one is none. */
+static double larger(double one, double other)
+{
+    return one > other || one != one ? one : other;
 }
 
 /* Gauss elimination with pivots; 0 if the matrix is singular. */
@@ -92,19 +99,24 @@ static void solved(const double *a, const int *pivots, double *b)
     }
 }
 
-/* One step from x; 0 if the iteration does not converge. Changes are measured in units of the tolerances.
+/* One step from x, which are states and energies; 0 if the iteration does not converge. Changes are measured in units of the
+   tolerances.
 
-   missed: by how much the polynomial misses the rates at the begin, where it has no point: it would step over a friction that
-   changes within a few microseconds, and so would its halves. */
+   missed, if not null: by how much the polynomial misses the rates and powers at the begin, where it has no point: it would step
+   over a friction that changes within a few microseconds, and so would its halves. */
 static int stepped(const piece *one, double time, double width, const double *x, const double *unit, double *next,
                    double *missed)
 {
-    double start[STATES];
-    double z[SIZE], change[SIZE], f[SIZE], matrix[SIZE * SIZE], j[STATES * STATES], at[STATES], u[INPUTS + 1], du[RATES + 1];
+    double start[ALL], f[STAGES * ALL], u[STAGES][INPUTS + 1], du[STAGES][RATES + 1];
+    double z[SIZE], change[SIZE], matrix[SIZE * SIZE], j[STATES * STATES], at[STATES];
     int pivots[SIZE];
-    inputs_at(one, time, u, du);
-    motion(one->p, one->k, x, u, du, start);
+    inputs_at(one, time, *u, *du);
+    motion(one->p, one->k, x, *u, *du, start);
+    if (missed) {
+        powers(one->p, one->k, x, *u, *du, start + STATES);
+    }
     for (int stage = 0; stage < STAGES; stage++) {
+        inputs_at(one, time + nodes[stage] * width, u[stage], du[stage]);
         for (int i = 0; i < STATES; i++) {
             z[stage * STATES + i] = width * nodes[stage] * start[i];
         }
@@ -115,10 +127,9 @@ static int stepped(const piece *one, double time, double width, const double *x,
             for (int i = 0; i < STATES; i++) {
                 at[i] = x[i] + z[stage * STATES + i];
             }
-            inputs_at(one, time + nodes[stage] * width, u, du);
-            motion(one->p, one->k, at, u, du, f + stage * STATES);
+            motion(one->p, one->k, at, u[stage], du[stage], f + stage * ALL);
             if (iteration < 1) { /* exact where the iteration begins, and close enough from then on */
-                slopes(one->p, one->k, at, u, du, j);
+                slopes(one->p, one->k, at, u[stage], du[stage], j);
                 for (int row = 0; row < STAGES; row++) {
                     for (int i = 0; i < STATES; i++) {
                         for (int m = 0; m < STATES; m++) {
@@ -133,7 +144,7 @@ static int stepped(const piece *one, double time, double width, const double *x,
             for (int i = 0; i < STATES; i++) {
                 double sum = -z[row * STATES + i];
                 for (int stage = 0; stage < STAGES; stage++) {
-                    sum += width * weights[row][stage] * f[stage * STATES + i];
+                    sum += width * weights[row][stage] * f[stage * ALL + i];
                 }
                 change[row * STATES + i] = sum;
             }
@@ -145,23 +156,31 @@ static int stepped(const piece *one, double time, double width, const double *x,
         double largest = 0.0;
         for (int i = 0; i < SIZE; i++) {
             z[i] += change[i];
-            const double size = fabs(change[i]) / unit[i % STATES];
-            if (!(size <= largest)) { /* also nan */
-                largest = size;
-            }
+            largest = larger(fabs(change[i]) / unit[i % STATES], largest);
         }
         if (!(largest < 1e300)) {
             return 0;
         }
         if (largest < 1e-2 || (iteration > 1 && largest < 1.0 && largest >= before)) {
-            for (int i = 0; i < STATES; i++) {
-                next[i] = x[i] + z[2 * STATES + i];
+            for (int stage = 0; stage < STAGES; stage++) {
+                for (int i = 0; i < STATES; i++) {
+                    at[i] = x[i] + z[stage * STATES + i];
+                }
+                powers(one->p, one->k, at, u[stage], du[stage], f + stage * ALL + STATES);
+            }
+            for (int i = 0; i < ALL; i++) {
+                double sum = 0.0;
+                for (int stage = 0; stage < STAGES; stage++) {
+                    sum += width * weights[STAGES - 1][stage] * f[stage * ALL + i];
+                }
+                next[i] = x[i] + (i < STATES ? z[(STAGES - 1) * STATES + i] : sum);
+            }
+            for (int i = 0; missed && i < ALL; i++) {
                 double miss = start[i];
                 for (int stage = 0; stage < STAGES; stage++) {
-                    miss -= before_first[stage] * f[stage * STATES + i];
+                    miss -= before_first[stage] * f[stage * ALL + i];
                 }
-                miss = width * fabs(miss) / unit[i];
-                *missed = miss > *missed ? miss : *missed;
+                *missed = larger(width * fabs(miss) / unit[i], *missed);
             }
             return 1;
         }
@@ -173,16 +192,17 @@ static int stepped(const piece *one, double time, double width, const double *x,
     return 0;
 }
 
-/* States at the ends of pieces: 0, or 1 where no step is short enough, 2 where too many are needed.
+/* States and energies at the ends of pieces: 0, or 1 where no step is short enough, 2 where too many are needed.
 
-   count: pieces; times: count + 1; inputs and their rates: (count + 1) x INPUTS; x: the states at the first time;
-   rows: count x STATES, filled; width: the step to try first, and the one to go on with. */
+   count: pieces; times: count + 1; inputs and their rates: (count + 1) x INPUTS; x: the states and the energies of sources and
+   losses at the first time; absolute: their tolerances; rows: count x ALL, filled; width: the step to try first, and the one to
+   go on with. */
 int advance(const double *p, const double *k, int count, const double *times, const double *inputs, const double *input_rates,
             const double *x, double relative, const double *absolute, double *width, double *rows)
 {
-    double now[STATES], whole[STATES], half[STATES], two[STATES], unit[STATES];
+    double now[ALL], whole[ALL], half[ALL], two[ALL], unit[ALL];
     int steps = 0;
-    for (int i = 0; i < STATES; i++) {
+    for (int i = 0; i < ALL; i++) {
         now[i] = x[i];
     }
     for (int place = 0; place < count; place++) {
@@ -196,24 +216,21 @@ int advance(const double *p, const double *k, int count, const double *times, co
             if (++steps > MOST_STEPS) {
                 return 2;
             }
-            for (int i = 0; i < STATES; i++) {
+            for (int i = 0; i < ALL; i++) {
                 unit[i] = absolute[i] + relative * fabs(now[i]);
             }
-            double error = INFINITY, missed = 0.0, ignored = 0.0;
+            double error = INFINITY, missed = 0.0;
             const double *found = two;
             const int done = stepped(&one, time, taken, now, unit, whole, &missed);
             if (done && 2.0 * taken < *width && layer * missed < calm) { /* half as long as the last error allows */
                 error = 0.0;
                 found = whole;
             } else if (done &&
-                stepped(&one, time, 0.5 * taken, now, unit, half, &ignored) &&
-                stepped(&one, time + 0.5 * taken, 0.5 * taken, half, unit, two, &ignored)) {
+                stepped(&one, time, 0.5 * taken, now, unit, half, 0) &&
+                stepped(&one, time + 0.5 * taken, 0.5 * taken, half, unit, two, 0)) {
                 error = pow(layer * missed, 1.5);
-                for (int i = 0; i < STATES; i++) {
-                    const double size = fabs(two[i] - whole[i]) / (31.0 * unit[i]);
-                    if (!(size <= error)) {
-                        error = size;
-                    }
+                for (int i = 0; i < ALL; i++) {
+                    error = larger(fabs(two[i] - whole[i]) / (31.0 * unit[i]), error);
                 }
             }
             if (!(error <= 1.0)) {
@@ -230,12 +247,12 @@ int advance(const double *p, const double *k, int count, const double *times, co
                 *width = last && next < *width ? *width : next; /* a step cut short by the end says nothing of longer ones */
             }
             time = last ? one.end : time + taken;
-            for (int i = 0; i < STATES; i++) {
+            for (int i = 0; i < ALL; i++) {
                 now[i] = found[i];
             }
         }
-        for (int i = 0; i < STATES; i++) {
-            rows[place * STATES + i] = now[i];
+        for (int i = 0; i < ALL; i++) {
+            rows[place * ALL + i] = now[i];
         }
     }
     return 0;
@@ -244,6 +261,11 @@ int advance(const double *p, const double *k, int count, const double *times, co
 void rates_at(const double *p, const double *k, const double *x, const double *u, const double *du, double *f)
 {
     motion(p, k, x, u, du, f);
+}
+
+void powers_at(const double *p, const double *k, const double *x, const double *u, const double *du, double *f)
+{
+    powers(p, k, x, u, du, f);
 }
 
 void slopes_at(const double *p, const double *k, const double *x, const double *u, const double *du, double *j)

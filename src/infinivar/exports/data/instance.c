@@ -193,7 +193,7 @@ static const char *get_direction(const plant *one, const unsigned *unknowns, siz
 /* A communication step: inputs are held, those with a rate go on with it. Nothing changes where it fails. */
 static const char *moved_on(plant *one, double time, double step)
 {
-    double first[2 * INPUTS + 1] = {0.0}, rates[2 * INPUTS + 1] = {0.0}, rows[STATES], absolute[STATES];
+    double first[2 * INPUTS + 1] = {0.0}, rates[2 * INPUTS + 1] = {0.0}, begin[ALL] = {0.0}, rows[ALL], absolute[ALL];
     const double times[2] = {0.0, step};
     double width = one->now.width > 0.0 ? one->now.width : 0.1 * step;
     if (!(isfinite(time) && isfinite(step) && step > 0.0)) {
@@ -207,14 +207,15 @@ static const char *moved_on(plant *one, double time, double step)
         first[INPUTS + moving[i]] += rate * step;
         rates[moving[i]] = rates[INPUTS + moving[i]] = rate;
     }
-    for (int i = 0; i < STATES; i++) {
-        absolute[i] = one->tolerance;
+    for (int i = 0; i < ALL; i++) { /* energies are not kept, and shorten no step */
+        absolute[i] = i < STATES ? one->tolerance : 1e300;
     }
-    if (advance(one->now.p, one->k, 1, times, first, rates, one->now.x, one->tolerance, absolute, &width, rows) ||
+    memcpy(begin, one->now.x, STATES * sizeof *begin);
+    if (advance(one->now.p, one->k, 1, times, first, rates, begin, one->tolerance, absolute, &width, rows) ||
         !all_finite(rows, STATES)) {
         return "no step is short enough";
     }
-    memcpy(one->now.x, rows, sizeof rows);
+    memcpy(one->now.x, rows, STATES * sizeof *rows);
     for (int i = 0; i < INPUTS; i++) {
         one->now.u[i] = first[INPUTS + i];
     }

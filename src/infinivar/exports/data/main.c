@@ -6,12 +6,12 @@
 
 int main(void)
 {
-    double p[GIVEN], k[CONSTANTS + 1], x[STATES], u[2 * (INPUTS + RATES) + 1], du[2 * INPUTS + 1] = {0.0};
-    double absolute[STATES], width = 1e-4;
+    double p[GIVEN], k[CONSTANTS + 1], x[ALL] = {0.0}, u[2 * (INPUTS + RATES) + 1], du[2 * INPUTS + 1] = {0.0};
+    double absolute[ALL], width = 1e-4;
     start(x, u, p);
     constants(p, k);
     memcpy(u + INPUTS, u, INPUTS * sizeof *u); /* inputs at the end of a step: held */
-    for (int i = 0; i < STATES; i++) {
+    for (int i = 0; i < ALL; i++) {
         absolute[i] = 1e-8;
     }
     for (int step = 0; step <= 100; step++) {
