@@ -217,7 +217,7 @@ def test_energies_are_those_of_a_motion_that_integrates_them(name, monkeypatch):
 
 
 def test_an_imposed_motion_has_the_energies_of_a_third_solver():
-    """That the plain sums of LSODA, which close its balance, miss."""
+    """LSODA misses them where they are sums, although its balance closes."""
     name = "geared, imposed"
     expected, moved, _ = energies(name, method="Radau", rtol=1e-12, **AS_STATES)
     assert np.max(np.abs(energies(name)[0] - expected)) <= 1e-7 * moved

@@ -254,7 +254,7 @@ def solve(
     scales : mapping of name to float     Scales of the states; the absolute tolerance is `rtol` times the scale. Default: 1.
     closure : float                       Largest residual of the energy balance, relative to the energy moved.
     energies_as_states : bool             Integrate energies together with the motion, for fast changes between output
-        times and samples; about twice as slow.
+        times and samples; about twice as slow. Compiled steps always do.
     progress : callable                   Called with the completed fraction.
     watch : callable                      Demands by key, from `Instants`: evaluated at the nodes between output times, for
         the peaks, squares and cubes of the `Trajectory`.

@@ -71,7 +71,7 @@ static int factored(double *a, int *pivots)
         for (int row = column + 1; row < SIZE; row++) {
             const double factor = a[row * SIZE + column] / a[column * SIZE + column];
             a[row * SIZE + column] = factor;
-            for (int i = column + 1; i < SIZE; i++) {
+            for (int i = column + 1; factor != 0.0 && i < SIZE; i++) { /* most rates depend on few states */
                 a[row * SIZE + i] -= factor * a[column * SIZE + i];
             }
         }
@@ -86,8 +86,8 @@ static void solved(const double *a, const int *pivots, double *b)
         b[pivots[row]] = b[row];
         b[row] = held;
     }
-    for (int row = 0; row < SIZE; row++) {
-        for (int i = 0; i < row; i++) {
+    for (int i = 0; i < SIZE; i++) {
+        for (int row = i + 1; row < SIZE; row++) {
             b[row] -= a[row * SIZE + i] * b[i];
         }
     }
