@@ -310,6 +310,7 @@ from infinivar.report.scene.export import in_space as scene_in_space
 from infinivar.report.scene.export import recorded as recorded_scene
 from infinivar.report.sizing import html as sizing_html
 from infinivar.report.sizing import text as sizing_text
+from infinivar.report.step import save_step
 from infinivar.sizing import of_cobotic
 from infinivar.sizing.builds.compiled import structure as compiled_structure
 from infinivar.sizing.builds.evaluation import built as built_rows

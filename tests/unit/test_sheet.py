@@ -1,6 +1,7 @@
 """The sheet of a drive: views to scale, masses, and loads on bearings and rail."""
 
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar.analysis import whole_mass
-from internals import Service, sheet_figure
+from internals import Service, save_step, sheet_figure
 from made import loaded
 
 KNEE = loaded("knee_walking")
@@ -119,3 +120,48 @@ def test_preloads_that_cancel_load_no_bearing():
     assert loads["cylinder bearing, second"].radial == 0.0
     assert loads["cylinder bearing, second"].margin == math.inf
     assert loads["cylinder bearing, first"].axial > 0.0
+
+
+@pytest.mark.parametrize("name", ["cobotic", "geared"])
+def test_solids_for_cad_are_those_of_the_layout(name, tmp_path):
+    """Read back by the library: volumes, names and the box around them."""
+    pytest.importorskip("OCP", reason="the extra cad is not installed")
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+    from OCP.STEPControl import STEPControl_Reader
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+
+    layout = KNEE.drives[name].layout(SERVICE)
+    path = save_step(layout.solids, tmp_path / "knee.step", f"Knee, {name}")
+    text = path.read_text("ascii")
+    for solid in layout.solids:
+        assert f"'{solid.body}'" in text
+    assert f"PRODUCT('Knee, {name}'" in text
+    reader = STEPControl_Reader()
+    reader.ReadFile(str(path))
+    reader.TransferRoots()
+    whole, found, box = reader.OneShape(), [], Bnd_Box()
+    walk = TopExp_Explorer(whole, TopAbs_ShapeEnum.TopAbs_SOLID)
+    while walk.More():
+        properties = GProp_GProps()
+        BRepGProp.VolumeProperties_s(walk.Current(), properties)
+        found.append(properties.Mass())
+        walk.Next()
+    expected = []
+    for solid in layout.solids:
+        sides = [1e3 * float(end - start) for start, end in (solid.x, solid.y, solid.z)]
+        expected.append(math.prod(sides) * (1.0 if solid.form == "box" else 0.25 * math.pi))
+    assert_allclose(sorted(found), sorted(expected), rtol=1e-9)
+    BRepBndLib.AddOptimal_s(whole, box)
+    low, high = ([getattr(end, axis)() for axis in "XYZ"] for end in (box.CornerMin(), box.CornerMax()))
+    spans = np.subtract(high, low)
+    assert_allclose(spans, [1e3 * float(one) for one in layout.space], rtol=1e-4)
+
+
+def test_without_the_library_it_is_said_how_to_install_it(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "OCP", None)
+    with pytest.raises(iv.InputError, match=r"a STEP file needs OCP; install it with: pip install 'infinivar\[cad\]'"):
+        save_step(COBOTIC.layout(SERVICE).solids, tmp_path / "a.step", "a")

@@ -31,9 +31,14 @@ def load(library: str, extra: str, what: str) -> Any:
         raise InputError(_missing(library, extra, what)) from None
 
 
+def there(library: str) -> bool:
+    """Whether a library is installed, without importing it."""
+    return importlib.util.find_spec(library) is not None
+
+
 def check(library: str, extra: str, what: str) -> None:
     """Raise the error of `load` if a library is missing, without importing it."""
-    if importlib.util.find_spec(library) is None:
+    if not there(library):
         raise InputError(_missing(library, extra, what))
 
 

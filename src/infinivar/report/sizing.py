@@ -22,6 +22,8 @@ from infinivar.motion.scenario import Scenario
 from infinivar.report import whole_mass
 from infinivar.report.output import all_or_nothing, check_inputs
 from infinivar.report.page import render, to_json
+from infinivar.report.step import installed as step_installed
+from infinivar.report.step import save_step
 from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import (
     AXLE_BEARING,
@@ -82,6 +84,11 @@ def save(sizing: Sizing, directory: Path) -> list[Path]:
             name: style.write(sheet.draw_all(mass, _loads(sizing, name), f"like {name}"), scratch / sheet_file(name))
             for name, mass in masses.items()
         }
+        solids = [
+            save_step(mass.layout.solids, scratch / step_file(name), f"{sizing.study.name}, like {name}")
+            for name, mass in masses.items()
+            if step_installed() and mass.layout.solids
+        ]
         (scratch / "sizing.json").write_text(to_json(sizing.to_dict()), "utf-8")
         views = {name: style.inline_svg(files) for name, files in sheets.items()}
         (scratch / "sizing.html").write_text(
@@ -92,6 +99,7 @@ def save(sizing: Sizing, directory: Path) -> list[Path]:
             "sizing.json",
             *studies,
             *bills,
+            *(file.name for file in solids),
             *sorted(file.name for file in scratch.glob("motion-*.csv")),
         ]
     pictures = [*drawn, *(file for files in sheets.values() for file in files)]
@@ -146,6 +154,11 @@ def _motion_csv(name: str) -> str:
 def bill_file(template: str) -> str:
     """Name of the bill of materials of the best design like a template."""
     return f"best-{template}-bill.csv"
+
+
+def step_file(template: str) -> str:
+    """Name of the file with the solids of the best design like a template."""
+    return f"best-{template}.step"
 
 
 def sheet_file(template: str) -> str:
