@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.image import imread
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
@@ -93,6 +94,29 @@ def test_maps_have_a_scale_for_each_colour(name, quadrants):
         operating_map.colour_bar(made, drawn, ax)
     labels = [other.get_ylabel() for other in made.axes[1:]]
     assert [label.split()[0].strip(",") for label in labels] == ["loss", "efficiency"][quadrants == 1 :]
+
+
+def test_a_figure_is_laid_out_once_for_all_formats(tmp_path, monkeypatch):
+    """As it would be alone: the same picture. Its layout goes on afterwards."""
+
+    def drawn():
+        made, axes = style.stack(("force", "a long name of a speed"), 4, 3)
+        for place, (name, ax) in enumerate(axes.items()):
+            style.curves(ax, [0.0, 1.0], {name: [0.0, 10.0 ** (3 * place)]}, f"{name} [unit]")
+        return made
+
+    with style.styled():
+        drawn().savefig(tmp_path / "alone.png")
+        made, executed = drawn(), []
+    layout = made.get_layout_engine()
+    execute = type(layout).execute
+    monkeypatch.setattr(type(layout), "execute", lambda self, figure: executed.append(figure) or execute(self, figure))
+    files = style.write(made, tmp_path / "all")
+    assert len(files) == len(style.FORMATS)
+    assert executed == [made]
+    assert made.get_layout_engine() is layout
+    alone, beside = (imread(tmp_path / f"{name}.png") for name in ("alone", "all"))
+    assert_array_equal(alone, beside)
 
 
 def boxes_of(made, artists):

@@ -143,14 +143,22 @@ def label_plane(ax: Any, axis: Axis) -> None:
 
 
 def write(made: Figure, path: Path, formats: Sequence[str] = FORMATS) -> list[Path]:
-    """Write a figure in every format side by side; returns the files."""
-    return [_write_one(made, path.with_suffix(f".{kind}"), kind) for kind in formats]
+    """Write a figure in every format side by side, laid out once for all; returns the files."""
+    layout = made.get_layout_engine()
+    with styled():
+        files = [_write_one(made, path.with_suffix(f".{kind}"), kind) for kind in formats]
+        made.set_layout_engine(layout)
+    return files
 
 
 def _write_one(made: Figure, path: Path, kind: str) -> Path:
     dates = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
-    with styled():
-        made.savefig(path, format=kind, metadata=dates)
+    layout, dpi = made.get_layout_engine(), made.dpi
+    if layout is not None:  # the first of the formats
+        made.dpi = _SETTINGS["savefig.dpi"]
+        layout.execute(made)
+        made.set(dpi=dpi, layout_engine=None)
+    made.savefig(path, format=kind, metadata=dates)
     return path
 
 
