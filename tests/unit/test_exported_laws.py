@@ -89,6 +89,18 @@ def test_random_points_in_all_quadrants_are_those_of_the_program(written, study,
             )
 
 
+def test_the_laws_of_two_drives_go_into_one_program(written, tmp_path):
+    for name in ("cobotic", "motor1-gear1"):
+        folder, base = written("hand_controller", name)
+        for end in (".h", ".c"):
+            (tmp_path / f"{base}{end}").write_text((folder / f"{base}{end}").read_text("utf-8"), "utf-8")
+    calls = "cobotic_steady(u, y); motor1_gear1_steady(u, y);"
+    text = f'#include "cobotic.h"\n#include "motor1_gear1.h"\nint main(void) {{ real u[9] = {{0}}, y[99]; {calls} return 0; }}\n'
+    (tmp_path / "both.c").write_text(text, "utf-8")
+    built(tmp_path, "float", "both.c", "cobotic.c", "motor1_gear1.c", "-o", "both")
+    assert subprocess.run(["./both"], cwd=tmp_path).returncode == 0
+
+
 def test_the_same_drive_gives_the_same_bytes():
     one, other = (law_files(loaded("hand_controller").drives["cobotic"], "cobotic") for _ in range(2))
     assert one == other

@@ -47,6 +47,17 @@ _MEANING = {
 }
 
 
+_REAL = (
+    "#ifndef REAL",
+    "#define REAL double",
+    "#endif",
+    "#ifndef INFINIVAR_REAL /* once, however many drives there are */",
+    "#define INFINIVAR_REAL",
+    "typedef REAL real;",
+    "#endif",
+)
+
+
 class Law(NamedTuple):
     """A function of a drive."""
 
@@ -109,8 +120,7 @@ def law_files(drive: Any, name: str) -> dict[str, str]:
     found = laws(drive)
     recorded = {law.name: _recorded(law) for law in found}
     guard = f"{name.upper()}_H"
-    real = "#ifndef REAL\n#define REAL double\n#endif\ntypedef REAL real;"
-    header = [f"#ifndef {guard}", f"#define {guard}", "", real, ""]
+    header = [f"#ifndef {guard}", f"#define {guard}", "", *_REAL, ""]
     body = [f'#include "{name}.h"', "", "#include <float.h>", "#include <tgmath.h>", ""]
     body += [f"#define LEAST(x) (sizeof(real) == sizeof(float) ? (real){_LEAST} : (real)(x))", ""]
     body += [
