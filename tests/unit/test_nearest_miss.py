@@ -24,7 +24,7 @@ SAMPLES = 200
 def brute_force(template, tables, stages):
     """Demands beyond their allowance in falling order and mass of every pair at every stage, by `duty_cycle`."""
     motors, gearheads, pairs = tables
-    found = candidates(template, motors, gearheads, pairs, loss_model="coulomb", moving=True, weighed=False)
+    found = candidates(template, motors, gearheads, pairs, loss_model="coulomb", moving=True, stated=())
     ranks = {}
     for place, stage in enumerate(stages):
         for row in map(int, found.usable):
