@@ -144,7 +144,7 @@ def test_radii_that_return_no_power_are_those_of_a_dense_grid(loss_model):
     for thermal in (0.0, 1.0):
         motors, gearheads, pairs = part_tables(19, motors=4, gearheads=4, thermal=thermal, gaps=0.0)
         motors["no_load_current"] *= 3.0
-        found = candidates(template, motors, gearheads, pairs, loss_model=loss_model, moving=True, weighed=False)
+        found = candidates(template, motors, gearheads, pairs, loss_model=loss_model, moving=True, stated=())
         tasks = tasks_of(template, {"lift": LIFT, "reach": REACH}, REGION, travel=None, samples=60)
         tasks = [region_points(task, template) if isinstance(task, RegionTask) else task for task in tasks]
         _, returned = dense(found, tasks, radii)
@@ -171,7 +171,7 @@ def test_every_pair_with_a_radius_that_returns_no_power_is_found():
             template = accepting_none(friction)
             tables = part_tables(23, motors=6, gearheads=6, thermal=0.0, gaps=0.5)
             options = {"duty": {"lift": LIFT}, "radius": RADII, "loss_model": loss_model, "samples": 60, "top": 1000}
-            found = candidates(template, *tables, loss_model=loss_model, moving=True, weighed=False)
+            found = candidates(template, *tables, loss_model=loss_model, moving=True, stated=())
             tasks = tasks_of(template, {"lift": LIFT}, None, travel=None, samples=60)
             feasible, _ = dense(found, tasks, radii)
             best = size_geared(template, *tables, **options)
@@ -194,7 +194,7 @@ def test_the_points_of_a_region_that_return_power_are_found():
     template = accepting_none(3.0)
     for loss_model in ("coulomb", "proportional"):
         tables = part_tables(29, motors=4, gearheads=4, gaps=0.0)
-        found = candidates(template, *tables, loss_model=loss_model, moving=False, weighed=False)
+        found = candidates(template, *tables, loss_model=loss_model, moving=False, stated=())
         (task,) = tasks_of(template, {}, REGION, travel=None, samples=None)
         fewer = region_points(task, template)
         assert len(fewer.speed) < 0.05 * len(task.speed)
