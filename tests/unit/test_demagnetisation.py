@@ -42,12 +42,12 @@ def test_a_cycle_is_judged_by_its_largest_current():
 
 @pytest.fixture
 def searched(tmp_path):
-    """Search over a range of radii, with a current that the shelf's motor a, which has two pairs, allows."""
+    """Search over a range of radii, with a current that the shelf's motor b, which has two pairs, allows."""
     walking = replace(KNEE.with_drives("geared"), requirement=None)
 
-    def search(low, high, current="2.5 A"):
-        stated = f'[motors.a]\ndemagnetisation_current = "{current}"\n'
-        (tmp_path / "shelf.toml").write_text(SHELF.replace("[motors.a]\n", stated), "utf-8")
+    def search(low, high, current="4 A"):
+        stated = f'[motors.b]\ndemagnetisation_current = "{current}"\n'
+        (tmp_path / "shelf.toml").write_text(SHELF.replace("[motors.b]\n", stated), "utf-8")
         return iv.size(walking, sets=str(tmp_path / "shelf.toml"), radius=(low, high), builds=0)
 
     return search
@@ -70,11 +70,11 @@ def test_a_search_counts_the_pairs_that_exceed_it_at_every_radius(searched):
 @pytest.mark.slow
 def test_designs_of_a_search_keep_it_as_their_cycles_do(searched):
     found = searched(0.003, 0.05, "4 A")
-    assert "a" in {one.parts["motor"].key for one in found.designs}
+    assert "b" in {one.parts["motor"].key for one in found.designs}
     for one in found.designs:
         cycles = [iv.duty_cycle(one.drive, duty) for duty in found.study.duty.values()]
         assert all(cycle.feasible for cycle in cycles)
-        if one.parts["motor"].key == "a":
+        if one.parts["motor"].key == "b":
             worst = max(cycle.demands[KEY] for cycle in cycles)
             stated = max(demand for (_, *key), demand in one.demands.items() if tuple(key) == KEY)
             assert stated == pytest.approx(worst, rel=1e-9)

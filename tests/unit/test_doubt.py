@@ -1,5 +1,6 @@
 """Builds of the designs of a search: against single drives made by hand, and closed forms of one limit."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -59,7 +60,16 @@ def sized(study, name, **parts):
     chosen = {role.replace("_", "."): ChosenPart(set="s", key=key, name=key) for role, key in parts.items()}
     power = np.mean([iv.duty_cycle(study.drives[name], one).power_in for one in study.duty.values()])
     return SizedDrive(
-        template=name, parts=chosen, free={}, drive=study.drives[name], mass=1.0, power=power, demands={}, unchecked=()
+        template=name,
+        parts=chosen,
+        free={},
+        drive=study.drives[name],
+        mass=1.0,
+        power=power,
+        volume=math.nan,
+        price=None,
+        demands={},
+        unchecked=(),
     )
 
 
@@ -93,6 +103,8 @@ def test_the_nominal_build_has_the_numbers_of_the_design(sizing):
             assert found.power[0] == pytest.approx(design.power, rel=1e-9)
             assert found.feasible[0]
             for key, demand in design.demands.items():
+                if key[0] == "structure":  # the same in every build
+                    continue
                 assert found.demands[key][0] == pytest.approx(demand, rel=1e-9)
 
 

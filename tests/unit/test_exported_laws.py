@@ -77,11 +77,15 @@ def test_random_points_in_all_quadrants_are_those_of_the_program(written, study,
         given["speed"][:20] = 0.0
         wanted = {key: np.broadcast_to(value, count) for key, value in law.evaluate(**given).items()}
         found = np.empty((count, len(wanted)))
+        function = getattr(library, f"{base}_{law.name}")
+        for bad in (np.nan, np.inf, -np.inf):
+            u, y = np.full(len(law.inputs), bad), np.zeros(len(wanted))
+            u[1:] = 0.0
+            function(u.ctypes.data_as(ctypes.c_void_p), y.ctypes.data_as(ctypes.c_void_p))
+            assert np.isnan(y).all()
         for place in range(count):
             row = np.array([float(np.broadcast_to(given[one], count)[place]) for one in law.inputs])
-            getattr(library, f"{base}_{law.name}")(
-                row.ctypes.data_as(ctypes.c_void_p), found[place].ctypes.data_as(ctypes.c_void_p)
-            )
+            function(row.ctypes.data_as(ctypes.c_void_p), found[place].ctypes.data_as(ctypes.c_void_p))
         for column, (key, value) in enumerate(wanted.items()):
             scale = np.nanmax(np.abs(value[np.isfinite(value)]), initial=1e-9)
             np.testing.assert_allclose(
@@ -113,6 +117,7 @@ def test_feed_forward_of_the_header_is_in_its_units(written):
     header = (ankle / "geared.h").read_text("utf-8")
     assert "GEARED_FOLLOW_SPEED, /* rad/s */" in header
     assert "GEARED_FOLLOW_FORCE, /* N m */" in header
+    assert "GEARED_FOLLOW_FORCE_RATE, /* N m/s */" in header
     assert "GEARED_FOLLOW_LOAD_MASS, /* kg m^2 */" in header
     course = Course(speed=0.1, acceleration=0.0, position=0.0)
     assert set(iv.load_study("ankle_walking").drives["geared"].follow(course).states) >= {"motor_current_A"}

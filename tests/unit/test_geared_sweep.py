@@ -54,12 +54,12 @@ def test_over_the_radius_designs_front_and_counts_are_those_of_size(problem, swe
 
 def test_with_given_stages_designs_front_and_counts_are_those_of_the_search(shelf, tmp_path):
     problem = iv.sweeps.geared_sweep(
-        WALKING, sets=shelf, radius=(0.004, 0.012), radii=3, objective=("mass", "energy"), size=3, top=4
+        WALKING, sets=shelf, radius=(0.005, 0.012), radii=3, objective=("mass", "energy"), size=3, top=4
     )
     found = problem.result(iv.sweep(problem, tmp_path / "s"))
     parts = problem.parts
     tables = WALKING.drives["geared"], parts.motors, parts.gearheads, parts.pairs
-    stages = [replace(tables[0].pulley, radius=radius) for radius in np.geomspace(0.004, 0.012, 3)]
+    stages = [replace(tables[0].pulley, radius=radius) for radius in np.geomspace(0.005, 0.012, 3)]
     assert problem.chunks == 9
     for objective, mine in (("mass", found.designs), ("front", found.front)):
         whole = size_geared(*tables, duty=WALKING.duty, stages=stages, objective=objective, top=4)
@@ -134,7 +134,7 @@ def test_the_nearest_miss_of_least_mass_states_its_mass(tmp_path):
     study = replace(WALKING, duty={"shake": shake})
     for objective, named in (("mass", "b"), ("energy", "c")):
         problem = iv.sweeps.geared_sweep(
-            study, sets=tmp_path / "set.toml", radius=(0.004, 0.012), radii=3, objective=objective
+            study, sets=tmp_path / "set.toml", radius=(0.005, 0.012), radii=3, objective=objective
         )
         found = problem.result(iv.sweep(problem, tmp_path / objective))
         assert found.nearest.parts["motor"].key == named

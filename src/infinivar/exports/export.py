@@ -19,7 +19,7 @@ from infinivar.drivetrain.drive import check_drive, refuse_machine
 from infinivar.errors import ParameterError, path_of, require
 from infinivar.exports.description import build_description, model_description, token
 from infinivar.exports.laws import law_files
-from infinivar.exports.plant import Plant, Role, naming_laws, plant
+from infinivar.exports.plant import Plant, Role, plant
 from infinivar.motion.scenario import Scenario, check_scenario
 from infinivar.report.output import all_files_or_none
 from infinivar.study.provenance import Provenance
@@ -175,9 +175,16 @@ def _source(made: Plant, drive: Any) -> tuple[Mapping[str, bytes], tuple[str, ..
         f"{made.name}_main.c": _data("main.c").replace("NAME", made.name),
         f"{made.name}.md": "\n".join(_arguments(made)) + "\n",
     }
-    with naming_laws():
+    notes: tuple[str, ...] = ()
+    try:
         texts |= law_files(drive, f"{made.name}_laws")
-    return {name: text.encode() for name, text in texts.items()}, ()
+    except (
+        TypeError,
+        AttributeError,
+        ParameterError,
+    ) as problem:  # the plant may have C where the motion has no formula
+        notes = (f"without {made.name}_laws, the functions for a controller: {problem}",)
+    return {name: text.encode() for name, text in texts.items()}, notes
 
 
 def _named(text: str, name: str) -> str:

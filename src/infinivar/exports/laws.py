@@ -55,7 +55,23 @@ _REAL = (
     "#define INFINIVAR_REAL",
     "typedef REAL real;",
     "#endif",
+    "",
+    "#ifdef __cplusplus",
+    'extern "C" {',
+    "#endif",
 )
+
+
+_UNKNOWN = """    for (int i = 0; i < {0}; i++) {{
+        known = known && isfinite(u[i]);
+    }}
+    for (int i = 0; !known && i < {1}; i++) {{
+        y[i] = NAN;
+    }}
+    if (!known) {{
+        return;
+    }}"""
+"""What is not a number as an input gives none."""
 
 
 class Law(NamedTuple):
@@ -76,7 +92,7 @@ def laws(drive: Any) -> list[Law]:
     units = {"load_mass": "kg m^2" if rotary else "kg"}
 
     def of(inputs: Mapping[str, str]) -> dict[str, str]:
-        about = {name: unit.replace("N", "N m").replace("m/s", "rad/s") for name, unit in inputs.items()}
+        about = {name: unit.replace("m/s", "rad/s").replace("N", "N m") for name, unit in inputs.items()}
         return {**about, "position": "rad"} if rotary else dict(inputs)
 
     def steady(**values: Any) -> dict[str, Any]:
@@ -138,9 +154,11 @@ def law_files(drive: Any, name: str) -> dict[str, str]:
         header += [f"    {name.upper()}_{law.name.upper()}_OUTPUTS", "};", ""]
         header += [f"void {name}_{law.name}(const real *u, real *y);", ""]
         body += [*table_of(tape, f"{law.name}_data"), f"void {name}_{law.name}(const real *u, real *y)", "{"]
-        body += [f"    const real *p = {law.name}_data;", "    (void)p; (void)settled;"]
+        body += [f"    const real *p = {law.name}_data;", "    int known = 1;", "    (void)p; (void)settled;"]
+        counts = [f"{name.upper()}_{law.name.upper()}_{what}" for what in ("INPUTS", "OUTPUTS")]
+        body += _UNKNOWN.format(*counts).splitlines()
         body += [*statements(tape, list(results.values()), "y"), "}", ""]
-    header += ["#endif", ""]
+    header += ["#ifdef __cplusplus", "}", "#endif", "", "#endif", ""]
     return {
         f"{name}.h": "\n".join(header),
         f"{name}.c": _reals("\n".join(body)),
