@@ -32,7 +32,7 @@ _VALUES = ("energy_J", "temperature_K", "able")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class BuildsSweep(Problem):
+class Samples(Problem):
     """Samples of a drive in chunks, by their number in one sequence: the samples are those of `compare` with as many draws.
 
     Attributes
@@ -43,16 +43,10 @@ class BuildsSweep(Problem):
     size       Samples in a chunk, a power of two.
     """
 
-    kind: ClassVar[str] = "builds"
     study: Study
     drive: str
     draws: int = DRAWS
     size: int = SIZE
-
-    @property
-    def title(self) -> str:
-        """See `Problem`."""
-        return f"{self.study.name}, builds of {self.drive}"
 
     @property
     def chunks(self) -> int:
@@ -65,32 +59,58 @@ class BuildsSweep(Problem):
         return self.study.uncertainty.spreads[self.drive]
 
     @property
-    def identity(self) -> Mapping[str, Any]:
-        """See `Problem`."""
+    def drawn(self) -> dict[str, Any]:
+        """What identifies the samples."""
         return {
             "study": self.study.name,
             "drive": self.drive,
-            "values of the drives": fingerprint(self.study.drives),
             "spreads": fingerprint(self.spreads, self.study.uncertainty.correlation(self.drive)),
-            "requirement": fingerprint(self.study.requirement),
-            "motions": fingerprint(self.study.duty),
             "draws": self.draws,
             "draws in a chunk": self.size,
         }
 
+    def samples(self, number: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Values of a chunk, one row per sample, and the columns that have them. (n, k)"""
+        start, count = number * self.size, min(self.size, self.draws)
+        at = draw(self.spreads, self.study.uncertainty.correlation(self.drive), count, start=start)
+        values = {f"value: {spread.path}": at[:, place] for place, spread in enumerate(self.spreads)}
+        return at, {"draw": np.arange(start, start + count), **values}
+
+    def values(self, sweep: Sweep) -> np.ndarray:
+        """Values of all samples of a sweep, one row each. (n, k)"""
+        return np.stack([sweep.rows[f"value: {spread.path}"] for spread in self.spreads], axis=-1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BuildsSweep(Samples):
+    """Samples that are judged by the requirement and the duty cycles of their study; see `Samples`."""
+
+    kind: ClassVar[str] = "builds"
+
+    @property
+    def title(self) -> str:
+        """See `Problem`."""
+        return f"{self.study.name}, builds of {self.drive}"
+
+    @property
+    def identity(self) -> Mapping[str, Any]:
+        """See `Problem`."""
+        return {
+            **self.drawn,
+            "values of the drives": fingerprint(self.study.drives),
+            "requirement": fingerprint(self.study.requirement),
+            "motions": fingerprint(self.study.duty),
+        }
+
     def run(self, number: int) -> Chunk:
         """See `Problem`."""
-        start, count = number * self.size, min(self.size, self.draws)
-        correlation = self.study.uncertainty.correlation(self.drive)
-        at = draw(self.spreads, correlation, count, start=start)
+        at, rows = self.samples(number)
         found = judge(self._sampled, self.spreads, at, self.study.requirement, self.study.duty)
-        rows = {"draw": np.arange(start, start + count)}
-        rows |= {f"value: {spread.path}": at[:, place] for place, spread in enumerate(self.spreads)}
         if self.study.requirement is not None:
             rows |= {"coverage": found.region[:, 0], "margin": found.region[:, 1], "loss_W": found.loss}
         for task, values in found.duty.items():
             rows |= {f"{task}: {name}": values[:, place] for place, name in enumerate(_VALUES)}
-        return Chunk(rows, {CANDIDATES: count, "map": self._mapper.counts(at)})
+        return Chunk(rows, {CANDIDATES: len(at), "map": self._mapper.counts(at)})
 
     def best(self, chunk: Chunk) -> tuple[float, str] | None:
         """See `Problem`: the weakest sample."""
@@ -112,7 +132,7 @@ class BuildsSweep(Problem):
         cycles = {task: np.stack([rows[f"{task}: {name}"] for name in _VALUES], axis=-1) for task in self.study.duty}
         return Builds(
             spreads=self.spreads,
-            values=np.stack([rows[f"value: {spread.path}"] for spread in self.spreads], axis=-1),
+            values=self.values(sweep),
             coverage=rows.get("coverage", empty),
             margin=rows.get("margin", empty),
             loss=rows.get("loss_W", empty),

@@ -11,7 +11,6 @@ import numpy as np
 from infinivar._core.described import derived, reported
 from infinivar._core.fields import with_values
 from infinivar._core.result import Result, result
-from infinivar.analysis.robustness.sampling import draw
 from infinivar.analysis.robustness.verdicts import band, percent
 from infinivar.analysis.simulate import simulate
 from infinivar.axis import LINEAR, Axis
@@ -19,9 +18,9 @@ from infinivar.errors import InputError, nearest
 from infinivar.motion.scenario import Scenario
 from infinivar.study.spreads import Spread
 from infinivar.study.study import Study
-from infinivar.sweeps.builds import sampled
+from infinivar.sweeps.builds import Samples, sampled
 from infinivar.sweeps.fingerprint import fingerprint
-from infinivar.sweeps.problem import CANDIDATES, Chunk, Problem
+from infinivar.sweeps.problem import CANDIDATES, Chunk
 from infinivar.sweeps.sweep import Sweep, check_finished
 from infinivar.units import plain
 
@@ -77,21 +76,10 @@ class RunBuilds(Result):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class RunsSweep(Problem):
-    """Samples of a drive in chunks, by their number in one sequence, which is that of `builds`; each is one simulation.
-
-    Attributes
-    ----------
-    study      With spreads of the drive, and the scenario.
-    drive      Name of the drive.
-    scenario   Name of the scenario.
-    draws      Number of samples, a power of two.
-    size       Samples in a chunk, a power of two.
-    """
+class RunsSweep(Samples):
+    """Samples of which each is simulated in a scenario, by its name; see `Samples`."""
 
     kind: ClassVar[str] = "runs"
-    study: Study
-    drive: str
     scenario: str
     draws: int = DRAWS
     size: int = SIZE
@@ -102,32 +90,14 @@ class RunsSweep(Problem):
         return f"{self.study.name}, builds of {self.drive} in {self.scenario}"
 
     @property
-    def chunks(self) -> int:
-        """See `Problem`."""
-        return max(1, self.draws // self.size)
-
-    @property
-    def spreads(self) -> tuple[Spread, ...]:
-        """Spreads of the fields that vary."""
-        return self.study.uncertainty.spreads[self.drive]
-
-    @property
     def identity(self) -> Mapping[str, Any]:
         """See `Problem`."""
-        return {
-            "study": self.study.name,
-            "drive": self.drive,
-            "values of the drive": fingerprint(self.study.drives[self.drive]),
-            "spreads": fingerprint(self.spreads, self.study.uncertainty.correlation(self.drive)),
-            "scenario": fingerprint(self._scenario),
-            "draws": self.draws,
-            "draws in a chunk": self.size,
-        }
+        own = fingerprint(self.study.drives[self.drive])
+        return {**self.drawn, "values of the drive": own, "scenario": fingerprint(self._scenario)}
 
     def run(self, number: int) -> Chunk:
         """See `Problem`."""
-        start, count = number * self.size, min(self.size, self.draws)
-        at = draw(self.spreads, self.study.uncertainty.correlation(self.drive), count, start=start)
+        at, rows = self.samples(number)
         paths, found, exceeded = [spread.path for spread in self.spreads], [], {}
         for values in at.tolist():
             drive = with_values(self.study.drives[self.drive], dict(zip(paths, values, strict=True)))
@@ -136,10 +106,8 @@ class RunsSweep(Problem):
                 exceeded[name] = exceeded.get(name, 0) + 1
             ended = (made.supplied_after_settling, made.largest_error) if made.complete else (np.nan, np.nan)
             found.append((*ended, made.feasible))
-        rows = {"draw": np.arange(start, start + count)}
-        rows |= {f"value: {path}": at[:, place] for place, path in enumerate(paths)}
         rows |= dict(zip(("energy_J", "error", "able"), np.array(found, dtype=float).T, strict=True))
-        return Chunk(rows, {CANDIDATES: count, "exceeded": exceeded})
+        return Chunk(rows, {CANDIDATES: len(at), "exceeded": exceeded})
 
     def best(self, chunk: Chunk) -> tuple[float, str] | None:
         """See `Problem`: the sample with the largest position error."""
@@ -158,7 +126,7 @@ class RunsSweep(Problem):
         rows = sweep.rows
         return RunBuilds(
             spreads=self.spreads,
-            values=np.stack([rows[f"value: {spread.path}"] for spread in self.spreads], axis=-1),
+            values=self.values(sweep),
             energy=rows["energy_J"],
             error=rows["error"],
             able=rows["able"] > 0.5,
