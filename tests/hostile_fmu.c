@@ -46,19 +46,8 @@ static const callbacks called = {said_so, NULL, NULL, NULL, NULL};
 
 enum { MOST = 12 };
 
-static unsigned long long seed = 88172645463325252ULL;
-
-static double uniform(void)
-{
-    seed ^= seed << 13;
-    seed ^= seed >> 7;
-    seed ^= seed << 17;
-    return (double)(seed >> 11) / 9007199254740992.0;
-}
-
 static double strange(void)
 {
-    static const double odd[] = {NAN, INFINITY, -INFINITY, -1e300, 1e-320, 0.0};
     const double size = uniform();
     return size < 0.02 ? odd[(int)(300.0 * size)] : (uniform() - 0.5) * pow(10.0, 6.0 * uniform() - 5.0);
 }

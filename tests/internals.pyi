@@ -289,7 +289,8 @@ from infinivar.parts.structure.tube import Tube as CylinderTube
 from infinivar.parts.structure.tube import thinnest
 from infinivar.parts.tables import importing, stores
 from infinivar.parts.tables.columns import number_columns, text_columns
-from infinivar.parts.tables.consistency import RELATIONS, contradictions_of
+from infinivar.parts.tables.consistency import contradictions_of
+from infinivar.parts.tables.relations import RELATIONS
 from infinivar.parts.tables.search import Rows as DerivedRows
 from infinivar.parts.tables.search import condition as search_condition
 from infinivar.parts.tables.search import derived, derived_columns

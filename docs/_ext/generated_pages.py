@@ -14,7 +14,7 @@ from infinivar.motion.scenario import FORCES, MOTIONS, Scenario
 from infinivar.motion.virtual.tasks import HandleTask
 from infinivar.parts import catalogue
 from infinivar.parts.tables.columns import ONE
-from infinivar.parts.tables.consistency import RELATIONS
+from infinivar.parts.tables.relations import RELATIONS
 from infinivar.study import schema
 from infinivar.study.load import shipped_study
 from infinivar.study.requirement import Requirement

@@ -121,7 +121,8 @@ def test_no_call_does_what_c_does_not_define(name, tmp_path):
         pytest.skip("gcc has the sanitizers")
     _, parameters, code = code_of(name)
     numbers = ",".join(map(repr, code.given(parameters).tolist()))
-    hostile = (Path(__file__).parents[1] / "hostile.c").read_text("utf-8")
+    folder = Path(__file__).parents[1]
+    hostile = "".join((folder / name).read_text("utf-8") for name in ("hostile_numbers.c", "hostile.c"))
     source, program = tmp_path / "model.c", tmp_path / "model"
     source.write_text(code.text + collocation_text() + hostile, "utf-8")
     checks = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")

@@ -533,7 +533,8 @@ def test_no_call_does_what_c_does_not_define(case, tmp_path):
     with zipfile.ZipFile(file) as archive:
         (source,) = [one for one in archive.namelist() if one.endswith(".c")]
         text = archive.read(source).decode()
-    hostile = (Path(__file__).parents[1] / "hostile_fmu.c").read_text("utf-8")
+    folder = Path(__file__).parents[1]
+    hostile = "".join((folder / name).read_text("utf-8") for name in ("hostile_numbers.c", "hostile_fmu.c"))
     (tmp_path / "model.c").write_text(text + hostile, "utf-8")
     checks = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
     options = ("-DCALLS=100000", *(["-DTHIRD"] if version == "fmu3" else []))

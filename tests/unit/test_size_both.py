@@ -1,5 +1,6 @@
 """The public search over geared and cobotic drives together: against the analyses of single drives."""
 
+import importlib.util
 import itertools
 import tomllib
 from dataclasses import replace
@@ -279,7 +280,7 @@ def test_a_drive_that_cannot_be_searched_is_named(shelf):
 def test_laws_are_compiled_only_where_it_pays(monkeypatch):
     """With JAX, and with enough wheel designs to pay for compiling."""
     known = {"jax": True}
-    monkeypatch.setattr(of_cobotic.importlib.util, "find_spec", lambda name: known.get(name) or None)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: known.get(name) or None)
     assert of_cobotic._method(40) == "numpy"
     assert of_cobotic._method(2000) == "jax"
     known["jax"] = False

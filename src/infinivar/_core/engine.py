@@ -9,7 +9,6 @@ from __future__ import annotations
 import collections
 import contextlib
 import importlib
-import importlib.util
 import os
 import pickle
 import sys
@@ -71,7 +70,7 @@ def unavailable() -> str | None:
     """Why JAX cannot be used; None if it can."""
     if _forked:
         return "the process was forked from one that uses JAX"
-    if sys.modules.get("jax") is None and importlib.util.find_spec("jax") is None:
+    if sys.modules.get("jax") is None and not extras.there("jax"):
         return NOT_INSTALLED
     try:
         probe = threading.Thread(target=bool)

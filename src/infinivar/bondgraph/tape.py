@@ -99,8 +99,7 @@ class Tape:
         one = function, tuple(every[int(self.nodes[argument.place].arguments[0])] for argument in arguments)
         if one not in self.held:
             self.held.append(one)
-        place = self.held.index(one)
-        return self._pieces(self.data(self.parameters)[place], place, [0])
+        return self._pieces(_held(one, self.parameters), self.held.index(one), [0])
 
     def table(self, array: np.ndarray) -> Table:
         """An array that does not change, as data."""
@@ -110,7 +109,7 @@ class Tape:
 
     def data(self, parameters: Mapping[str, float]) -> list[Any]:
         """What the functions held give for values of the parameters."""
-        return [function(*(float(parameters[name]) for name in names)) for function, names in self.held]
+        return [_held(one, parameters) for one in self.held]
 
     def _pieces(self, data: Any, place: int, start: list[int]) -> Any:
         if isinstance(data, tuple):
@@ -123,7 +122,7 @@ class Tape:
     def loop(
         self, step: Callable[..., tuple[Sequence[Number], Number]], starts: Sequence[Number], steps: int
     ) -> tuple[Value, ...]:
-        """Repeat a step, which gives the next values and whether to end there, from some starts; at most so many times."""
+        """Repeat a step, which gives the next values and whether to end there, from some starts, at most `steps` times."""
         values = [self.input("looped", self._looped + place) for place in range(len(starts))]
         self._looped += len(starts)
         new, ends = step(*values)
@@ -161,6 +160,12 @@ class Tape:
             if isinstance(one, Value) or one != 0.0:
                 found = found + rule(Value(self, place), *values) * one
         return found
+
+
+def _held(one: tuple[Callable[..., Any], tuple[str, ...]], parameters: Mapping[str, float]) -> Any:
+    """What a function of parameters gives for values of them."""
+    function, names = one
+    return function(*(float(parameters[name]) for name in names))
 
 
 def _nothing(*arguments: float | int) -> None:

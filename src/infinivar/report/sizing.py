@@ -265,13 +265,12 @@ def _answer(sizing: Sizing) -> Iterator[str]:
 
 def _facts(design: SizedDrive, measure: Measure | None) -> dict[str, str]:
     """What a design needs, weighs and keeps, its parts and its values, by their names."""
-    figures = zip(("mean power", "whole mass"), _figures(design), strict=False)
+    names = (*([] if measure is None else [measure.words]), "mean power", "whole mass")
+    figures = zip(names, _figures(design, measure), strict=False)
     motors = {"motors and gearheads": show(design.motor_mass, "kg", 3)} if math.isfinite(design.motor_mass) else {}
     limit = {} if design.tightest is None else {"tightest limit": limit_words(design.tightest)}
     parts = {role_words(role): part.title for role, part in design.parts.items()}
-    measured = {} if measure is None else {measure.words: measure.shown(measure.of(design))}
     return {
-        **measured,
         **dict(figures),
         **motors,
         **limit,
@@ -280,23 +279,27 @@ def _facts(design: SizedDrive, measure: Measure | None) -> dict[str, str]:
     }
 
 
-def _figures(design: SizedDrive) -> tuple[str, str, str]:
-    """Mean power, mass and margin; "–" where there is none."""
+def _figure_names(sizing: Sizing) -> tuple[str, ...]:
+    """Heads of the columns of `_figures`."""
+    return (*([] if sizing.measure is None else [sizing.objective[0]]), "power", "mass", "margin")
+
+
+def _figures(design: SizedDrive, measure: Measure | None) -> tuple[str, ...]:
+    """What else the objective asks for, then mean power, mass and margin; "–" where there is none."""
+    own = [] if measure is None else [measure.shown(measure.of(design))]
     power = show(design.power, "W", 3) if math.isfinite(design.power) else "–"
     mass = show(design.mass, "kg", 3) if math.isfinite(design.mass) else "not stated"
-    return power, mass, "–" if design.tightest is None else _allowance(design, design.tightest)
+    return (*own, power, mass, "–" if design.tightest is None else _allowance(design, design.tightest))
 
 
 def _listed(sizing: Sizing, group: str, title: str, designs: tuple[SizedDrive, ...]) -> Iterator[str]:
     """Lines of a table with a row for each of the first designs."""
     several = len(sizing.searches) > 1
-    measure = sizing.measure
-    aim = [] if measure is None else [sizing.objective[0]]
-    table = [(title, *(["drive"] if several else []), *aim, "power", "mass", "margin", "parts")]
+    table = [(title, *(["drive"] if several else []), *_figure_names(sizing), "parts")]
     for place, design in enumerate(designs[:LISTED], 1):
         like = [design.template] if several else []
-        own = [] if measure is None else [measure.shown(measure.of(design))]
-        table.append((file_of(group, place).removesuffix(".toml"), *like, *own, *_figures(design), design.title))
+        figures = _figures(design, sizing.measure)
+        table.append((file_of(group, place).removesuffix(".toml"), *like, *figures, design.title))
     yield from aligned(table, whole=range(1, len(table[0]) - 1))
     if len(designs) > LISTED:
         yield f"... and {len(designs) - LISTED} more in the report"
@@ -309,17 +312,13 @@ def tried_of(search: SearchRecord | WheelRecord) -> dict[str, list[TriedValue]]:
 
 
 def tried_cells(one: TriedValue, measure: Measure | None) -> tuple[str, ...]:
-    """A value that was tried, and of the best design with it power, mass, margin and parts, or what its nearest miss exceeds.
-
-    What else the objective asks for comes before the power.
-    """
+    """A value that was tried, and of the best design with it its figures and parts, or what its nearest miss exceeds."""
     value, none = shown(one.value, one.unit), ("–",) * (3 if measure is None else 4)
     if one.design is None:
         return value, *none, "no candidate"
     if not one.feasible:
         return value, *none, f"infeasible: {exceeded_words(one.design)}"
-    own = [] if measure is None else [measure.shown(measure.of(one.design))]
-    return value, *own, *_figures(one.design), one.design.title
+    return value, *_figures(one.design, measure), one.design.title
 
 
 def tried_end(path: str, design: SizedDrive | None) -> str:
@@ -336,11 +335,9 @@ def _tried_lines(sizing: Sizing, name: str) -> Iterator[list[str]]:
     """Yield the lines on the best design of a template with each value of a path that was tried."""
     for path, tried in tried_of(sizing.searches[name]).items():
         like = f" of {name}" if len(sizing.searches) > 1 else ""
-        measure = sizing.measure
-        aim = [] if measure is None else [sizing.objective[0]]
-        head = (f"{capitalise(path_words(path))}{like}", *aim, "power", "mass", "margin", "parts of the best")
+        head = (f"{capitalise(path_words(path))}{like}", *_figure_names(sizing), "parts of the best")
         end = tried_end(path, sizing.best_of.get(name))
-        rows = [tried_cells(one, measure) for one in tried]
+        rows = [tried_cells(one, sizing.measure) for one in tried]
         yield [*aligned([head, *rows], whole=range(len(head) - 1)), *([f"  {end}"] if end else [])]
 
 

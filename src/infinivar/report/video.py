@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 import shutil
 import subprocess
 from collections.abc import Callable, Iterable, Iterator
@@ -12,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core import extras
 from infinivar.errors import InputError, ParameterError, printable, require
 from infinivar.figures import moving_machine
 from infinivar.report.output import all_files_or_none
@@ -56,7 +56,7 @@ def check_video(path: Path, frame_rate: float = 25.0) -> None:
 def _ffmpeg() -> str | None:
     """Program on the path, or that of the package imageio-ffmpeg."""
     found = shutil.which("ffmpeg")
-    if found is None and importlib.util.find_spec("imageio_ffmpeg") is not None:
+    if found is None and extras.there("imageio_ffmpeg"):
         import imageio_ffmpeg
 
         try:

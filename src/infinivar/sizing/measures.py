@@ -3,11 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from infinivar._core.fields import given
+from infinivar.drivetrain.body import total
+from infinivar.drivetrain.service import Service
 from infinivar.units import show
+
+
+def mass_of(drive: Any, service: Service) -> float:
+    """Mass of a whole drive; nan if that of a body is not known. [kg]"""
+    return float(total(drive.bodies(service)))
+
+
+def volume_of(drive: Any, service: Service) -> float:
+    """Volume of the box around a drive; nan where no body is placed. [m^3]"""
+    return float(drive.layout(service).space.volume)
+
+
+def price_of(drive: Any, service: Service | None = None) -> float:
+    """Sum of the prices of motors and gearhead, in the currency in which they are stated; nan if one is not stated."""
+    return sum(given(getattr(one, "price", None), math.nan) for one in (*drive.motors.values(), drive.gearhead))
 
 
 class Measure(NamedTuple):
@@ -18,6 +35,8 @@ class Measure(NamedTuple):
     unit: str
     """In which it is shown."""
     words: str
+    built: Callable[[Any, Service], float] | None = None
+    """The figure of a drive that has to do a service; None where only its motions tell."""
     scale: float = 1.0
     """Of these units in one of SI."""
 
@@ -36,13 +55,8 @@ class Measure(NamedTuple):
 
 MEASURES: Mapping[str, Measure] = {
     "energy": Measure("power", "W", "mean power"),
-    "mass": Measure("mass", "kg", "whole mass"),
-    "space": Measure("volume", "l", "box around the drive", 1e3),
-    "price": Measure("price", "1", "price of motors and gearheads"),
+    "mass": Measure("mass", "kg", "whole mass", mass_of),
+    "space": Measure("volume", "l", "box around the drive", volume_of, 1e3),
+    "price": Measure("price", "1", "price of motors and gearheads", price_of),
 }
 """By objective."""
-
-
-def price_of(drive: Any) -> float:
-    """Sum of the prices of motors and gearhead, in the currency in which they are stated; nan if one is not stated."""
-    return sum(given(getattr(one, "price", None), math.nan) for one in (*drive.motors.values(), drive.gearhead))

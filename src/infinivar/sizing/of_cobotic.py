@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
+from infinivar._core import extras
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.parts.bearing import Bearing
 from infinivar.sizing.cobotic.search import best_cobotic, ranges_of
@@ -108,7 +108,7 @@ def _ratios(request: StudyRequest) -> tuple[float, ...]:
 
 def _method(generations: int) -> Literal["numpy", "jax"]:
     """Compiled laws where they are sooner done."""
-    if POPULATION * generations < PAYS or importlib.util.find_spec("jax") is None:
+    if POPULATION * generations < PAYS or not extras.there("jax"):
         return "numpy"
     return "jax"
 

@@ -5,6 +5,7 @@ On request, the best designs are evaluated again with another answer to each ope
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
@@ -20,7 +21,6 @@ from infinivar.analysis.deciding import best_speeds
 from infinivar.analysis.hanging import Hanging, Judged, hang
 from infinivar.analysis.region import covers
 from infinivar.analysis.whole_mass import doubts, with_factor
-from infinivar.drivetrain.body import total
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.masses import tube_as_of
 from infinivar.errors import InputError, require
@@ -29,7 +29,7 @@ from infinivar.parts.structure.structure import Structure
 from infinivar.sizing.carrying import best_carried
 from infinivar.sizing.design import SizedDrive
 from infinivar.sizing.geared.tally import SPARE
-from infinivar.sizing.measures import MEASURES, price_of
+from infinivar.sizing.measures import MEASURES
 from infinivar.sizing.of_cobotic import cobotic
 from infinivar.sizing.of_geared import geared
 from infinivar.sizing.options import Aim, SizeOptions
@@ -184,14 +184,13 @@ def sizing_of(request: StudyRequest, found: Mapping[str, Found]) -> Sizing:
 
 def _left_out(request: StudyRequest, found: Mapping[str, Found]) -> Iterator[str]:
     """How many candidates each search leaves out, as they do not state what an envelope or the price needs."""
-    reasons = {"envelope": "mass"} if request.study.envelope is not None else {}
-    for what, name in {**reasons, **({"objective = price": "price"} if "price" in request.aims else {})}.items():
-        for template, each in found.items():
-            number = sum(
-                count for reason, count in each.record.excluded.items() if reason.endswith(f"{name} not stated")
-            )
-            if number:
-                yield f"{what}: {number} candidates like {template} were left out, whose {name} is not stated"
+    needs = [("envelope", "mass")] * (request.study.envelope is not None)
+    needs += [("objective = price", "price")] * ("price" in request.aims)
+    for (what, name), (template, each) in itertools.product(needs, found.items()):
+        excluded = each.record.excluded.items()
+        number = sum(count for reason, count in excluded if reason.endswith(f"{name} not stated"))
+        if number:
+            yield f"{what}: {number} candidates like {template} were left out, whose {name} is not stated"
 
 
 def _coupled(best_of: Mapping[str, SizedDrive]) -> Iterator[str]:
@@ -252,29 +251,24 @@ def hanging_designs(sizing: Sizing) -> Hanging:
     by whether it is still feasible.
     """
     study = _designs(sizing)
-    aim, measure = sizing.objective[0], MEASURES[sizing.objective[0]]
-    by_power = aim == "energy"
+    measure = MEASURES[sizing.objective[0]]
     shares = equal_shares(study.duty)
-    services = {name: study.service(one.drive) for name, one in sizing.best_of.items()} if not by_power else {}
+    services = {name: study.service(one.drive) for name, one in sizing.best_of.items()} if measure.built else {}
 
     def judge(name: str, drive: Any, variant: Variant) -> Judged:
         cycles = {task: energy_and_feasibility(drive, duty, study.travel, SPARE) for task, duty in study.duty.items()}
-        if by_power:
+        if measure.built is None:
             power = sum(shares[task] * energy / study.duty[task].period for task, (energy, _) in cycles.items())
             return Judged(math.isfinite(power), (power,))
         able = all(feasible for _, feasible in cycles.values())
         if able and variant.scope == "all" and study.requirement is not None:
             able = covers(drive, study.requirement, SPARE)
-        if aim == "price":
-            return Judged(able, (price_of(drive),))
-        if aim == "space":
-            return Judged(able, (float(measure.scale * drive.layout(services[name]).space.volume),))
-        return Judged(able, (float(total(drive.bodies(services[name]))),))
+        return Judged(able, (measure.scale * measure.built(drive, services[name]),))
 
     used = {name: Judged(True, (measure.scale * measure.of(one),)) for name, one in sizing.best_of.items()}
     requested = [one for one in variants(study) if study.duty or one.scope == "all"]
-    answers = [*requested, *(best_speeds(study) if by_power else _structures(sizing, study))]
-    figure = f"{measure.words} of the best designs" if by_power else f"{measure.name}, where feasible"
+    answers = [*requested, *(_structures(sizing, study) if measure.built else best_speeds(study))]
+    figure = f"{measure.name}, where feasible" if measure.built else f"{measure.words} of the best designs"
     return hang(answers, judge, used, study.titles, f"{figure}, without another search", measure.unit)
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from importlib import resources
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from infinivar._core import extras
 from infinivar.bondgraph.graph import BondGraph
 from infinivar.drivetrain.graphs.plants import plant_graph
 from infinivar.figures import bond_graph, style
@@ -90,6 +90,6 @@ FIGURES: Mapping[int, PaperFigure] = dict(_read())
 
 def missing_for(number: int) -> str:
     """A sentence that says what to install before a figure can be drawn; empty if nothing is missing."""
-    if FIGURES[number].plant is not None and importlib.util.find_spec("igraph") is None:
+    if FIGURES[number].plant is not None and not extras.there("igraph"):
         return f"Figure {number} is a bond graph, and its layout needs igraph: pip install 'infinivar[graph]'"
     return ""

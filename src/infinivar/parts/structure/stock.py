@@ -141,11 +141,19 @@ def check_coils(spring: Any) -> None:
                 raise ParameterError(f'{name} is of an extension spring: set made_for = "extension", or remove it')
 
 
+def coils_of_body(length: Array, wire: Array) -> Array:
+    """Coils that deflect of a body of closed coils: n of them are n + 1 wires long. [-]
+
+    Source: geometry.
+    """
+    return length / wire - 1.0
+
+
 def active_coils(spring: Any) -> Array | None:
     """Coils of a stock spring that deflect: as stated, else those of a body of closed coils; None if not known. [-]"""
     if spring.coils is not None or spring.body_length is None or spring.wire_diameter is None:
         return spring.coils
-    return spring.body_length / spring.wire_diameter - 1.0
+    return coils_of_body(spring.body_length, spring.wire_diameter)
 
 
 def all_coils(active: Array) -> Array:

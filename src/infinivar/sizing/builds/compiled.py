@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -23,7 +22,7 @@ TOGETHER = 64
 
 def available() -> bool:
     """Whether JAX is installed."""
-    return importlib.util.find_spec("jax") is not None
+    return extras.there("jax")
 
 
 def structure(drive: Any) -> tuple[Any, ...]:

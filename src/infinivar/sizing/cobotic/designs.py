@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from infinivar._core.pareto import spread_front
-from infinivar.drivetrain.body import total
 from infinivar.drivetrain.envelope import Envelope
 from infinivar.drivetrain.masses import with_tube
 from infinivar.limits import Limit
@@ -25,7 +24,7 @@ from infinivar.sizing.geared.candidates import ENVELOPE, LIMIT_FIELDS
 from infinivar.sizing.geared.sampled import UNCHECKED
 from infinivar.sizing.geared.tasks import RegionTask, Task
 from infinivar.sizing.margins import TaskDemand
-from infinivar.sizing.measures import price_of
+from infinivar.sizing.measures import mass_of, price_of, volume_of
 
 _ROUNDING = 1e-9
 
@@ -164,9 +163,9 @@ def design_of(
         ratio=ratio,
         values=dict(zip(FREE, map(float, values), strict=True)),
         drive=drive,
-        mass=float(total(drive.bodies(space.service))) if chosen else math.nan,
+        mass=mass_of(drive, space.service) if chosen else math.nan,
         power=power,
-        volume=float(drive.layout(space.service).space.volume) if chosen else math.nan,
+        volume=volume_of(drive, space.service) if chosen else math.nan,
         price=price_of(drive),
         demands={**demands, **own},
         unchecked=tuple(missing),

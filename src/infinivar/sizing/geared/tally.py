@@ -15,7 +15,7 @@ from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Candidates
 from infinivar.sizing.geared.sampled import HOT, UNCHECKED, Sampled
 from infinivar.sizing.geared.tasks import Task, heat_counts
 from infinivar.sizing.margins import TaskDemand
-from infinivar.sizing.measures import price_of
+from infinivar.sizing.measures import price_of, volume_of
 from infinivar.sizing.tables import MOVING, GearedRequest
 
 SPARE = 1e-9
@@ -169,7 +169,7 @@ def design_of(
         drive=drive,
         mass=float(found.measure("mass", np.array([row]), stage)[0]),
         power=power,
-        volume=float(drive.layout(found.service).space.volume),
+        volume=volume_of(drive, found.service),
         price=price_of(drive),
         radii=radii,
         demands={key: demand for key, demand in demands.items() if key[1:] not in lacking},
