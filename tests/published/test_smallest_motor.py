@@ -27,7 +27,7 @@ SETS = [
 REGION = loaded("hand_controller").requirement
 LEAST = {
     "shipped": {"geared": (0.120, 0.0451, 0.162), "cobotic": (0.066, 0.0153, 0.133)},
-    "maxon": {"geared": (0.072, 0.0158, 0.092), "cobotic": (0.033, 0.0068, 0.060)},
+    "maxon": {"geared": (0.072, 0.0152, 0.092), "cobotic": (0.033, 0.0068, 0.060)},
     "faulhaber": {"geared": (0.100, 0.0155, 0.151), "cobotic": (0.0582, 0.0069, 0.100)},
 }
 """Mass of the lightest motor, its continuous torque, mass of the lightest drive. [kg], [N m], [kg]
@@ -42,14 +42,14 @@ FROM_5_MM = {
 """The same of geared drives with pulleys from 5 mm on."""
 LEAST_TORQUE = {
     "shipped": {0.001: 0.0451, 0.005: 0.0451, "cobotic": 0.0153},
-    "maxon": {0.001: 0.0107, 0.005: 0.0146, "cobotic": 0.0040},
+    "maxon": {0.001: 0.0109, 0.005: 0.0146, "cobotic": 0.0040},
     "faulhaber": {0.001: 0.0155, 0.005: 0.0519, "cobotic": 0.0068},
 }
 """Least continuous torque: of geared drives by the least radius of the pulley, and of cobotic drives. [N m]"""
 WHOLE = {
     "shipped": (0.241, 0.275, 0.821),
-    "maxon": (0.167, 0.185, 0.737),
-    "faulhaber": (0.226, 0.279, 0.780),
+    "maxon": (0.168, 0.185, 0.737),
+    "faulhaber": (0.228, 0.279, 0.780),
 }
 """Mass of the lightest whole drive: geared with pulleys from 1 mm and from 5 mm on, cobotic. [kg]"""
 SLOW_INPUT = {
