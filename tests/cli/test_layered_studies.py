@@ -101,11 +101,22 @@ def test_files_are_found_from_the_study_that_names_them(tmp_path):
         ('titel = "1"', "study.toml: below.toml: titel is not a known key (did you mean 'title'?)"),
         ('extends = "nosuch"', 'study.toml: below.toml: extends = "nosuch" is neither a file beside this one nor'),
         ('extends = "no.toml"', 'study.toml: below.toml: extends = "no.toml": '),
+        (
+            "format = 2",
+            "study.toml: below.toml: format = 2 must be 1; the file is for a newer infinivar: pip install --upgrade",
+        ),
     ],
 )
 def test_a_fault_of_an_extended_study_names_its_file(tmp_path, below, said):
     with pytest.raises(iv.InputError, match=re.escape(said)):
         loaded(tmp_path, 'extends = "below.toml"\n', below=below)
+
+
+@pytest.mark.parametrize("number", ["0", "1.0", "true", '"1"'])
+def test_a_study_states_the_format_it_has(tmp_path, number):
+    assert loaded(tmp_path, 'format = 1\nextends = "below.toml"\n', below="format = 1\n" + HEAD).name == "study"
+    with pytest.raises(iv.InputError, match=f"study.toml: format = {re.escape(number)} must be 1$"):
+        loaded(tmp_path, f"format = {number}\n" + HEAD)
 
 
 def test_a_shipped_study_goes_by_its_name_unless_a_file_has_it(tmp_path):

@@ -17,9 +17,11 @@ from infinivar.study.spreads import is_group, leaves
 _DEEPEST = 8
 KEYS = (
     "title", "description", "extends", "requirement", "envelope", "drives", "scenarios", "duty", "tasks", "paths", "rig",
-    "uncertainty", "correlations", "reconstruction", "name", "parts",
+    "uncertainty", "correlations", "reconstruction", "name", "parts", "format",
 )  # fmt: skip
 """Keys of a study at the top level."""
+FORMAT = 1
+"""Format of study files that this version reads; a file that states none has format 1."""
 PARTS_FOLDER = "parts"
 """Folder beside a study in which sets of parts are looked up."""
 
@@ -39,10 +41,11 @@ def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) 
     Raises
     ------
     StudyError
-        If the file cannot be read, or files extend each other in a circle.
+        If a file cannot be read or has another format, or files extend each other in a circle.
     """
     # Faults of an extended file name it.
     where = f"{printable(path.name)}: " if depth else ""
+    _check_format(raw, where)
     if depth and (unknown := unknown_keys(raw)):
         raise StudyError(where + next(iter(unknown.values())))
     if "extends" not in raw:
@@ -68,6 +71,15 @@ def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) 
     under.pop("name", None)
     parts = {"parts": list(dict.fromkeys([*parts_of(over), *under["parts"]]))}
     return {**under, **over, **parts, **_merged_tables(under, over, below.name, path.name)}
+
+
+def _check_format(raw: Raw, where: str) -> None:
+    """Raise StudyError if a file states another format than that of this version."""
+    number = raw.get("format", FORMAT)
+    if type(number) is not int or number != FORMAT:
+        newer = type(number) is int and number > FORMAT
+        hint = "; the file is for a newer infinivar: pip install --upgrade infinivar" if newer else ""
+        raise StudyError(f"{where}format = {quoted(number)} must be {FORMAT}{hint}")
 
 
 def extended_file(folder: Path, name: str) -> Path:

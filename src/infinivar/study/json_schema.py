@@ -16,6 +16,7 @@ from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.motion.scenario import Scenario
 from infinivar.study import extensions
+from infinivar.study.extend import FORMAT
 from infinivar.study.requirement import JointRequirement, Requirement
 from infinivar.study.rig import Rig
 from infinivar.study.schema import (
@@ -200,6 +201,7 @@ def _schema(tables: _Tables) -> Schema:
                 "anyOf": [_TEXT, {"type": "array", "items": _TEXT}],
                 "description": "Files or folders with sets of parts; by default the folder parts beside the study",
             },
+            "format": {"const": FORMAT, "description": "Format of the file; by default 1"},
             "title": _text("Headline of the report"),
             "name": _text("Name of the study; defaults to that of the file"),
             "reconstruction": {
