@@ -55,12 +55,11 @@ class Page:
         return self.page.locator(f"#{name}")
 
     def ready(self, tour: bool = False) -> Page:
-        """Wait for the first maps; end the tour of the first visit."""
+        """Wait for the first maps; take the tour that the first visit offers, or not."""
         self.page.locator("#status[data-first]").wait_for()
         self.settled()
-        self.page.locator(".tour:not([hidden])").wait_for()
-        if not tour:
-            self.page.get_by_role("button", name="End tour").click()
+        offer = self.page.locator("[data-notice=tour]")
+        offer.get_by_role("button", name="Take the tour" if tour else "Dismiss").click()
         return self
 
     def opened(self, study: str) -> None:

@@ -117,17 +117,57 @@ def test_verdicts_are_those_of_the_comparison(opened_study):
     assert maps["cobotic"]["requirement"] == found["cobotic"]
 
 
-def test_mass_and_size_stand_beside_the_verdict(opened_study):
+def test_the_size_stands_beside_the_verdict(opened_study):
     """As `compare` states them, also of an envelope."""
     study = iv.load_study("hand_controller")
     tables = {**opened_study, "tables": {**opened_study["tables"], "envelope": {"mass": "1 kg"}}}
     for sent, envelope in ((opened_study, None), (tables, Envelope(mass=1.0))):
         for name, one in answered("judge", sent).header["drives"].items():
             mass = whole_mass(study, name)
-            assert one["weighs"] == mass.known_words
             assert one["fits"] == mass.within(envelope)
             assert one["size"].startswith(mass.space_words)
             assert ("exceeds the envelope" in one["size"]) == (not one["fits"])
+
+
+@pytest.mark.parametrize("name", ["hand_controller", "knee_walking", "planar_cart"])
+def test_the_glance_is_that_of_the_comparison(name):
+    """Winner, figures and margins come from the results of each drive and motion, not from the table that the page shows."""
+    found = answered("glance", answered("shipped", {"which": name}).header).header
+    compared = iv.compare(iv.load_study(name), quick=True)
+    rows = {row["name"]: row for row in found["rows"]}
+    assert found["verdict"] == compared.verdict
+    assert [row["name"] for row in found["rows"] if row["best"]] == [compared.best.name]
+    assert found["headline"].startswith(f"{compared.best.title}: ")
+    assert (
+        found["decided"]
+        == ("Undecidable" not in compared.verdict)
+        == (not found["turned_by"].startswith("Not decided"))
+    )
+    for one, result in compared.results.items():
+        row = rows[one]
+        if name == "planar_cart":
+            assert (row["able"], row["figure"]) == (result.feasible, pytest.approx(result.mean_power, rel=1e-12))
+            assert row["margin"] == min(task.margin for task in result.found.values())
+            continue
+        cycles = [duty.results[one] for duty in compared.duty.values()]
+        figure = sum(cycle.energy for cycle in cycles) if cycles else result.mean_loss
+        assert (row["able"], row["figure"]) == (compared.able(one), pytest.approx(figure, rel=1e-12))
+        assert row["margin"] == min([result.tightest.value, *(cycle.tightest[1] for cycle in cycles)])
+        assert row["weighs"] == whole_mass(compared.study, one).known_words
+
+
+def test_the_glance_says_when_none_leads(opened_study):
+    tables = opened_study["tables"]
+    for force, said in (
+        ("5 kN", "None meets all that is required."),
+        ("50 N", "Cobotic, Motor 1 (reconstruction B): mean loss"),
+    ):
+        tables["requirement"]["force"] = force
+        assert answered("glance", opened_study).header["headline"].startswith(said)
+    tables["drives"] = {"cobotic": tables["drives"]["cobotic"]}
+    assert answered("glance", opened_study).header["headline"].endswith("W, meets all that is required.")
+    sessions = answered("shipped", {"which": "guided_cart"}).header
+    assert answered("glance", sessions).header["rows"] == []
 
 
 def test_tasks_are_those_of_the_comparison():

@@ -35,19 +35,35 @@ def test_opens_with_the_maps_of_two_drives_and_a_tour(browser, server):
         assert page.page.locator(".map").count() == 2
         tour = page.page.get_by_role("dialog", name="A study")
         tour.wait_for()
-        for _ in range(6):
+        for _ in range(7):
             page.page.get_by_role("button", name="Next").click()
         page.page.get_by_role("button", name="Done").click()
         page.page.locator(".tour").wait_for(state="hidden")
         page.page.reload()
         page.page.locator("#status[data-first]").wait_for()
         page.settled()
-        assert page.page.locator(".tour").is_hidden()  # only on the first visit
+        assert page.page.locator("[data-notice=tour]").count() == 0  # only on the first visit
         assert {url.split("/api")[0].split("/page")[0].rstrip("/") for url in page.requests} == {
             server.address.rstrip("/")
         }
         assert page.problems == []
         print(f"first map {page.by_id('status').get_attribute('data-first')} ms after navigation")
+
+
+def test_the_answer_stands_above_the_maps(page):
+    page.opened("hand_controller")
+    compared = iv.compare(iv.load_study("hand_controller"), quick=True)
+    answer = page.by_id("glance")
+    answer.get_by_role("heading", name=compared.best.title).wait_for()
+    assert answer.bounding_box()["y"] < page.by_id("maps").bounding_box()["y"]
+    assert answer.locator("tbody tr").count() == len(compared.results)
+    assert [row.inner_text().startswith("✓") for row in answer.locator("tbody th").all()] == [
+        compared.able(name) for name in compared.results
+    ]
+    answer.get_by_role("button", name="Motor 2, 4:1").click()
+    assert page.page.locator(".owner-line button[aria-pressed=true]").inner_text().startswith("Motor 2, 4:1")
+    page.by_id("tab-balance").click()
+    page.page.locator("#panel-balance strong", has_text="Motor 2, 4:1").wait_for()
 
 
 def test_a_slider_moves_the_numbers_to_those_of_the_public_functions(page, tmp_path):

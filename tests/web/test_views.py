@@ -91,7 +91,7 @@ def test_beyond_a_limit_the_view_says_which_and_by_how_much(page):
     study = iv.load_study(shipped_studies()["hand_controller"])
     panel = view(page, "balance")
     for drive in ("motor2-gear4", "cobotic"):
-        click(page, drive, 0.97, 0.3)
+        click(page, drive, 0.97, 0.6)
         speed, force = page.point()
         expected = point.point(study, {"drive": drive, "speed": speed, "force": force})
         assert not expected["feasible"]

@@ -126,6 +126,28 @@ class Hanging(Result):
         return f"Undecidable: {'; '.join(f'{won} with {_or(answers)}' for won, answers in by.items())}{more}"
 
     @property
+    def headline(self) -> str:
+        """The winner with what is used, and by how much it leads; or that there is none."""
+        able = sorted(self.used.figures[name] for name, able in self.used.able.items() if able)
+        if self.used.winner is None:
+            return "None leads in everything required." if able else "None meets all that is required."
+        best, others = able[0], f" of {len(self.titles)}" if len(self.titles) > 1 else ""
+        lead = f"the only one{others} that meets all that is required" if others else "meets all that is required"
+        if len(able) > 1:
+            share = f" ({plain(100.0 * (1.0 - best / able[1]), 2)} %)" if best > 0.0 else ""
+            lead = f"{plain(able[1] - best, 2)} {self.unit}{share} less than the next"
+        return f"{self.titles[self.used.winner]}: {self.figure} {plain(best, 3)} {self.unit}, {lead}."
+
+    @property
+    def turned_by(self) -> str:
+        """The choices that turn the winner, nearest first, or that none does; one sentence."""
+        if not self.tried:
+            return "No choice is open."
+        if self.decided:
+            return f"The same with each of {counted(self.tried, 'answers')} to open choices."
+        return f"Not decided: another wins with {_or([f'{row.choice}: {row.instead}' for row in self.flips])}."
+
+    @property
     def prefix(self) -> str:
         """What comes before the verdict on the study as it is: nothing if that is decided."""
         return "" if self.decided else f"{self.verdict}. With what is used: "

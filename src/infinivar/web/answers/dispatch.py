@@ -20,6 +20,7 @@ ANSWERS: dict[str, str] = {
     "parts": "infinivar.web.answers.catalogue:parts",
     "maps": "infinivar.web.answers.maps:maps",
     "judge": "infinivar.web.answers.maps:judge",
+    "glance": "infinivar.web.answers.glance:glance",
     "options": "infinivar.web.answers.jobs:options",
     "tasks": "infinivar.web.answers.tasks:tasks",
     "export": "infinivar.web.answers.export:export",

@@ -36,7 +36,7 @@ _KEPT = 24
 
 _PLACE = re.compile(
     r"(requirement|drives|scenarios|duty|tasks|paths|rig|uncertainty|correlations|parts|title|description|name|reconstruction|"
-    r"extends)((?:\.[\w-]+)*)"
+    r"extends|format)((?:\.[\w-]+)*)"
 )
 
 _OF_EVERY_DRIVE = ("duty", "tasks", "paths", "extends")

@@ -204,7 +204,7 @@ def judge(payload: Mapping[str, Any]) -> Answer:
             break
         try:
             # Motions and envelope, of which no verdict on the requirement depends, may have changed since.
-            found[name] = _verdicts[key] = {**_judged(name, study, key), **_weighed(study, study.drives[name])}
+            found[name] = _verdicts[key] = {**_judged(name, study, key), **_sized(study, study.drives[name])}
         except InfinivarError as problem:
             found[name] = {"fault": str(problem)}
     return Answer(header={"drives": found})
@@ -248,13 +248,13 @@ def _judged(name: str, study: Study, key: str) -> dict[str, Any]:
     return found
 
 
-def _weighed(study: Study, drive: Any) -> dict[str, Any]:
-    """Mass and size in words, and whether the drive is within the envelope of the study; nothing of other packages' drives."""
+def _sized(study: Study, drive: Any) -> dict[str, Any]:
+    """Size in words, and whether the drive is within the envelope of the study; nothing of other packages' drives."""
     if not isinstance(drive, CoboticDrive | ConventionalDrive):
         return {}
     mass = mass_of(drive, study.service(drive), doubted=False)
     words = mass.space_words if study.envelope is None else mass.words_on(study.envelope)
-    return {"weighs": mass.known_words, "size": words, "fits": mass.within(study.envelope)}
+    return {"size": words, "fits": mass.within(study.envelope)}
 
 
 def _labels(steady: SteadyMap, limits: list[Limit]) -> list[dict[str, Any]]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import infinivar as iv
 from infinivar.analysis.machines import MachineComparison
 from infinivar.limits import words_of
 from infinivar.web.answers.answer import Answer
 from infinivar.web.answers.document import study_of
+from infinivar.web.answers.glance import compared
 
 
 def tasks(payload: Mapping[str, Any]) -> Answer:
@@ -22,7 +22,7 @@ def tasks(payload: Mapping[str, Any]) -> Answer:
             else "the study has no tasks or paths of machines: its drives have maps"
         )
         return Answer(header={"machines": {}, "reason": reason})
-    found = iv.compare(study)
+    found = compared(payload)
     assert isinstance(found, MachineComparison)
     machines = {}
     for name, result in found.results.items():

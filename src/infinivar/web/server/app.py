@@ -37,8 +37,11 @@ LARGEST_BODY = 1_000_000
 BODY_SECONDS = 10.0
 """Longest that a request may take to arrive. [s]"""
 
-LONG = frozenset({"judge", "contact", "motion", "plane", "tasks", "export"})
+LONG = frozenset({"judge", "contact", "motion", "plane", "export"})
 """Answers that may take seconds: they have processes of their own, so that maps do not wait for them."""
+
+WHOLE = frozenset({"glance", "tasks"})
+"""Answers that need the comparison of all drives or machines, which they share: no other answer waits for it."""
 
 GIVING = frozenset({"start", "shipped", "open"})
 """Answers with which a page gets a study."""
@@ -55,6 +58,7 @@ class Explorer:
 
     quick: Lane
     long: Lane
+    whole: Lane
     jobs: Jobs
     recovery: Recovery
 
@@ -70,7 +74,7 @@ class Explorer:
         elif name == "study" and client is not None:
             # Asked once after each change; a slider waits for the maps, which have the same tables.
             self.recovery.sent(client, payload.get("name"), payload.get("tables"))
-        lane = self.long if name in LONG else self.quick
+        lane = self.long if name in LONG else self.whole if name in WHOLE else self.quick
         try:
             found = await lane.call(client, sequence, name, body, kind and f"{name} {kind}")
         except StaleError:

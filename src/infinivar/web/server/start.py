@@ -106,14 +106,14 @@ async def _serve(
     opened: Callable[[str], Any] | None,
 ) -> None:
     quick = Lane([Worker(study) for _ in range(min(_MOST_QUICK, _cores()))], QUICK_SECONDS)
-    long, jobs = Lane([Worker(study)], LONG_SECONDS), Jobs(study)
+    long, whole, jobs = Lane([Worker(study)], LONG_SECONDS), Lane([Worker(study)], LONG_SECONDS), Jobs(study)
     loading = asyncio.create_task(quick.start())
     await asyncio.sleep(0)  # the processes load the study while this one imports its libraries
     recovery = Recovery(study)
     port = listening.getsockname()[1]
     token = None if is_loopback(host) else secrets.token_urlsafe(24)
     try:
-        server = _server(Guard(_app(quick, long, jobs, recovery), host=host, port=port, token=token))
+        server = _server(Guard(_app(quick, long, whole, jobs, recovery), host=host, port=port, token=token))
         with _stopping(server):
             serving = asyncio.create_task(server.serve(sockets=[listening]))
             try:
@@ -136,7 +136,7 @@ async def _serve(
     finally:
         loading.cancel()
         await jobs.stop()
-        await asyncio.gather(quick.stop(), long.stop())
+        await asyncio.gather(quick.stop(), long.stop(), whole.stop())
 
 
 def _cores() -> int:
@@ -153,10 +153,10 @@ def _shown(host: str) -> str:
     return f"[{host}]" if ":" in host else host
 
 
-def _app(quick: Lane, long: Lane, jobs: Jobs, recovery: Recovery) -> Any:
+def _app(quick: Lane, long: Lane, whole: Lane, jobs: Jobs, recovery: Recovery) -> Any:
     from infinivar.web.server.app import Explorer, made_app
 
-    return made_app(Explorer(quick=quick, long=long, jobs=jobs, recovery=recovery))
+    return made_app(Explorer(quick=quick, long=long, whole=whole, jobs=jobs, recovery=recovery))
 
 
 def _server(app: Any) -> Any:

@@ -6,7 +6,7 @@ import { createKeys } from "./keys.js";
 import { createMaps, mapOf } from "./maps.js";
 import { createPanes } from "./panes.js";
 import { createStore, fromFragment, same, toFragment, valueAt, withValue } from "./store.js";
-import { createTheme } from "./theme.js";
+import { createTheme, remember, remembered } from "./theme.js";
 import { Superseded, Unanswered } from "./transport.js";
 
 const EXPORTS = [
@@ -17,6 +17,7 @@ const EXPORTS = [
 const STUDY_DELAY = 90;
 const SPOKEN_DELAY = 700;
 const JUDGE_DELAY = 150;
+const GLANCE_DELAY = 400;
 const LONGEST_BLANK = 400;
 const AGAIN = 2000;
 const LARGEST_FILE = 400_000;
@@ -31,6 +32,7 @@ let maps = new Map();
 let studyTimer = 0;
 let spokenTimer = 0;
 let judgeTimer = 0;
+let glanceTimer = 0;
 let firstPainted = false;
 let broken = false;
 let welcomed = false;
@@ -39,6 +41,7 @@ let disk = null;  // the state of the study's files that the page knows
 let own = null;  // name of the study with which the program was started
 let mapped = null;  // the request behind the maps shown: what is typed may be no study
 let tasked = null;  // the last answer about tasks
+let glanced = null;  // the last answer at a glance
 let firstSeen;
 // The fields are many: they come after the first maps, or soon where there are none.
 const seen = new Promise((resolve) => { firstSeen = resolve; setTimeout(resolve, LONGEST_BLANK); });
@@ -132,6 +135,34 @@ async function askJudge() {
   plots.setMaps(maps);
 }
 
+function glanceSoon() {
+  clearTimeout(glanceTimer);
+  const holder = byId("glance");
+  holder.setAttribute("aria-busy", "true");
+  if (holder.hidden && (model.plane !== null || model.tasks.length || model.paths.length)) {
+    holder.hidden = false;
+    holder.style.minHeight = `${70 + 25 * model.drives.length}px`;  // what follows stays where it is
+    holder.replaceChildren(make("h2", { id: "glance-title" }, "Comparing …"));
+  }
+  glanceTimer = setTimeout(askGlance, GLANCE_DELAY);
+}
+
+/** Ask who wins, once the study rests: all drives are compared. */
+async function askGlance() {
+  const { tables } = store.document;
+  let header;
+  try { ({ header } = await transport.call("glance", payload())); } catch (problem) { failed(problem); return; }
+  if (tables !== store.document.tables || header.faults?.length) return;
+  glanced = header;
+  byId("glance").setAttribute("aria-busy", "false");
+  showGlance();
+}
+
+async function showGlance() {
+  const { drawGlance } = await import("./glance.js");
+  if (glanced !== null) drawGlance({ header: glanced, drive: view.drive, onDrive: chooseOwner });
+}
+
 function status(text, busy, bad = false) {
   byId("status").textContent = text;
   byId("status").classList.toggle("bad", bad);
@@ -188,6 +219,7 @@ async function askStudy() {
   arrange();
   fields.setModel(model);
   plots.setStale(false);
+  glanceSoon();
   if (flat !== (model.plane === null)) await askMaps();
   if (!began) return;
   judgeSoon();
@@ -202,12 +234,15 @@ async function askStudy() {
   welcome();
 }
 
-/** The tour on the first visit, once there is something to show. */
+/** Offer the tour on the first visit, once there is something to show. */
 function welcome() {
-  if (welcomed) return;
+  if (welcomed || remembered("tour") !== null) return;
   welcomed = true;
-  tour().then((one) => one.welcome(model.plane !== null));
+  remember("tour", "seen");
+  notice("New here? A tour of two minutes shows what each part of the page is for.", [["Take the tour", startTour]], false, "tour");
 }
+
+const startTour = async () => (await tour()).start(model?.plane !== null);
 
 function faulty(found) {
   if (model === null) { unusable(found); return; }
@@ -340,6 +375,7 @@ function tellTools() {
 
 function tellModes() {
   const pinned = store.before !== null;
+  document.querySelector(".right").classList.toggle("beside", model?.plane != null && (!pinned || view.mode !== "side"));
   byId("pin").setAttribute("aria-pressed", String(pinned));
   byId("pin").querySelector("span").textContent = pinned ? "Unpin" : "Pin before";
   const holder = byId("modes");
@@ -382,7 +418,11 @@ function choose(point, drive) {
 }
 
 /** The drive of the views is another one. */
-function follow(drive) { view.drive = drive; }
+function follow(drive) {
+  if (view.drive === drive) return;
+  view.drive = drive;
+  showGlance();
+}
 
 function chooseDrive(drive, edit = false) {
   follow(drive);
@@ -446,7 +486,8 @@ function open(next, state = {}) {
   const document = next.now;
   const [left, edited] = [store.whole, store.edited];
   waiting = next.valid && !same(next.valid.tables, document.tables) ? document : null;
-  tasked = null;
+  tasked = glanced = null;
+  byId("glance").hidden = true;
   model = null;
   maps = new Map();
   fields.reset();
@@ -515,7 +556,7 @@ const actions = {
   maps: () => plots.focus(),
   views: () => panes.focus(),
   find: () => byId("find").focus(),
-  help: async () => (await dialogs()).help({ version, onTour: async () => (await tour()).start(model?.plane !== null) }),
+  help: async () => (await dialogs()).help({ version, onTour: startTour }),
 };
 
 for (const name of ["undo", "redo", "save", "open", "pin", "link", "help"]) byId(name).addEventListener("click", actions[name]);

@@ -126,8 +126,9 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
 
   function layOut(plot, width, beside) {
     const stacked = beside && innerWidth <= 560;  // both must leave room for the slider below them
-    const low = (stacked ? 0.2 : innerWidth <= 900 ? 0.3 : 0.43) * innerHeight;
-    const height = Math.round(Math.min(Math.max((beside ? 1.15 : 0.78) * width, 190), Math.max(stacked ? 150 : 200, low), 430));
+    const above = figures.size > 1 && strip.closest(".beside") !== null && innerWidth >= 1200;  // one above the other
+    const low = (stacked ? 0.2 : above ? 0.24 : innerWidth <= 900 ? 0.3 : 0.43) * innerHeight;
+    const height = Math.round(Math.min(Math.max((beside ? 1.15 : 0.78) * width, 190), Math.max(stacked || above ? 150 : 200, low), 430));
     const ratio = window.devicePixelRatio || 1;
     plot.holder.style.height = `${height}px`;
     for (const canvas of [plot.base, plot.over]) {
@@ -220,7 +221,6 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     const rows = map.header.limit_names.map((name, code) => ({ name, words: map.header.limits[code], part: counts[code] / total }));
     const items = rows.slice(1).filter((row) => row.part > 0).sort((one, other) => other.part - one.part)
       .map((row) => swatch(tint(row.name, theme.dark), `${row.words} ${Math.max(1, Math.round(100 * row.part))} %`));
-    if (required?.weighs) items.push(make("li", {}, `weighs ${required.weighs}`));
     if (subtract) items.unshift(swatch(changed(theme.dark).better, "now within limits"), swatch(changed(theme.dark).worse, "now beyond a limit"));
     figure.legend.replaceChildren(...items);
     const where = `${plane.force_name} to the right, ${plane.speed_name} up`;

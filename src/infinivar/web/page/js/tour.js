@@ -1,13 +1,14 @@
 // A tour of two minutes: what each part of the page is for, one after another.
 import { make } from "./dom.js";
-import { remember, remembered } from "./theme.js";
 
 const STUDY = { at: "#study-title", title: "A study", text: "A study holds drive-trains or machines, and what is required of them. Choose another one at the top, or open your own file." };
+const ANSWER = { at: "#glance:not([hidden])", title: "The answer", text: "Which one wins with what is stated, by how much, and which open choices would turn that. One row each: the figure that decides, the tightest limit with its margin, and the mass. Choose a row to look into it." };
 const CHANGE = { at: "#fields .part[open] .field:has(input[type=range])", title: "Change a value" };
 const KEEP = { at: "#save", title: "Keep it", text: "Save the study as a file for the command line, or copy a link that holds it whole. Press F1 for help and for this tour." };
 
 const OF_DRIVES = [
   STUDY,
+  ANSWER,
   { at: "#strip", title: "Maps", text: "Each map shows the efficiency of a drive at every force and speed of the load. Tinted regions are beyond a limit, named on the map. The dashed line is what is required. Move over a map to read it, click to stay at a point." },
   { ...CHANGE, text: "Move a slider or type a value in any unit, such as 550 N, and all maps follow. Try it now. The dot tells where the value comes from." },
   { at: "#owners", title: "Drives", text: "Choose what to edit here, and tick the drives whose maps you want to see side by side." },
@@ -19,6 +20,7 @@ const OF_DRIVES = [
 /** Machines have tasks and sessions in place of maps. */
 const OF_MACHINES = [
   STUDY,
+  ANSWER,
   { at: "#strip", title: "What the machine does", text: "Each task with its power and its tightest limit, one column a machine; choose a cell to see the machine in that task. A study of sessions lists them here: a user moves the machine and a controller guides it." },
   { ...CHANGE, text: "Move a slider or type a value in any unit, such as 550 N, and what is shown follows. Try it now. The dot tells where the value comes from." },
   { at: "#owners", title: "What to edit", text: "Choose here what to edit: a machine, a task, or a session. Undo takes back any step." },
@@ -44,7 +46,7 @@ export function createTour() {
   function show(index) {
     lit?.classList.remove("lit");
     step = index;
-    const target = document.querySelector(steps[step].at) ?? document.querySelector("#fields");
+    const target = document.querySelector(steps[step].at) ?? document.querySelector("#study-title");
     title.textContent = steps[step].title;
     text.textContent = steps[step].text;
     count.textContent = `${step + 1} of ${steps.length}`;
@@ -98,11 +100,5 @@ export function createTour() {
   return {
     /** Start with the steps for maps of drives, or for machines. */
     start(flat) { came = document.activeElement; steps = flat ? OF_DRIVES : OF_MACHINES; show(0); },
-    /** Start on the first visit only, whether it is followed to its end or not. */
-    welcome(flat) {
-      if (remembered("tour") !== null) return;
-      remember("tour", "seen");
-      this.start(flat);
-    },
   };
 }
