@@ -15,7 +15,7 @@ export function drawGlance({ header, drive, onDrive, mend, apply }) {
     make("th", { scope: "row" }, make("div", {}, make("span", { className: one.able ? "yes" : "no", title: one.able ? "meets all that is required" : "does not meet all that is required" }, one.able ? "✓" : "✗"),
       make("button", { type: "button", title: one.title, data: { row: one.name }, on: { click: () => onDrive(one.name) } }, one.title))),
     make("td", { className: "number" }, one.shown), make("td", { className: "number more" }, one.best ? "best" : one.more),
-    make("td", {}, one.limit), make("td", { className: `number${one.margin < 1 ? " no" : ""}` }, one.margin_shown), weighed ? make("td", { className: "number" }, one.weighs) : null);
+    make("td", {}, one.limit), make("td", { className: `number${one.margin < 1 ? " no" : ""}` }, one.margin_shown), weighed ? make("td", { className: "number" }, one.weighs.replace("more than", ">")) : null);
   holder.replaceChildren(
     make("h2", { id: "glance-title", title: header.verdict }, header.headline),
     make("p", { className: header.decided ? "why" : "why open", title: "Without sampled builds and simulated motions, which “Compare all drives” adds" }, header.turned_by),
