@@ -13,8 +13,8 @@ ROBOT = """<mujoco><option timestep="0.001"/><worldbody>
 <body name="base"><joint type="free"/><geom size="0.1" mass="5" contype="0" conaffinity="0"/>
 <body name="leg"><joint name="hip" type="hinge" axis="0 1 0"/><geom size="0.05" pos="0 0 -0.3"
 mass="1" contype="0" conaffinity="0"/>
-<body name="foot" pos="0 0 -0.5"><joint name="piston" type="slide" axis="0 0 1"/><geom size="0.03" mass="0.2" contype="0"
-conaffinity="0"/></body></body></body>
+<body name="foot" pos="0 0 -0.5"><joint name="piston" type="slide" armature="0.3" axis="0 0 1"/><geom size="0.03"
+mass="0.2" contype="0" conaffinity="0"/></body></body></body>
 <body name="ball" pos="1 0 0"><joint name="wrist" type="ball"/><geom size="0.03" mass="0.2" contype="0" conaffinity="0"/></body>
 </worldbody><actuator><motor name="hip" joint="hip"/><motor name="piston" joint="piston"/></actuator></mujoco>"""
 
@@ -26,12 +26,12 @@ def trajectory():
     model.opt.gravity[:] = 0.0
     data = mujoco.MjData(model)
     kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    rows = {name: [] for name in ("time", "qpos", "qvel", "qfrc_actuator", "state")}
+    rows = {name: [] for name in ("time", "qpos", "qvel", "qacc", "qfrc_actuator", "state")}
     for _ in range(2001):
         turn = 2.0 * np.pi * data.time
         data.ctrl = 2.0 * np.cos(turn) - 3.0 * data.joint("hip").qpos[0] - 0.5 * data.joint("hip").qvel[0], np.sin(turn)
         mujoco.mj_forward(model, data)
-        for name in ("time", "qpos", "qvel", "qfrc_actuator"):
+        for name in ("time", "qpos", "qvel", "qacc", "qfrc_actuator"):
             rows[name].append(np.array(getattr(data, name)))
         state = np.empty(mujoco.mj_stateSize(model, kind))
         mujoco.mj_getState(model, data, state, kind)
@@ -40,21 +40,40 @@ def trajectory():
     return model, {name: np.array(values) for name, values in rows.items()}
 
 
+def test_the_only_joint_of_a_robot_needs_no_second_axis(tmp_path):
+    text = '<mujoco><worldbody><body><joint name="one" axis="0 1 0"/><geom size="0.1" mass="1"/></body></worldbody></mujoco>'
+    time = np.linspace(0.0, 1.0, 11)
+    given = {"time": time, "qpos": time**2}
+    file = iv.motion.joint_recording(given, mujoco.MjModel.from_xml_string(text), "one", tmp_path / "one.csv")
+    np.testing.assert_allclose(iv.read_table(file).columns["angle"].values, time**2, rtol=1e-11)
+
+
 def without(found, *names):
     return {name: values for name, values in found.items() if name not in names}
 
 
 @pytest.mark.parametrize(("joint", "position", "force"), [("hip", "angle", "moment"), ("piston", "position", "force")])
 def test_columns_are_those_of_the_joint(trajectory, joint, position, force, tmp_path):
-    """Found by MuJoCo's own names; the force of the actuators is opposite to that on the joint from outside."""
+    """Found by MuJoCo's own names; the force from outside is opposite to that of the actuators, less the armature's."""
     model, found = trajectory
     file = iv.motion.joint_recording(without(found, "state"), model, joint, tmp_path / "new" / "joint.csv")
     table = iv.read_table(file)
     at, dof = model.joint(joint).qposadr[0], model.joint(joint).dofadr[0]
-    wanted = {"time": found["time"], position: found["qpos"][:, at], force: -found["qfrc_actuator"][:, dof]}
+    rotor = model.dof_armature[dof] * found["qacc"][:, dof]
+    wanted = {"time": found["time"], position: found["qpos"][:, at], force: rotor - found["qfrc_actuator"][:, dof]}
     for role, values in wanted.items():
         np.testing.assert_allclose(table.columns[role].values, values, rtol=1e-10, atol=1e-11)
     assert np.ptp(wanted[position]) > 0.01
+
+
+@pytest.mark.parametrize("left_out", [("qacc",), ("qacc", "qvel")])
+def test_without_accelerations_the_slope_of_the_speed_stands_for_them(trajectory, left_out, tmp_path):
+    model, found = trajectory
+    given = [without(found, "state"), without(found, "state", *left_out)]
+    files = [iv.motion.joint_recording(one, model, "piston", tmp_path / f"{len(one)}.csv") for one in given]
+    forces = [iv.read_table(file).columns["force"].values for file in files]
+    assert np.ptp(forces[0]) > 0.1
+    np.testing.assert_allclose(forces[1][5:-5], forces[0][5:-5], atol=0.01 * np.ptp(forces[0]))
 
 
 def test_whole_states_give_the_same_as_single_arrays(trajectory, tmp_path):
@@ -92,7 +111,9 @@ def test_the_command_writes_a_recording_and_shows_it(trajectory, tmp_path):
         assert done.code == 0, done.err
         assert "Recording: out/hip.csv" in done.out
         assert "moment        'moment [N m]'" in done.out
-        wanted = iv.motion.joint_recording(without(found, "state", "qvel"), model, "hip", tmp_path / "wanted.csv")
+        wanted = iv.motion.joint_recording(
+            without(found, "state", "qvel", "qacc"), model, "hip", tmp_path / "wanted.csv"
+        )
         assert (tmp_path / "out" / "hip.csv").read_bytes() == wanted.read_bytes()
 
 
@@ -122,11 +143,11 @@ PLUGIN = '<mujoco><extension><plugin plugin="infinivar.missing"/></extension></m
         ),
         (
             ("run.npz", "--model", "robot.xml", "--joint", "hip", "--columns", "torque=tau"),
-            "columns of a trajectory in MuJoCo are time, position, speed, force, got 'torque'",
+            "columns of a trajectory in MuJoCo are time, position, speed, acceleration, force, got 'torque'",
         ),
         (
             ("run.npz", "--model", "robot.xml", "--joint", "hip", "--columns", "force=tau"),
-            "run.npz: has no array 'tau'; arrays: time, qpos, qvel, qfrc_actuator, state; state the force, such as columns",
+            "run.npz: has no array 'tau'; arrays: time, qpos, qvel, qacc, qfrc_actuator, state; state the force",
         ),
         (("text.npz", "--model", "robot.xml", "--joint", "hip"), "text.npz: must be an NPZ file of numbers"),
         (("object.npz", "--model", "robot.xml", "--joint", "hip"), "object.npz: must be an NPZ file of numbers"),
@@ -141,6 +162,7 @@ PLUGIN = '<mujoco><extension><plugin plugin="infinivar.missing"/></extension></m
             "state must have rows of time, 13 positions and 11 velocities",
         ),
         (("none.npz", "--model", "robot.xml", "--joint", "hip"), "none.npz: has no array 'time'; arrays: none"),
+        (("row.npz", "--model", "robot.xml", "--joint", "hip"), "row.npz: must have at least two rows, got 1"),
         (("missing.npz", "--model", "robot.xml", "--joint", "hip"), "missing.npz"),
     ],
 )
@@ -160,6 +182,7 @@ def test_bad_input_is_one_message(trajectory, arguments, said, tmp_path):
     np.savez(tmp_path / "nan.npz", time=found["time"][:9], qpos=wrong)
     np.savez(tmp_path / "state.npz", state=np.zeros((2, 9, 25)))
     np.savez(tmp_path / "none.npz")
+    np.savez(tmp_path / "row.npz", time=found["time"][:1], qpos=found["qpos"][:1])
     done = run("motion", *arguments, "--out", "out", folder=tmp_path)
     assert done.code == 2
     assert said in done.err

@@ -14,7 +14,7 @@ from infinivar._core import extras, files
 from infinivar.errors import InputError, ParameterError, nearest, path_of, printable
 
 _MOST_BYTES = 2_000_000_000
-_ARRAYS = {"time": "time", "position": "qpos", "speed": "qvel", "force": "qfrc_actuator"}
+_ARRAYS = {"time": "time", "position": "qpos", "speed": "qvel", "acceleration": "qacc", "force": "qfrc_actuator"}
 """Names of the arrays by role, as in MuJoCo's own data."""
 _STATE = "state"
 """Name of an array of whole states (mjSTATE_FULLPHYSICS), as `mujoco.rollout` returns them: time, positions, velocities ..."""
@@ -36,18 +36,20 @@ def joint_recording(
     """Write the motion of one joint of a trajectory in MuJoCo as a recording.
 
     The force that acts on the joint from outside is the reverse of what its actuators apply. It includes what accelerates the
-    robot: the duty cycle has no load mass of its own.
+    robot, so the duty cycle has no load mass of its own; what accelerates the armature of the joint is left out, as a drive adds
+    its own inertia.
 
     Parameters
     ----------
     trajectory : str, Path or mapping   NPZ file or arrays: "time" (n,) [s], "qpos" (n, nq), and, if recorded, "qvel" (n, nv)
-        and "qfrc_actuator" (n, nv); or "state" (n, ...), whole states in place of the first three.
+        and "qfrc_actuator" (n, nv); or "state" (n, ...), whole states in place of the first three. "qacc" (n, nv) is used for
+        a joint with an armature; without it the slope of the speed is.
     model : str, Path or MjModel        MJCF, MJB, or a model: it states which numbers belong to the joint. One whose plugins
         are not loaded cannot be read from a file.
     joint : str                         Name of a slide or hinge.
     out : str or Path                   CSV file to write.
-    columns : mapping                   Names of the arrays by role ("time", "position", "speed", "force") where they differ, such
-        as ``{"force": "qfrc_inverse"}``.
+    columns : mapping                   Names of the arrays by role where they differ, such as ``{"force": "qfrc_inverse"}``;
+        roles: "time", "position", "speed", "acceleration", "force".
 
     Returns
     -------
@@ -70,7 +72,7 @@ def joint_recording(
         )
     where = "trajectory" if isinstance(trajectory, Mapping) else printable(Path(trajectory))
     arrays = trajectory if isinstance(trajectory, Mapping) else _read(Path(trajectory))
-    robot, rotary, places = _joint(model, joint)
+    robot, rotary, places, armature = _joint(model, joint)
     given = _whole(arrays, robot, where) if _STATE in arrays and names["position"] not in arrays else dict(arrays)
     for role in ("time", "position", *(columns or {})):
         if names[role] not in given:
@@ -78,14 +80,21 @@ def joint_recording(
                 f"{where}: has no array {names[role]!r}{nearest(names[role], list(given))}; arrays: "
                 f"{', '.join(map(printable, arrays)) or 'none'}; state the {role}, such as columns {role}=NAME"
             )
-    made = {}
-    for role, name in names.items():
-        if name in given:
-            made[role] = _column(
-                given[name], places.get(role), f"{where}: {name}", len(np.atleast_1d(given[names["time"]]))
-            )
+    rows = len(np.atleast_1d(given[names["time"]]))
+    if rows < 2:
+        raise InputError(f"{where}: must have at least two rows, got {rows}")
+    made = {
+        role: _column(given[name], places.get(role), f"{where}: {name}", rows)
+        for role, name in names.items()
+        if name in given
+    }
+    acceleration = made.pop("acceleration", None)
     if "force" in made:
-        made["force"] = -made["force"]
+        if armature and acceleration is None:
+            with np.errstate(all="ignore"):
+                speed = made["speed"] if "speed" in made else np.gradient(made["position"], made["time"])
+                acceleration = np.gradient(speed, made["time"])
+        made["force"] = -made["force"] + (0.0 if acceleration is None else armature * acceleration)
     text, heads = io.StringIO(), ",".join(_HEADINGS[rotary][role] for role in made)
     np.savetxt(text, np.stack([*made.values()], axis=-1), fmt="%.12g", delimiter=",", header=heads, comments="")
     path = path_of(out, "out")
@@ -106,8 +115,8 @@ def _read(path: Path) -> dict[str, np.ndarray]:
         raise InputError(f"{printable(path)}: must be an NPZ file of numbers, as numpy.savez writes it") from problem
 
 
-def _joint(model: Any, joint: str) -> tuple[Any, bool, dict[str, tuple[int, int]]]:
-    """Model, whether the joint turns, and by role the place of its number and how many there are."""
+def _joint(model: Any, joint: str) -> tuple[Any, bool, dict[str, tuple[int, int]], float]:
+    """Model, whether the joint turns, by role the place of its number and how many there are, and its armature."""
     mujoco = extras.load("mujoco", "robots", "a trajectory in MuJoCo")
     robot = model if isinstance(model, mujoco.MjModel) else _robot(mujoco, path_of(model, "model"))
     names = [robot.joint(place).name for place in range(robot.njnt)]
@@ -119,8 +128,12 @@ def _joint(model: Any, joint: str) -> tuple[Any, bool, dict[str, tuple[int, int]
     if kind not in (mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE):
         word = kind.name.removeprefix("mjJNT_").lower()
         raise InputError(f"joint {joint!r} is a {word} joint of several coordinates; it must be a slide or a hinge")
-    at, speed = int(robot.jnt_qposadr[place]), (int(robot.jnt_dofadr[place]), int(robot.nv))
-    return robot, kind == mujoco.mjtJoint.mjJNT_HINGE, {"position": (at, int(robot.nq)), "speed": speed, "force": speed}
+    position, rate = int(robot.jnt_qposadr[place]), int(robot.jnt_dofadr[place])
+    places = {
+        "position": (position, int(robot.nq)),
+        **dict.fromkeys(("speed", "acceleration", "force"), (rate, int(robot.nv))),
+    }
+    return robot, kind == mujoco.mjtJoint.mjJNT_HINGE, places, float(robot.dof_armature[rate])
 
 
 def _robot(mujoco: Any, path: Path) -> Any:
@@ -152,6 +165,8 @@ def _whole(arrays: Mapping[str, Any], robot: Any, where: str) -> dict[str, Any]:
 
 def _column(array: Any, place: tuple[int, int] | None, where: str, rows: int) -> np.ndarray:
     found = np.asarray(array)
+    if place is not None and found.shape == (rows,) and place[1] == 1:
+        found = found[:, None]
     shape = (rows,) if place is None else (rows, place[1])
     if found.dtype.kind not in "fiu" or found.shape != shape:
         raise InputError(f"{where} must be numbers of the shape {shape}, got {found.dtype} of the shape {found.shape}")
