@@ -249,6 +249,9 @@ def test_ranges_of_command_and_force_hold():
     model = actuator.model
     model.actuator_ctrllimited[0], model.actuator_ctrlrange[0] = 1, (-3.0, 3.0)
     assert actuator.at(speed=0.1, command=5.0) == 3.0
+    model.opt.disableflags = mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL
+    assert actuator.at(speed=0.1, command=5.0) == 5.0
+    model.opt.disableflags = 0
     model.actuator_forcelimited[0], model.actuator_forcerange[0] = 1, (-2.0, 2.0)
     assert actuator.at(speed=0.1, command=-5.0) == -2.0
     held = float(drive_of(CASES[1]).operate(speed=0.1, force=-2.0).power_in)
@@ -299,6 +302,19 @@ def test_instances_do_not_disturb_each_other():
     together = moved(several(drives), commands)
     alone = [moved(several([drive]), [command]) for drive, command in zip(drives, commands, strict=True)]
     np.testing.assert_array_equal(together, np.hstack(alone))
+
+
+def test_fragments_of_several_drives_go_into_one_model(tmp_path):
+    files, names = zip(*(exported(drive_of(case)) for case in CASES[:2]), strict=True)
+    for one in files:
+        (tmp_path / one[2].name).write_bytes(one[2].read_bytes())
+    parts = "".join(f'<include file="{one[2].name}"/>' for one in files)
+    body = '<body><joint name="{}" type="slide"/><geom size="0.1" mass="1"/>'
+    bodies = "".join(map(body.format, names)) + "</body></body>"
+    (tmp_path / "robot.xml").write_text(f"<mujoco>{parts}<worldbody>{bodies}</worldbody></mujoco>", "utf-8")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "robot.xml"))
+    assert [model.actuator(place).name for place in range(model.nu)] == list(names)
+    assert model.na == 6
 
 
 def test_threads_do_not_disturb_each_other():

@@ -133,7 +133,7 @@ static void given(const mjModel *m, const mjData *d, int instance, int id, doubl
 static double driven(const mjModel *m, const mjData *d, int instance, int id, double *y)
 {
     double u[SUPPLY + 1], wanted = isfinite(d->ctrl[id]) ? d->ctrl[id] : 0.0;
-    if (m->actuator_ctrllimited[id]) {
+    if (m->actuator_ctrllimited[id] && !(m->opt.disableflags & mjDSBL_CLAMPCTRL)) {
         wanted = fmin(fmax(wanted, m->actuator_ctrlrange[2 * id]), m->actuator_ctrlrange[2 * id + 1]);
     }
     if (m->actuator_forcelimited[id]) {
