@@ -449,6 +449,13 @@ def test_ambient_of_an_instance_is_where_temperatures_begin(tmp_path):
     assert data.sensor(f"{name}.motor_voltage_V").data[0] == 0.0
 
 
+def test_a_second_plugin_of_a_name_is_refused(tmp_path):
+    _, name = exported(drive_of(CASES[1]))
+    other = iv.export(drive_of(CASES[0]), "mujoco", tmp_path, name=name).files
+    with pytest.raises(mujoco.FatalError, match=f"plugin 'infinivar.{name}' is already registered"):
+        mujoco.mj_loadPluginLibrary(str(other[0]))
+
+
 def test_the_same_drive_gives_the_same_text(tmp_path):
     drive = drive_of(CASES[0])
     one, other = (iv.export(drive, "mujoco", tmp_path / place, name="a-b").files for place in "ab")
@@ -474,7 +481,10 @@ def test_without_mujoco_or_a_compiler_the_command_says_what_to_install(tmp_path,
         patch.setenv("INFINIVAR_COMPILE", "0")
         done = run(*arguments, folder=tmp_path)
     assert done.code == 2
-    assert "--as mujoco needs a C compiler: install cc, gcc or clang, or name one in the variable CC" in done.err
+    assert (
+        "--as mujoco needs a C compiler: cc, gcc, clang or that of the variable CC, and INFINIVAR_COMPILE not 0"
+        in done.err
+    )
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     done = run(*arguments, folder=tmp_path)
     assert done.code == 2

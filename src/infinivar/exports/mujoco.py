@@ -19,7 +19,7 @@ import numpy as np
 
 from infinivar._core import extras
 from infinivar._core.array_namespace import Array, namespace
-from infinivar._core.c_library import FLAGS, binary, compiler
+from infinivar._core.c_library import FLAGS, SWITCH, binary, compiler
 from infinivar.drivetrain.drive import followed, operated
 from infinivar.errors import InputError, ParameterError
 from infinivar.exports.laws import COURSE, Law, function, identifier, record, results_of
@@ -109,7 +109,9 @@ def mujoco_files(drive: Any, name: str, load_mass: float | None) -> tuple[dict[s
     """
     extras.check("mujoco", "robots", "--as mujoco")
     if compiler() is None:
-        raise InputError("--as mujoco needs a C compiler: install cc, gcc or clang, or name one in the variable CC")
+        raise InputError(
+            f"--as mujoco needs a C compiler: cc, gcc, clang or that of the variable CC, and {SWITCH} not 0"
+        )
     headers, library = _mujoco()
     with naming_laws():
         text, sensors = plugin_source(drive, name)
