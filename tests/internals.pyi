@@ -41,6 +41,7 @@ from infinivar.analysis.compare import work_through
 from infinivar.analysis.cycles import cylinder_policy, performance
 from infinivar.analysis.cycles.cylinder_policy import RANGE as POLICY_RANGE
 from infinivar.analysis.cycles.cylinder_policy import schedule as policy_schedule
+from infinivar.analysis.cycles.duty_cycle import warmed
 from infinivar.analysis.cycles.mixed_use import mixed_use
 from infinivar.analysis.cycles.performance import demands as cycle_demands
 from infinivar.analysis.cycles.shaking import amplitude as shaking_amplitude
@@ -278,7 +279,9 @@ from infinivar.parts.bearing import Series as BearingSeries
 from infinivar.parts.gear_friction import friction_budget, stribeck_friction
 from infinivar.parts.gear_friction import terms as gear_friction_terms
 from infinivar.parts.gear_law import Torsion
+from infinivar.parts.heat import warm as warm_motor
 from infinivar.parts.heat_steps import over as heat_over
+from infinivar.parts.heat_steps import rates as heat_rates
 from infinivar.parts.heat_steps import windings as heat_windings
 from infinivar.parts.shaft_bearings import WheelLoad, spread
 from infinivar.parts.strain_wave import strain_wave_friction
