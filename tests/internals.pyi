@@ -113,6 +113,12 @@ from infinivar.calibration import reduce as reduced_data
 from infinivar.calibration import transmission as calibration_model
 from infinivar.calibration.dynamometer import Dynamometer, read_dynamometer
 from infinivar.calibration.fit import fit as fit_problem
+from infinivar.calibration.measured.actuator import BACKDRIVE
+from infinivar.calibration.measured.heating import temperatures as heated_temperatures
+from infinivar.calibration.measured.law import At as MeasuredAt
+from infinivar.calibration.measured.sets import read_rows as read_measured_rows
+from infinivar.calibration.measured.sets import read_set, shipped_sets
+from infinivar.calibration.measured.words import faults as measured_faults
 from infinivar.calibration.options import CalibrateOptions, RigOptions
 from infinivar.calibration.problem import Problem
 from infinivar.calibration.transmission import COLUMNS as CALIBRATION_COLUMNS

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from infinivar.cli.arguments import Json
+from infinivar.cli.arguments import Json, named_path
 from infinivar.cli.shared import end, print_json
 from infinivar.console import say
 
@@ -43,13 +43,15 @@ def check(folder: Set, rows: Rows = None, as_json: Json = False) -> None:
 
     Exit with code 1 if anything is.
     """
+    from infinivar._core.text import counted
     from infinivar.calibration.measured.report import measured_report
     from infinivar.calibration.measured.words import faults
 
     found = measured_report(folder, rows=rows)
     said = list(faults(found))
     count = sum(len(part.rows) for part in found.parts)
-    head = f"{found.set.name}: {count} rows, {'no faults' if not said else f'{len(said)} faults'}"
+    verdict = counted(len(said), "faults") if said else "no faults"
+    head = f"{found.set.name}: {count} rows, {verdict}"
     end(
         lambda: {"set": found.set.name, "rows": count, "faults": said},
         (head, *said),
@@ -67,6 +69,10 @@ def report(
     predict: Annotated[
         Path | None, typer.Option("--predict", help="CSV file of further rows to predict, with the same headings.")
     ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", parser=named_path, metavar="PATH", help="Folder for table, figures, results."),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Fit a model to a measured set: residuals, parameters with intervals, evidence, rows left out and predicted."""
@@ -75,6 +81,12 @@ def report(
 
     names = [name] if name is not None else [one for one in shipped_sets() if read_set(one).rows is not None]
     found = [measured_report(one, rows=rows, predict=predict) for one in names]
+    if out is not None:
+        from infinivar.report.measured import save_all
+        from infinivar.report.output import claimed
+
+        with claimed(out):
+            save_all(found, out)
     if as_json:
         print_json(found[0].to_dict() if name is not None else [one.to_dict() for one in found])
         return
