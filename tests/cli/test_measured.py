@@ -47,10 +47,9 @@ def test_report_begins_with_residual_and_goal(infinivar, folder):
     first = infinivar("measured", "report", folder).out.splitlines()[0]
     assert first.startswith("mine: current 0.000998 A rms")
     assert first.endswith("goal 0.002 A, met")
-    (part,) = json.loads(infinivar("measured", "report", folder, "--predict", folder / "rows.csv", "--json").out)[
-        "parts"
-    ]
-    assert part["residuals"][0]["goal_met"] is True
+    found = json.loads(infinivar("measured", "report", folder, "--predict", folder / "rows.csv", "--json").out)
+    assert found["totals"][0]["goal_met"] is True
+    (part,) = found["parts"]
     assert part["predicted"][0]["rows"] == 30
     assert "motor_friction" in part["parameters"]
 

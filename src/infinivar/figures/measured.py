@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from infinivar.calibration.measured.report import MeasuredReport
+from infinivar.calibration.measured.words import scaled
 from infinivar.figures import style
 
 if TYPE_CHECKING:
@@ -19,20 +20,20 @@ _MOST = 400
 
 
 def data(report: MeasuredReport) -> dict[str, dict[str, Any]]:
-    """By signal: unit, label of the abscissa, and by part ``over``, ``measured``, ``expected``, ``predicted`` and ``half`` (n,)."""
-    found = {}
+    """By signal: ``unit``, ``axis``, and by part ``over``, ``measured``, ``expected``, ``predicted`` and ``half`` (n,)."""
+    found, axis = {}, report.parts[0].rows.abscissa[1]
     for place, signal in enumerate(report.parts[0].rows.signals):
         parts = {}
+        unit, factor = scaled(report.totals[place].mean, report.totals[place].unit)
         for part in report.parts:
-            over, axis = part.rows.abscissa
             parts[part.name] = {
-                "over": over,
-                "measured": part.rows.read[:, place],
-                "expected": part.expected[:, place],
-                "predicted": part.predicted[:, place],
-                "half": part.half[:, place],
+                "over": part.rows.abscissa[0],
+                "measured": factor * part.rows.read[:, place],
+                "expected": factor * part.expected[:, place],
+                "predicted": factor * part.predicted[:, place],
+                "half": factor * part.half[:, place],
             }
-        found[signal] = {"unit": report.parts[0].rows.units[signal], "axis": axis, "parts": parts}
+        found[signal] = {"unit": unit, "axis": axis, "parts": parts}
     return found
 
 

@@ -166,7 +166,13 @@ class MeasuredReport(Result):
 
         return [part_of(part) for part in self.parts]
 
-    @derived()
+    @derived(key="totals")
+    def _totals(self) -> list[dict[str, Any]]:
+        from infinivar.calibration.measured.words import residual_of
+
+        return [residual_of(one) for one in self.totals]
+
+    @property
     def totals(self) -> tuple[Residual, ...]:
         """Residuals of all parts together, by signal."""
         return tuple(

@@ -13,14 +13,25 @@ from infinivar.units import plain
 if TYPE_CHECKING:
     from infinivar.calibration.measured.report import MeasuredReport, Part, Residual
 
-SHOWN = {"N m": ("mN m", 1e3, 0.1)}
+_SMALL = {"N m": ("mN m", 1e3, 0.1)}
 """Unit in which small values are shown, its factor, and the size below which they are small."""
+
+
+def scaled(size: float, unit: str) -> tuple[str, float]:
+    """Unit in which values of a size are shown, and its factor."""
+    small, factor, below = _SMALL.get(unit, (unit, 1.0, 0.0))
+    return (small, factor) if abs(size) < below else (unit, 1.0)
 
 
 def shown(value: float, unit: str) -> str:
     """Format a residual."""
-    small, factor, below = SHOWN.get(unit, (unit, 1.0, 0.0))
-    return f"{plain(value * factor, 3)} {small}" if abs(value) < below else f"{plain(value, 3)} {unit}"
+    used, factor = scaled(value, unit)
+    return f"{plain(value * factor, 3)} {used}"
+
+
+def residual_of(one: Residual) -> dict[str, Any]:
+    """Dictionary of a residual."""
+    return {**dictionary(one), "goal_met": one.met}
 
 
 def part_of(part: Part) -> dict[str, Any]:
@@ -31,7 +42,7 @@ def part_of(part: Part) -> dict[str, Any]:
         "at_bounds": list(part.at_bounds),
         "evidence": [dictionary(one) for one in part.evidence],
         **dictionary(part.fit),
-        "residuals": [{**dictionary(one), "goal_met": one.met} for one in part.residuals],
+        "residuals": [residual_of(one) for one in part.residuals],
         "left_out_lines": [one.to_dict() for one in part.left_out],
         "misread": list(part.misread),
         **({"predicted": [dictionary(one) for one in part.others]} if part.others else {}),
