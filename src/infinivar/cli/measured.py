@@ -75,7 +75,10 @@ def report(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Fit a model to a measured set: residuals, parameters with intervals, evidence, rows left out and predicted."""
+    """Fit a model to a measured set.
+
+    Print residuals, parameters with their intervals, the evidence for each form of the law, and rows predicted from others.
+    """
     from infinivar.calibration.measured.report import measured_report
     from infinivar.calibration.measured.sets import read_set, shipped_sets
 
