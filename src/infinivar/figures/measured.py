@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MOST = 400
+_MOST = 150
 """Points drawn of a part; of more, every second, third ..."""
 
 

@@ -34,6 +34,9 @@ _SOUND = 3.0
 _FAILS = 0.5
 """Share of the readings, root mean square, that a law leaves when it fails; laws of measured sets leave 0.1 to 20 %."""
 
+_TRIED = 6
+"""Corrections of a file that are fitted."""
+
 _LARGE = 0.5
 """Share of the squared residuals above which a drift is named; noise of 40 rows has 0.03, its 99.99 % point 0.3."""
 
@@ -44,22 +47,31 @@ _FEWEST = 8
 def _corrected(rows: MeasuredRows) -> Iterator[tuple[str, MeasuredRows]]:
     """Yield corrections of columns, each with what it would mean."""
     names = [*rows.law.known, *rows.signals]
-    whole = np.concatenate([rows.columns, rows.read], axis=1)
-    units = np.array([rows.factors.get(name, 1.0) for name in names])
-    varied = [place for place in range(len(names)) if len(np.unique(np.abs(whole[:, place]))) > 1]
+    whole = dict(zip(names, np.concatenate([rows.columns, rows.read], axis=1).T, strict=True))
+    unit = {name: rows.factors.get(name, 1.0) for name in names}
+    varied = [name for name in names if len(np.unique(np.abs(whole[name]))) > 1]
 
-    def made(changed: np.ndarray) -> MeasuredRows:
-        split = rows.columns.shape[1]
-        return replace(rows, columns=changed[:, :split], read=changed[:, split:])
+    def made(sources: Mapping[str, tuple[str, float]]) -> MeasuredRows:
+        """Rows in which columns are a multiple of others."""
+
+        def changed(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+            new = {name: factor * columns[other] for name, (other, factor) in sources.items() if other in columns}
+            return {**columns, **new}
+
+        found = changed(whole)
+        return replace(
+            rows,
+            columns=np.stack([found[name] for name in rows.law.known], axis=-1),
+            read=np.stack([found[name] for name in rows.signals], axis=-1),
+            history={run: changed(one) for run, one in rows.history.items()},
+        )
 
     for one, other in itertools.combinations(varied, 2):
-        changed = whole.copy()
-        changed[:, [one, other]] = whole[:, [other, one]] * (units[[one, other]] / units[[other, one]])
-        yield f"{names[one]} and {names[other]} fit if their columns are exchanged", made(changed)
-    for place, (factor, cause) in itertools.product(varied, FACTORS.items()):
-        changed = whole.copy()
-        changed[:, place] /= factor
-        yield f"{names[place]} fits if divided by {plain(factor, 4)}: {cause}", made(changed)
+        ratio = unit[one] / unit[other]
+        said = f"{one} and {other} fit if their columns are exchanged"
+        yield said, made({one: (other, ratio), other: (one, 1.0 / ratio)})
+    for name, (factor, cause) in itertools.product(varied, FACTORS.items()):
+        yield f"{name} fits if divided by {plain(factor, 4)}: {cause}", made({name: (name, 1.0 / factor)})
 
 
 def of_rows(fit: Fit, rows: MeasuredRows) -> dict[int, str]:
@@ -68,7 +80,8 @@ def of_rows(fit: Fit, rows: MeasuredRows) -> dict[int, str]:
         return dict.fromkeys(fit.outliers, "")
     problem, far = fit.problem, {}
     for said, changed in _corrected(rows):
-        off = np.abs(changed.read - problem.about(changed).expected(fit.unknowns)) / problem.noise
+        with np.errstate(all="ignore"):
+            off = np.abs(changed.read - problem.about(changed).expected(fit.unknowns)) / problem.noise
         for row in fit.outliers:
             worst = float(off[row].max())
             if worst < min(_SOUND, far.get(row, ("", _SOUND))[1]):
@@ -84,19 +97,27 @@ def of_file(rows: MeasuredRows) -> list[str]:
     stated = {name: start for name, start in rows.starts.items() if name in rows.usual and start > 0.0}
     if not stated:
         return []
-    whole = _tried(rows)
-    off = _suspicious(whole, stated)
-    if not off:
-        return []
+    # A correction that is wrong may have powers of negative numbers.
+    with np.errstate(all="ignore"):
+        off = _suspicious(_tried(rows), stated)
+        return [f"{'; '.join(off)}: {_remedy(rows, stated) or 'check the units and columns'}"] if off else []
+
+
+def _remedy(rows: MeasuredRows, stated: Mapping[str, float]) -> str:
+    """The correction that brings the parameters nearest to their first guesses; "" if none does.
+
+    Those that fit best with the first guesses are tried.
+    """
+    near = sorted(_corrected(rows), key=lambda one: _misfit_at(Problem.of(None, Rig(), one[1], rows.usual)))
     best: tuple[float, str] = (math.inf, "")
-    for said, changed in _corrected(rows):
+    for said, changed in near[:_TRIED]:
         found = _tried(changed)
-        if found is None or _suspicious(found, stated):
+        if found is None or not math.isfinite(found.chi_square) or _suspicious(found, stated):
             continue
         worst = max(abs(math.log(found.values[name] / start)) for name, start in stated.items()) + _misfit(found)
         if worst < best[0]:
             best = worst, said
-    return [f"{'; '.join(off)}: {best[1] or 'check the units and columns'}"]
+    return best[1]
 
 
 def _tried(rows: MeasuredRows) -> Fit | None:
@@ -124,9 +145,15 @@ def _suspicious(fit: Fit | None, stated: Mapping[str, float]) -> list[str]:
 
 def _misfit(fit: Fit) -> float:
     """Root mean square of the residuals over that of the readings."""
-    data = fit.problem.data
-    off = data.read - fit.problem.expected(fit.unknowns)
-    return float(np.sqrt(np.mean(np.mean(off**2, axis=0) / np.mean(data.read**2, axis=0))))
+    return _misfit_at(fit.problem, fit.unknowns)
+
+
+def _misfit_at(problem: Problem, unknowns: np.ndarray | None = None) -> float:
+    """The same at other values, by default the first guesses; infinite where the law gives no number."""
+    read = problem.data.read
+    off = read - problem.expected(problem.start if unknowns is None else unknowns)
+    found = float(np.sqrt(np.mean(np.mean(off**2, axis=0) / np.mean(read**2, axis=0))))
+    return found if math.isfinite(found) else math.inf
 
 
 def drifts(rows: MeasuredRows, residual: np.ndarray) -> list[str]:

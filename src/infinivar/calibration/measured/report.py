@@ -258,7 +258,9 @@ def rows_of(
         place = np.cumsum(members) - 1
         used &= place % one.every == 0
     if not used.any():
-        raise InputError(f"{table.name}: no row{' of ' + part if part else ''} is left to fit")
+        raise InputError(
+            f"{table.name}: no row{' of ' + part if part else ''} is within [least] and [most]: check the units"
+        )
     said = table.texts.get("leave_out") or table.texts.get("run")
     groups = np.arange(len(table)) if said is None else np.unique(said, return_inverse=True)[1]
     law = one.law
@@ -296,7 +298,9 @@ def _part(one: MeasuredSet, table: Table, part: str, other: Table | None) -> Par
         except InputError as problem:
             refused = problem
     if not fits:
-        raise refused or InputError(f"{table.name}: {part}: too few rows to fit")
+        count = len(rows_of(one, table, part, next(iter(one.law.forms)))[0])
+        within = " within [least] and [most]" if one.least or one.most else ""
+        raise refused or InputError(f"{table.name}: {count} rows{within} are too few to fit: check the units")
     out = np.zeros(len(rows_of(one, table, part, next(iter(fits)))[0]), dtype=bool)
     for found in fits.values():
         out[list(found.outliers)] = True
