@@ -118,7 +118,6 @@ from infinivar.calibration.measured.heating import temperatures as heated_temper
 from infinivar.calibration.measured.law import At as MeasuredAt
 from infinivar.calibration.measured.sets import read_rows as read_measured_rows
 from infinivar.calibration.measured.sets import read_set, shipped_sets
-from infinivar.calibration.measured.words import faults as measured_faults
 from infinivar.calibration.options import CalibrateOptions, RigOptions
 from infinivar.calibration.problem import Problem
 from infinivar.calibration.transmission import COLUMNS as CALIBRATION_COLUMNS

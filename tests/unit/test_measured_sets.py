@@ -10,7 +10,6 @@ from internals import (
     BACKDRIVE,
     MeasuredAt,
     heated_temperatures,
-    measured_faults,
     read_measured_rows,
     read_set,
     shipped_sets,
@@ -77,13 +76,13 @@ def of_row(row, factor):
     ],
 )
 def test_misread_files_are_named(tmp_path, change, said):
-    found = list(measured_faults(measured_report(made(tmp_path, change=change))))
+    found = measured_report(made(tmp_path, change=change)).faults
     assert len(found) == 1
     assert said in found[0]
 
 
 def test_a_sound_file_has_no_faults(tmp_path):
-    assert not list(measured_faults(measured_report(made(tmp_path))))
+    assert not measured_report(made(tmp_path)).faults
 
 
 def test_celsius_under_kelvin_is_named(tmp_path):

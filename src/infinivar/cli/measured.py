@@ -45,15 +45,14 @@ def check(folder: Set, rows: Rows = None, as_json: Json = False) -> None:
     """
     from infinivar._core.text import counted
     from infinivar.calibration.measured.report import measured_report
-    from infinivar.calibration.measured.words import faults
 
     found = measured_report(folder, rows=rows)
-    said = list(faults(found))
+    said = found.faults
     count = sum(len(part.rows) for part in found.parts)
     verdict = counted(len(said), "faults") if said else "no faults"
     head = f"{found.set.name}: {count} rows, {verdict}"
     end(
-        lambda: {"set": found.set.name, "rows": count, "faults": said},
+        lambda: {"set": found.set.name, "rows": count, "faults": list(said)},
         (head, *said),
         as_json=as_json,
         feasible=found.sound,

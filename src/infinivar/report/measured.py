@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from infinivar.calibration.measured.report import MeasuredReport, Residual
+from infinivar.calibration.measured.outcome import Residual
+from infinivar.calibration.measured.report import MeasuredReport
 from infinivar.calibration.measured.words import judged, shown
 from infinivar.figures import style
 from infinivar.report.output import all_or_nothing

@@ -10,14 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from infinivar._core.described import derived, reported
-from infinivar._core.result import Frozen, Result, result
+from infinivar._core.described import derived
+from infinivar._core.result import Result, result
 from infinivar.calibration.bench import LeftOut
 from infinivar.calibration.fit import Fit, estimate, fit
-from infinivar.calibration.measured import misread
+from infinivar.calibration.measured import misread, words
 from infinivar.calibration.measured.law import MeasuredRows
+from infinivar.calibration.measured.outcome import Evidence, Part, Predicted, Residual, at_bounds
 from infinivar.calibration.measured.sets import MeasuredSet, Table, cold, goal_of, read_rows, read_set
 from infinivar.calibration.problem import Problem
+from infinivar.calibration.words import why_outlier
 from infinivar.errors import InputError
 from infinivar.study.rig import Rig
 
@@ -27,111 +29,7 @@ DECIDED = 2.0
 FOLDS = 8
 """Most groups that are left out one after another."""
 
-_AT_BOUND = 1e-3
-"""Distance from a bound, in sizes of the parameter, that counts as none."""
-
 _THIRDS = ("low", "middle", "high")
-
-
-@result
-class Evidence(Frozen):
-    """One form of a law, fitted to the same rows as the others."""
-
-    form: str = reported()
-    parameters: int = reported()
-    rms: tuple[float, ...] = reported()
-    bic: float = reported()
-
-
-@result
-class Residual(Frozen):
-    """Residuals of one signal.
-
-    Attributes
-    ----------
-    signal, unit : reading, and its SI unit.
-    rows : number of rows.
-    rms, worst, mean : of the residuals of all rows, and mean size of the readings. [SI]
-    rms_used : rms of the rows that fit. [SI]
-    goal : largest rms that is hoped for; nan without one. [SI]
-    by_range : rms and worst residual in the lower, middle and upper third of the range shown.
-    left_out_rms, left_out_worst : of rows predicted by fits to the others; nan if there are too few.
-    coverage : share of these rows in their 95 % prediction interval.
-    reason : why a goal is missed.
-    """
-
-    signal: str = reported()
-    unit: str = reported()
-    rows: int = reported()
-    rms: float = reported()
-    rms_used: float = reported()
-    worst: float = reported()
-    mean: float = reported()
-    goal: float = reported()
-    by_range: Mapping[str, tuple[float, float]] = reported()
-    left_out_rms: float = reported()
-    left_out_worst: float = reported()
-    coverage: float = reported()
-    reason: str = reported()
-
-    @property
-    def met(self) -> bool | None:
-        """Whether the goal is met by the rows fitted; None without a goal."""
-        return None if math.isnan(self.goal) else self.rms <= self.goal
-
-
-@result
-class Predicted(Frozen):
-    """Rows of another file, predicted by the fit."""
-
-    signal: str = reported()
-    unit: str = reported()
-    rows: int = reported()
-    rms: float = reported()
-    worst: float = reported()
-    coverage: float = reported()
-
-
-@result
-class Part(Frozen):
-    """A part of a measured set with parameters of its own.
-
-    Attributes
-    ----------
-    name : word of the part; "" if the set is one part.
-    rows : rows used, under the chosen form.
-    fit : fit of the chosen form.
-    evidence : forms compared, the simplest first.
-    left_out : rows that do not fit, with the reason.
-    misread : faults of whole columns and drifts.
-    expected : readings expected of the rows. (n, m)
-    predicted : readings expected of each row by fits without its group; nan where none. (n, m)
-    half : half-widths of their 95 % intervals. (n, m)
-    residuals : by signal.
-    others : rows of another file, predicted.
-    """
-
-    name: str = reported(key="part")
-    rows: MeasuredRows
-    fit: Fit = reported(key="*")
-    evidence: tuple[Evidence, ...] = reported()
-    left_out: tuple[LeftOut, ...] = reported(key="left_out_lines")
-    misread: tuple[str, ...] = reported()
-    expected: np.ndarray
-    predicted: np.ndarray
-    half: np.ndarray
-    residuals: tuple[Residual, ...] = reported()
-    others: tuple[Predicted, ...] = reported(default=())
-
-    @property
-    def form(self) -> str:
-        """The form that the evidence chooses."""
-        return self.rows.form
-
-    @property
-    def at_bounds(self) -> tuple[str, ...]:
-        """Parameters at the least or the largest value that the fit may try."""
-        return at_bounds(self.fit)
 
 
 @result
@@ -162,15 +60,11 @@ class MeasuredReport(Result):
 
     @derived(key="parts")
     def _parts(self) -> list[dict[str, Any]]:
-        from infinivar.calibration.measured.words import part_of
-
-        return [part_of(part) for part in self.parts]
+        return [words.part_of(part) for part in self.parts]
 
     @derived(key="totals")
     def _totals(self) -> list[dict[str, Any]]:
-        from infinivar.calibration.measured.words import residual_of
-
-        return [residual_of(one) for one in self.totals]
+        return [words.residual_of(one) for one in self.totals]
 
     @property
     def totals(self) -> tuple[Residual, ...]:
@@ -188,9 +82,12 @@ class MeasuredReport(Result):
     @property
     def lines(self) -> tuple[str, ...]:
         """The report as text."""
-        from infinivar.calibration.measured.words import lines
+        return tuple(words.lines(self.set, self.totals, self.parts))
 
-        return tuple(lines(self))
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Faults of columns, rows that do not fit, and rows with empty cells."""
+        return tuple(words.faults(self.parts, self.empty))
 
     @property
     def verdict(self) -> str:
@@ -340,16 +237,7 @@ def _part(one: MeasuredSet, table: Table, part: str, other: Table | None) -> Par
     )
 
 
-def at_bounds(found: Fit) -> tuple[str, ...]:
-    """Parameters at the least or the largest value that a fit may try."""
-    low, high = found.problem.bounds
-    room = np.minimum(found.unknowns - low, high - found.unknowns)
-    return tuple(name for name, left in zip(found.names, room, strict=False) if left < _AT_BOUND)
-
-
 def _why(problem: Problem, chosen: Fit, row: int, cause: str) -> str:
-    from infinivar.calibration.words import why_outlier
-
     said = why_outlier(problem.separate, chosen.unknowns, row)
     return f"{said}; {cause}" if cause else said
 

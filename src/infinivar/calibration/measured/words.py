@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from infinivar._core.described import dictionary
+from infinivar.calibration.measured.outcome import Part, Residual
+from infinivar.calibration.measured.sets import MeasuredSet
 from infinivar.calibration.words import combined, estimate
 from infinivar.units import plain
-
-if TYPE_CHECKING:
-    from infinivar.calibration.measured.report import MeasuredReport, Part, Residual
 
 _SMALL = {"N m": ("mN m", 1e3, 0.1)}
 """Unit in which small values are shown, its factor, and the size below which they are small."""
@@ -57,17 +56,16 @@ def judged(one: Residual) -> str:
     return said if one.met or not one.reason else f"{said}: {one.reason}"
 
 
-def lines(report: MeasuredReport) -> Iterator[str]:
+def lines(one: MeasuredSet, totals: Sequence[Residual], parts: Sequence[Part]) -> Iterator[str]:
     """The report as lines of text."""
-    one = report.set
-    for residual in report.totals:
+    for residual in totals:
         yield _summary(one.name, residual)
-    if len(report.parts) > 1:
-        for part in report.parts:
+    if len(parts) > 1:
+        for part in parts:
             for residual in part.residuals:
                 yield _summary(f"  {part.name}", residual)
     yield f"{one.title} ({one.source}, {one.licence})"
-    for part in report.parts:
+    for part in parts:
         yield from _details(part)
     if one.not_shown:
         yield f"Not shown: {one.not_shown}"
@@ -122,9 +120,9 @@ def of_part(part: Part) -> Iterator[str]:
         yield f"Left out: line {row.line}: {row.reason}"
 
 
-def faults(report: MeasuredReport) -> Iterator[str]:
+def faults(parts: Sequence[Part], empty: Mapping[int, str]) -> Iterator[str]:
     """Faults of all parts, and rows with empty cells."""
-    for part in report.parts:
+    for part in parts:
         head = f"{part.name}: " if part.name else ""
         yield from (f"{head}{said}" for said in of_part(part))
-    yield from (f"Left out: line {line}: {said}" for line, said in report.empty.items())
+    yield from (f"Left out: line {line}: {said}" for line, said in empty.items())
