@@ -114,6 +114,11 @@ from infinivar.calibration import reduce as reduced_data
 from infinivar.calibration import transmission as calibration_model
 from infinivar.calibration.dynamometer import Dynamometer, read_dynamometer
 from infinivar.calibration.fit import fit as fit_problem
+from infinivar.calibration.measured.actuator import BACKDRIVE
+from infinivar.calibration.measured.heating import temperatures as heated_temperatures
+from infinivar.calibration.measured.law import At as MeasuredAt
+from infinivar.calibration.measured.sets import read_rows as read_measured_rows
+from infinivar.calibration.measured.sets import read_set, shipped_sets
 from infinivar.calibration.options import CalibrateOptions, RigOptions
 from infinivar.calibration.problem import Problem
 from infinivar.calibration.transmission import COLUMNS as CALIBRATION_COLUMNS
@@ -306,6 +311,7 @@ from infinivar.report import page as report_page
 from infinivar.report import saving as report_saving
 from infinivar.report import video
 from infinivar.report.calibration import save_data as save_calibration_data
+from infinivar.report.measured import rows as rows_of_measured
 from infinivar.report.motion_summary import rows as motion_summary_rows
 from infinivar.report.output import all_or_nothing
 from infinivar.report.output import claimed as claimed_output

@@ -78,6 +78,7 @@ BEFORE_A_RELEASE = (
     "calibration",
     "motion-and-control",
     "figures",
+    "measurements",
     "sizing",
 )
 """They take up to a minute and a half each."""

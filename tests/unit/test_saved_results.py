@@ -104,6 +104,7 @@ MAKE = {
     "MachineComparison": lambda folder: compare_machines(machines()),
     "MachinePoint": lambda folder: LEGS.operate(HOME, wrench=100.0 * RISING, twist=RISING),
     "MachineRun": lambda folder: machine_runs.run("planar"),
+    "MeasuredReport": lambda folder: iv.calibration.measured_report("robot_motors"),
     "MechanismPoint": lambda folder: CART.mechanism.solve(
         heading=[0.0, 0.0, 0.0], rates={"x": 0.5}, applied={"y": 0.0, "angle": 0.0}
     ),
