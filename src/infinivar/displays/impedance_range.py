@@ -67,7 +67,8 @@ class ZWidth(Result):
     softest, stiffest : (n,) complex   Force over speed at the handle, at the fundamental. [N s m^-1]
     least_mass : float            Virtual mass of the softest one, the least stable one times the margin; nan for an impedance
         display, which feels as its reflected mass. [kg]
-    wall : float                  Stiffness of the stiffest one, the stiffest stable one over the margin. [N m^-1]
+    wall : float                  Stiffness of the stiffest one, the stiffest stable one over the margin; at the handle, in series
+        with structure and sensor. [N m^-1]
     limited : bool                Whether stability limits the wall; else it is the stiffest one searched.
     margin : float                [-]
     """
@@ -183,7 +184,7 @@ def z_width(
         softest=impedance(softest, frequency, held),
         stiffest=impedance(stiffest, frequency, held),
         least_mass=least,
-        wall=most / margin,
+        wall=display.at_handle(most / margin),
         limited=most < WALLS[1],
         margin=float(margin),
     )

@@ -8,7 +8,8 @@ passivity is equivalent to
 .. math:: b > \frac{T}{2}\,\frac{1}{1 - \cos\omega T}\,\mathrm{Re}\left\{(1 - e^{-j\omega T}) H(e^{j\omega T})\right\},
     \qquad 0 \le \omega \le \pi/T .
 
-For a wall of stiffness K and damping B that is never late, this is :math:`b > KT/2 + |B|`. The mass does not matter.
+For a wall of stiffness K and damping B that is never late, this is :math:`b > KT/2 + |B|`. The mass does not matter. Behind a
+structure that is not rigid the condition at the drive suffices; where it is not met, a negative real part at the handle decides.
 
 **Admittance display.** A virtual mass M that follows the force with the lag :math:`\tau` has the impedance
 :math:`Z = j\omega M e^{j\omega\tau}`, whose real part :math:`-\omega M \sin\omega\tau` is negative for all
@@ -174,6 +175,13 @@ def _of_impedance(display: ImpedanceDisplay) -> Passivity:
     reason = f"viscous friction of {plain(b, 3)} N s/m {sign} {plain(needed, 3)} N s/m, {form}"
     if b == 0.0 and not passive:
         reason += "; the drive has Coulomb friction only, which is left out"
+    if math.isfinite(display.series_stiffness):
+        reason += ", at the drive; structure, sensor and handle beyond are passive"
+        if not passive and display.handle_mass > 0.0:
+            real = np.real(impedance(display, np.geomspace(_LOWEST, _HIGHEST, _POINTS) / period))
+            passive = None if np.min(real) >= 0.0 else False
+            reason += f"; the least real part of the impedance is {plain(float(np.min(real)), 3)} N s/m"
+            reason += ", which is negative" if passive is False else ""
     return Passivity(
         display="ImpedanceDisplay", passive=passive, reason=reason, required=needed, available=b, frequency=frequency
     )

@@ -34,6 +34,9 @@ _UNITS = {
     "handle_mass": "kg",
     "filter_frequency": "Hz",
     "force_gain": "1",
+    "structure_stiffness": "N/m",
+    "structure_damping": "N s/m",
+    "sensor_stiffness": "N/m",
     **_LOOP,
 }
 
@@ -243,7 +246,8 @@ def stiffest_wall(display: Display, held: Held, between: tuple[float, float] = W
 
     Returns
     -------
-    float   [N m^-1]; the largest one searched if all are stable, nan if the smallest is not.
+    float   Of the wall at the drive; at the handle it is ``display.at_handle`` of that. [N m^-1]; the largest one searched if all
+        are stable, nan if the smallest is not.
 
     Raises
     ------
