@@ -146,7 +146,7 @@ from infinivar.displays.passivity_check import (
     required_damping,
     wall_transfer,
 )
-from infinivar.displays.rounds import CONVENTIONAL as CONVENTIONAL_ROUND
+from infinivar.displays.pair import CONVENTIONAL as CONVENTIONAL_ROUND
 from infinivar.displays.rounds import DISPLAYS as DISPLAY_ROUNDS
 from infinivar.displays.rounds import RESTING, STOPPED, TURNING, round_of
 from infinivar.displays.sampled_loop import impedance, run_in_time, sampled_loop

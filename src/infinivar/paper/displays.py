@@ -23,7 +23,8 @@ from infinivar.displays.comparison import MARGIN, DisplayComparison, compare_dis
 from infinivar.displays.handle_session import HandleSession, cobotic_part, geared_part
 from infinivar.displays.kinds import AdmittanceDisplay, ImpedanceDisplay
 from infinivar.displays.pair import FACTOR, DisplayPair, assumed_variants
-from infinivar.displays.rounds import CONVENTIONAL, DISPLAYS, RESTING, STOPPED, TURNING, round_of
+from infinivar.displays.pair import CONVENTIONAL
+from infinivar.displays.rounds import DISPLAYS, RESTING, STOPPED, TURNING, round_of
 from infinivar.displays.stability import largest_force_gain, stiffest_wall
 from infinivar.errors import require
 from infinivar.motion.users import ArmModel
