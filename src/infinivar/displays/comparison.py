@@ -287,7 +287,7 @@ def compare_displays(
             exceeded = _unfelt(session, {name: values[side] for name, values in of.items()})
             here = one["limit"][row]
             here[here == ""] = exceeded
-        one["feasible"] = one["limit"] == ""
+        one["feasible"], one["limit"] = one["limit"] == "", one["limit"].astype(str)
     return DisplayComparison(
         session=session,
         arm=arm.name,
