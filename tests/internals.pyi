@@ -144,6 +144,8 @@ from infinivar.displays.pair import display_choices
 from infinivar.displays.passivity_check import (
     general_required_damping,
     required_damping,
+    required_friction,
+    virtual_coupling,
     wall_transfer,
 )
 from infinivar.displays.pair import CONVENTIONAL as CONVENTIONAL_ROUND

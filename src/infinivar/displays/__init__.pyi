@@ -1,4 +1,5 @@
 from .comparison import DisplayComparison, compare_displays, display_break_even
+from .directions import DirectionLimits, worst_direction
 from .guidance import GuidanceLimits, guidance_limits
 from .handle_session import HandleSession
 from .impedance_range import ZWidth, swept_impedance, z_width
@@ -9,6 +10,7 @@ from .stability import StabilityMap, largest_force_gain, least_stable_mass, stab
 
 __all__ = [
     "AdmittanceDisplay",
+    "DirectionLimits",
     "DisplayComparison",
     "DisplayPair",
     "GuidanceLimits",
@@ -29,5 +31,6 @@ __all__ = [
     "stiffest_wall",
     "swept_impedance",
     "usual_rivals",
+    "worst_direction",
     "z_width",
 ]

@@ -316,15 +316,12 @@ def _felt(
     pair: DisplayPair, session: HandleSession, arm: ArmModel, known: dict[Any, tuple[float, float]]
 ) -> dict[str, tuple[float, ...]]:
     """Force, mass and stiffness of an axis of each display, the cobotic one first."""
-    each = [
-        _measured(pair.admittance, pair, session, arm, known, float(pair.cobotic.transmission.slip_force), math.nan)
-    ]
+    each = [_measured(pair.admittance, pair, session, arm, known, float(pair.cobotic.transmission.slip_force))]
     for name, rival in pair.conventionals.items():
         motors = rival.motors
         strength = motors.gain * float(rival.drive.motor.continuous_current)
-        rubbing = sum(motors.frictions) * (1.0 - pair.compensation)
         makes = partial(pair.rival, name)
-        each.append(_measured(makes, pair, session, arm, known, strength, rubbing))
+        each.append(_measured(makes, pair, session, arm, known, strength))
     return {name: tuple(one[name] for one in each) for name in each[0]}
 
 
@@ -335,7 +332,6 @@ def _measured(
     arm: ArmModel,
     known: dict[Any, tuple[float, float]],
     strength: float,
-    rubbing: float,
 ) -> dict[str, float]:
     """Of one display, made from a virtual mass."""
     display = makes(session.felt_mass)
@@ -343,16 +339,15 @@ def _measured(
     if isinstance(display, ImpedanceDisplay):
         _, wall = _remembered(known, _loop(display, arm), lambda: (0.0, stiffest_wall(display, arm)))
         mass = display.reflected_mass + pair.handle_mass
-        felt = {"least_force": rubbing, "least_mass": mass, "largest_mass": mass, "margin": math.inf}
+        felt = {"least_mass": mass, "largest_mass": mass, "margin": math.inf}
     else:
         least, wall = _remembered(known, _loop(display, arm), lambda: _admitted(makes, arm))
         felt = {
-            "least_force": pair.force_noise,
             "least_mass": MARGIN * least + pair.handle_mass,
             "largest_mass": math.inf if least < MASSES[1] else math.nan,
             "margin": (session.felt_mass - pair.handle_mass) / least,
         }
-    return {**found, **felt, "stiffness": display.at_handle(wall / MARGIN)}
+    return {**found, "least_force": display.least_force, **felt, "stiffness": display.at_handle(wall / MARGIN)}
 
 
 def _admitted(makes: Callable[[float], Any], arm: ArmModel) -> tuple[float, float]:

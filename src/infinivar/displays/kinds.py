@@ -19,7 +19,8 @@ sensor in series, with a damper beside; this adds a mode, and a wall of stiffnes
 :math:`1/(1/K + 1/k)`. All mass of a drive counts as before that spring.
 
 Left out of all, as they are not linear: Coulomb friction of motors, gears, bells, patches and guideways (a servo of the program
-feeds it forward), quantisation of encoders, noise, limits of current and voltage, slip. A motor is a source of current. Loss in a
+feeds it forward), quantisation of encoders, noise, limits of current and voltage, slip. The first three are in
+`infinivar.displays.sampled_loop.run_in_time`, in passivity and in the Z-width. A motor is a source of current. Loss in a
 gear that is proportional to its load counts as Coulomb friction. The patch is in steady rolling.
 """
 
@@ -109,11 +110,21 @@ class _OneAxis:
         "Hz", Gt(0), "Corner of the force sensor's filter; default: none", default=None
     )
     samples_late: Literal[0, 1] = component("Samples by which what is computed acts late", default=1)
+    encoder_resolution: float = quantity("m", Ge(0), "Travel of the drive for one count; 0: exact", default=0.0)
+    coulomb_friction: float = quantity(
+        "N", Ge(0), "Constant friction at the drive that is not fed forward; no linear result knows it", default=0.0
+    )
+    force_noise: float = quantity("N", Ge(0), "Noise of the force sensor, root mean square", default=0.0)
 
     @property
     def period(self) -> float:
         """Of a sample. [s]"""
         return 1.0 / float(self.drive.control.sample_rate)  # type: ignore[attr-defined]
+
+    @property
+    def drive_mass(self) -> float:
+        """Mass of what the encoder measures, at the output. [kg]"""
+        return _mass(self.drive)  # type: ignore[attr-defined]
 
     @property
     def series_stiffness(self) -> float:
@@ -126,8 +137,7 @@ class _OneAxis:
         """Beside that stiffness, by default `DAMPING` of critical for the mass of the drive. [N s m^-1]"""
         if not math.isfinite(self.series_stiffness):
             return 0.0
-        mass = _mass(self.drive)  # type: ignore[attr-defined]
-        return given(self.structure_damping, 2.0 * DAMPING * math.sqrt(self.series_stiffness * mass))
+        return given(self.structure_damping, 2.0 * DAMPING * math.sqrt(self.series_stiffness * self.drive_mass))
 
     @property
     def carried_by(self) -> str:
@@ -139,6 +149,12 @@ class _OneAxis:
     def at_handle(self, wall: float) -> float:
         """Stiffness at the handle of a wall at the drive, in series with structure and sensor. [N m^-1]"""
         return 1.0 / (1.0 / wall + 1.0 / self.series_stiffness) if wall else 0.0
+
+    @property
+    def least_force(self) -> float:
+        """The user feels none below: noise of the force sensor, or without one the friction. [N]"""
+        sensing = isinstance(self, AdmittanceDisplay) or getattr(self, "force_gain", 0.0) > 0.0
+        return self.force_noise if sensing else self.coulomb_friction
 
     def softest(self) -> Self:
         """The same in free motion."""
@@ -254,7 +270,7 @@ class AdmittanceDisplay(_OneAxis):
     @property
     def _moved_mass(self) -> float:
         """Of a geared drive, with the handle. [kg]"""
-        return _mass(self.drive) + self.handle_mass
+        return self.drive_mass + self.handle_mass
 
     @property
     def _gain(self) -> float:
@@ -293,7 +309,7 @@ class ImpedanceDisplay(_OneAxis):
     @property
     def reflected_mass(self) -> float:
         """Of rotor, gear and output stage, without the handle and without help by a force sensor. [kg]"""
-        return _mass(self.drive)
+        return self.drive_mass
 
     @property
     def damping(self) -> float:

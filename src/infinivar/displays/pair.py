@@ -108,6 +108,9 @@ class DisplayPair:
         "N/m", Gt(0), "Of the force sensor, where a display has one; default: rigid", default=None
     )
     force_noise: float = quantity("N", Ge(0), "Of the force sensor: the least force that it resolves", default=0.0)
+    encoder_resolution: float = quantity(
+        "m", Ge(0), "Travel at the output for one count, of every display", default=0.0
+    )
     samples_late: Literal[0, 1] = component("Samples by which every controller acts late", default=1)
     rivals: Mapping[str, Rival] = component("Further conventional displays, by name", default_factory=FrozenDict)
     compensation: float = quantity(
@@ -163,18 +166,21 @@ class DisplayPair:
         sensed = ["cobotic", *(name for name, one in self.conventionals.items() if one.force_control)]
         return (*said, f"force sensor: {', '.join(sensed)}")
 
+    @property
+    def _same(self) -> dict[str, Any]:
+        """What every display has."""
+        names = ("handle_mass", "wall_damping", "structure_stiffness", "encoder_resolution", "samples_late")
+        return {name: getattr(self, name) for name in names}
+
+    @property
+    def _sensor(self) -> dict[str, Any]:
+        """What every display with a force sensor has."""
+        return {name: getattr(self, name) for name in ("filter_frequency", "sensor_stiffness", "force_noise")}
+
     def admittance(self, mass: float, wall: float = 0.0) -> AdmittanceDisplay:
         """One axis of the cobotic display. The force sensor is at the link; the handle is beyond it."""
         return AdmittanceDisplay(
-            drive=self.cobotic,
-            virtual_mass=mass,
-            wall_stiffness=wall,
-            handle_mass=self.handle_mass,
-            filter_frequency=self.filter_frequency,
-            wall_damping=self.wall_damping,
-            structure_stiffness=self.structure_stiffness,
-            sensor_stiffness=self.sensor_stiffness,
-            samples_late=self.samples_late,
+            drive=self.cobotic, virtual_mass=mass, wall_stiffness=wall, **self._same, **self._sensor
         )
 
     def impedance(self) -> ImpedanceDisplay:
@@ -187,17 +193,15 @@ class DisplayPair:
         """One axis of a conventional display; the virtual mass is that of one with force control."""
         one = self.conventionals[name]
         same = {
+            **self._same,
             "drive": one.drive,
-            "handle_mass": self.handle_mass,
             "viscous_friction": self.viscous_friction,
-            "wall_damping": self.wall_damping,
             "structure_stiffness": given(one.structure_stiffness, self.structure_stiffness),
-            "samples_late": self.samples_late,
         }
-        if not one.force_control:
-            return ImpedanceDisplay(**same)
-        sensor = {"filter_frequency": self.filter_frequency, "sensor_stiffness": self.sensor_stiffness}
-        return AdmittanceDisplay(**same, **sensor, virtual_mass=mass)
+        if one.force_control:
+            return AdmittanceDisplay(**same, **self._sensor, virtual_mass=mass)
+        friction = sum(one.motors.frictions) * (1.0 - self.compensation)
+        return ImpedanceDisplay(**same, coulomb_friction=friction)
 
 
 def usual_rivals(drive: ConventionalDrive) -> dict[str, Rival]:
