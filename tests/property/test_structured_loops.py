@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from internals import impedance, required_damping, sampled_loop
+from internals import impedance, required_damping, run_in_time, sampled_loop
 
 ARM = iv.motion.ArmModel.named("vanbeek2015")
 DRIVES = iv.load_study("hand_controller").drives
@@ -16,7 +16,14 @@ STRUCTURE = {"structure_stiffness": 1e5, "structure_damping": 20.0, "sensor_stif
 COBOTIC = iv.displays.AdmittanceDisplay(drive=DRIVES["cobotic"], virtual_mass=1.1, **SAME)
 GEARED = iv.displays.ImpedanceDisplay(drive=DRIVES["motor2-gear4"], viscous_friction=2.0, **SAME)
 SERVOED = iv.displays.AdmittanceDisplay(drive=DRIVES["motor2-gear4"], virtual_mass=1.5, viscous_friction=2.0, **SAME)
-DISPLAYS = {"cobotic": COBOTIC, "geared": GEARED, "geared with a force sensor": SERVOED}
+RIVALS = iv.displays.usual_rivals(DRIVES["motor2-gear4"])
+DISPLAYS = {
+    "cobotic": COBOTIC,
+    "geared": GEARED,
+    "direct drive": replace(GEARED, drive=RIVALS["direct drive"].drive),
+    "cable drive": replace(GEARED, drive=RIVALS["cable drive"].drive),
+    "geared with a force sensor": SERVOED,
+}
 WITHIN = 2000
 """Explicit steps in a sample: the creep of the contact settles within microseconds."""
 
@@ -192,6 +199,59 @@ def test_a_handle_without_mass_cannot_hang_free():
     assert hung.plant("clamped").states == ("x_drive_m", "v_drive_m_s")
     with pytest.raises(iv.ParameterError, match="handle_mass must be > 0 kg, got 0: it hangs on structure"):
         hung.plant("free")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", DISPLAYS)
+def test_z_widths_against_sweeps_in_time(name):
+    """Both envelopes at two frequencies, with structure and sensor."""
+    display = _able(replace(DISPLAYS[name], **STRUCTURE))
+    frequency = [4.0, 60.0]
+    width = iv.displays.z_width(display, ARM, frequency)
+    at = (
+        display.softest() if math.isnan(width.least_mass) else replace(display.softest(), virtual_mass=width.least_mass)
+    )
+    wall = 1.0 / (1.0 / width.wall - 1.0 / display.series_stiffness)
+    for made, known in ((at, width.softest), (replace(display, wall_stiffness=wall), width.stiffest)):
+        for one, expected in zip(frequency, known, strict=True):
+            assert abs(iv.displays.swept_impedance(made, ARM, one) - expected) < 2e-3 * abs(expected)
+
+
+def _swings(display, arm, samples=20000):
+    """Growth of the motion in a run in time: its envelope in the last eighth over that of the fifth eighth."""
+    start = np.zeros(len(display.plant(arm).states))
+    start[0] = 1e-3
+    position = np.abs(run_in_time(display, arm, start, samples, within=4).state[:, 0])
+    eighth = len(position) // 8
+    return float(position[-eighth:].max() / position[4 * eighth : 5 * eighth].max())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["geared", "direct drive", "cable drive"])
+def test_passivity_in_time(name):
+    """At 1.05 of the damping needed a heavy hand without damping comes to rest, at 0.95 it swings up."""
+    display = replace(DISPLAYS[name], wall_damping=0.0, wall_stiffness=2000.0)
+    heavy = replace(ARM, mass=50.0, damping=0.0, stiffness=0.0)
+    for share, passive in ((1.05, True), (0.95, False)):
+        at = replace(display, viscous_friction=share * required_damping(2000.0, 0.0, 1e-3, 1))
+        assert iv.displays.passivity(at).passive is passive
+        assert (_swings(at, heavy) < 1.0) is passive
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["cobotic", "geared with a force sensor"])
+def test_a_passive_hand_finds_the_activity_of_a_virtual_mass(name):
+    """Where the real part is negative, a hand without damping that takes up the rest of the impedance swings up."""
+    display = replace(DISPLAYS[name], wall_damping=0.0, virtual_mass=3.0)
+    found = iv.displays.passivity(display)
+    assert found.passive is False
+    frequency = np.linspace(2.0, 100.0, 400)
+    each = impedance(display, frequency)
+    place = int(np.argmin(np.where(each.imag > 0.0, each.real / np.abs(each), np.inf)))
+    omega, shown = 2.0 * math.pi * frequency[place], complex(each[place])
+    assert shown.real < 0.0 < shown.imag
+    hand = replace(ARM, mass=0.1, damping=0.0, stiffness=omega * (shown.imag + omega * 0.1))
+    assert _swings(display, hand, 1000) > 1.0
 
 
 @pytest.mark.parametrize("name", ["geared", "geared with a force sensor"])
