@@ -139,7 +139,7 @@ from infinivar.contact.friction import STICK_SPEED as FRICTION_STICK_SPEED
 from infinivar.contact.friction import coulomb
 from infinivar.displays.handle_session import PARTS as SESSION_PARTS
 from infinivar.displays.handle_session import cobotic_part, geared_part
-from infinivar.displays.kinds import _Contact as DisplayContact
+from infinivar.displays.plants import Contact as DisplayContact
 from infinivar.displays.pair import display_choices
 from infinivar.displays.passivity_check import (
     general_required_damping,

@@ -189,7 +189,7 @@ def test_the_structure_of_a_drive_is_the_default():
     assert display.carried_by == "gearhead"
     stated = replace(display, structure_stiffness=1e4, structure_damping=3.0)
     assert (stated.series_stiffness, stated.series_damping, stated.carried_by) == (1e4, 3.0, "stated")
-    assert (COBOTIC.series_stiffness, COBOTIC.carried_by) == (math.inf, "not stated: rigid")
+    assert (COBOTIC.series_stiffness, COBOTIC.carried_by) == (math.inf, "not stated, rigid")
     assert replace(COBOTIC, sensor_stiffness=3e5).series_stiffness == pytest.approx(3e5)
 
 

@@ -509,6 +509,7 @@ def test_rivals_have_the_same_handle_sensor_damping_and_delay(many):
     assert {one.filter_frequency for one in each if isinstance(one, iv.displays.AdmittanceDisplay)} == {100.0}
     assert WIDE.differences == (
         "structure of cable drive: 3500 N/m",
+        "structure not stated, rigid: cobotic, conventional, direct drive, with a force sensor",
         "force sensor: cobotic, with a force sensor",
     )
     # What is there without rivals is the same with them.

@@ -20,7 +20,8 @@ from annotated_types import Ge, Gt
 from infinivar._core.described import at, derived, finite, reported
 from infinivar._core.fields import check_number
 from infinivar._core.result import Result, result
-from infinivar.displays.kinds import AdmittanceDisplay, Display, Held
+from infinivar.displays.kinds import AdmittanceDisplay, Display
+from infinivar.displays.plants import Held
 from infinivar.displays.sampled_loop import (
     arm_impedance,
     check_moving,

@@ -27,61 +27,34 @@ gear that is proportional to its load counts as Coulomb friction. The patch is i
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Literal, NamedTuple, Self, TypeAlias
+from typing import Any, Literal, Self, TypeAlias
 
 import numpy as np
 from annotated_types import Ge, Gt
 
-from infinivar._core.arrays import shown
 from infinivar._core.fields import check_instance, check_real, component, given, quantity
-from infinivar.contact.exact.spin_map import scales
+from infinivar.displays.plants import (
+    Held,
+    Plant,
+    Sensed,
+    force_per_current_of,
+    mass_of,
+    mover_of,
+    own_stiffness,
+    plant_of,
+    steering_of,
+    viscous_of,
+)
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.control import SPEED_BANDWIDTH
 from infinivar.drivetrain.control.loops import Servo
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import needed
-from infinivar.drivetrain.graphs.compliances import DAMPING, rotor_inertia
+from infinivar.drivetrain.graphs.compliances import DAMPING
 from infinivar.errors import ParameterError
-from infinivar.machines.system import SteeringServo
-from infinivar.motion.users import ArmModel
-from infinivar.transmission.spin_law import TurningPatch
 
-Held: TypeAlias = ArmModel | Literal["free", "clamped"]
-"""What is at the handle: an arm, nothing, or a rigid clamp."""
-
-
-class Plant(NamedTuple):
-    """What moves between samples: ``p' = system p + current i + force F``, sensed as ``y = sensed p + passed F``."""
-
-    states: tuple[str, ...]
-    """Names, with units; none where a clamp holds all that could move."""
-    system: np.ndarray
-    current: np.ndarray
-    """By the current of the motor that the controller commands. [A]"""
-    force: np.ndarray
-    """By a force of the user on the handle, beside that of the arm. [N]"""
-    sensed: np.ndarray
-    passed: np.ndarray
-
-    @property
-    def moves(self) -> bool:
-        """Whether the handle can move."""
-        return "x_m" in self.states
-
-
-class Sensed(NamedTuple):
-    """What a controller measures; each a number, or a row of them."""
-
-    force: Any
-    """Of the sensor behind the handle, filtered. [N]"""
-    position: Any
-    """Of the handle. [m]"""
-    speed: Any
-    angle: Any
-    """Of the wheel; 0 without one. [rad]"""
-    turning: Any
+RIGID = "not stated, rigid"
+"""What carries a handle of which no stiffness is known."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,12 +97,12 @@ class _OneAxis:
     @property
     def drive_mass(self) -> float:
         """Mass of what the encoder measures, at the output. [kg]"""
-        return _mass(self.drive)  # type: ignore[attr-defined]
+        return mass_of(self.drive)  # type: ignore[attr-defined]
 
     @property
     def series_stiffness(self) -> float:
         """Of structure and sensor in series, on which the handle hangs; inf if both are rigid. [N m^-1]"""
-        structure = self.structure_stiffness or _own(self.drive)[0]  # type: ignore[attr-defined]
+        structure = self.structure_stiffness or own_stiffness(self.drive)[0]  # type: ignore[attr-defined]
         return 1.0 / total if (total := 1.0 / structure + 1.0 / (self.sensor_stiffness or math.inf)) else math.inf
 
     @property
@@ -144,7 +117,7 @@ class _OneAxis:
         """Where the stiffness of the structure comes from, in words."""
         if self.structure_stiffness:
             return "stated"
-        return _own(self.drive)[1] or "not stated: rigid"  # type: ignore[attr-defined]
+        return own_stiffness(self.drive)[1] or RIGID  # type: ignore[attr-defined]
 
     def at_handle(self, wall: float) -> float:
         """Stiffness at the handle of a wall at the drive, in series with structure and sensor. [N m^-1]"""
@@ -225,7 +198,7 @@ class AdmittanceDisplay(_OneAxis):
         Source: faulring2006, section II, linearised at a steering angle of 0; contact as in `infinivar.transmission.spin_law`.
         """
         filtered = 0 if self.filter_frequency is None else self.filter_order
-        return _plant(self, _mover(self.drive, self.viscous_friction), held, filtered)
+        return plant_of(self, mover_of(self.drive, self.viscous_friction), held, filtered)
 
     def act(self, memory: np.ndarray, sensed: Sensed) -> tuple[list[Any], Any]:
         """Memory and current of the motor that the controller computes from one sample.
@@ -262,7 +235,7 @@ class AdmittanceDisplay(_OneAxis):
     def servo(self) -> Servo:
         """Servo of the wheel or of the motor as the program places it, for small errors."""
         if isinstance(self.drive, CoboticDrive):
-            found = _steering(self.drive)
+            found = steering_of(self.drive)
             return Servo.place(self.drive.control.steering_bandwidth, found.inertia, found.gain, math.inf, 0.0, 1.0)
         bandwidth = given(self.drive.control.speed_bandwidth, SPEED_BANDWIDTH)
         return Servo.place(bandwidth, self._moved_mass, self._gain, math.inf, 0.0, 1.0)
@@ -274,7 +247,7 @@ class AdmittanceDisplay(_OneAxis):
 
     @property
     def _gain(self) -> float:
-        return _force_per_current(self.drive)  # type: ignore[arg-type]
+        return force_per_current_of(self.drive)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -314,12 +287,12 @@ class ImpedanceDisplay(_OneAxis):
     @property
     def damping(self) -> float:
         """b, viscous friction of motor and drive. [N s m^-1]"""
-        return _viscous(self.drive) + self.viscous_friction
+        return viscous_of(self.drive) + self.viscous_friction
 
     @property
     def force_per_current(self) -> float:
         """At the drive. [N A^-1]"""
-        return _force_per_current(self.drive)
+        return force_per_current_of(self.drive)
 
     @property
     def memory(self) -> tuple[str, ...]:
@@ -331,7 +304,7 @@ class ImpedanceDisplay(_OneAxis):
 
         Source: `infinivar.drivetrain.graphs.bandwidths`, of a rigid drive, or one on a spring.
         """
-        return _plant(self, _mover(self.drive, self.viscous_friction), held, 2 if self.force_gain else 0)
+        return plant_of(self, mover_of(self.drive, self.viscous_friction), held, 2 if self.force_gain else 0)
 
     def act(self, memory: np.ndarray, sensed: Sensed) -> tuple[list[Any], Any]:
         """Memory and current of the motor that the controller computes from one sample.
@@ -351,217 +324,12 @@ TITLES = {"AdmittanceDisplay": "Admittance display", "ImpedanceDisplay": "Impeda
 """Kinds of display for people."""
 
 
-class _Mover(NamedTuple):
-    """What drives the handle: its mass, its own states, and what its force and their rates are."""
-
-    mass: float
-    states: tuple[str, ...]
-    push: Callable[[Any, np.ndarray, Any], Any]
-    """Force on the mass, by its speed, own states and current. [N]"""
-    rates: Callable[[Any, np.ndarray, Any], list[Any]]
-
-
-def _mover(drive: CoboticDrive | ConventionalDrive, viscous_friction: float) -> _Mover:
-    if isinstance(drive, CoboticDrive):
-        servo, contact = _steering(drive), _Contact.of(drive)
-        iron = given(servo.plant.motor.viscous_friction, 0.0) * servo.plant.ratio**2
-
-        def turn(speed: Any, own: np.ndarray, current: Any) -> list[Any]:
-            torque = servo.gain * current - iron * own[1] - contact.moment(speed, own[0], own[1])
-            return [own[1], torque / servo.inertia]
-
-        return _Mover(
-            _mass(drive),
-            ("phi_rad", "phi_rate_rad_s"),
-            lambda speed, own, current: contact.link_force(speed, own[0], own[1]),
-            turn,
-        )
-    gain, damping = _force_per_current(drive), _viscous(drive) + viscous_friction
-    return _Mover(
-        _mass(drive), (), lambda speed, own, current: gain * current - damping * speed, lambda speed, own, current: []
-    )
-
-
-def _plant(display: Any, mover: _Mover, held: Held, filtered: int) -> Plant:
-    """What moves between samples: handle with what holds it, mass of the drive, its own states, filter of the force.
-
-    The handle is one with the mass of the drive, or hangs on it by the spring of structure and sensor. The force sensor feels
-    what goes from one to the other.
-    """
-    arm, clamped = _held(held)
-    beyond, spring = display.handle_mass + arm.mass, display.series_stiffness
-    hung = math.isfinite(spring)
-    if hung and not clamped and beyond == 0.0:
-        raise ParameterError(
-            "handle_mass must be > 0 kg, got 0: it hangs on structure and sensor, and nothing holds it"
-        )
-    total = mover.mass + (0.0 if hung else beyond)
-    handle = () if clamped else ("x_m", "v_m_s")
-    link = ("x_drive_m", "v_drive_m_s") if hung else ()
-    count, own = len(handle), len(handle) + len(link)
-    last = own + len(mover.states)
-    corner = 2.0 * math.pi * given(display.filter_frequency, 1.0)
-
-    def split(state: np.ndarray) -> tuple[Any, Any, Any, Any]:
-        """Position and speed of the handle, and of the drive."""
-        nothing = 0.0 * state[0] if len(state) else 0.0
-        position, speed = (nothing, nothing) if clamped else (state[0], state[1])
-        place, pace = (state[count], state[count + 1]) if hung else (position, speed)
-        return position, speed, place, pace
-
-    def moved(state: np.ndarray, current: Any, force: Any) -> tuple[Any, Any, Any]:
-        """Force of the handle on the drive, and accelerations of handle and drive."""
-        position, speed, place, pace = split(state)
-        push = mover.push(pace, state[own:last], current)
-        outside = force - arm.damping * speed - arm.stiffness * position
-        if hung:
-            felt = spring * (position - place) + display.series_damping * (speed - pace)
-            return felt, (outside - felt) / (beyond or 1.0), (push + felt) / total
-        acceleration = 0.0 * push if clamped else (push + outside) / total
-        return mover.mass * acceleration - push, acceleration, acceleration
-
-    def rates(state: np.ndarray, current: Any, force: Any) -> list[Any]:
-        felt, of_handle, of_drive = moved(state, current, force)
-        _, speed, _, pace = split(state)
-        return [
-            *(() if clamped else (speed, of_handle)),
-            *((pace, of_drive) if hung else ()),
-            *mover.rates(pace, state[own:last], current),
-            *_filter(felt, state[last:], corner),
-        ]
-
-    def sensed(state: np.ndarray, force: Any) -> Sensed:
-        nothing = 0.0 * force
-        _, _, place, pace = split(state)
-        angle = state[own:last] if mover.states else (nothing, nothing)
-        felt = state[last] if filtered else moved(state, nothing, force)[0]
-        return Sensed(felt, nothing + place, nothing + pace, *angle)
-
-    names = (*handle, *link, *mover.states, *("filtered_N", "filtered_rate_N_s")[:filtered])
-    return _linear(names, rates if names else None, sensed)
-
-
-def _viscous(drive: ConventionalDrive) -> float:
-    """Viscous friction of the motor at the output. [N s m^-1]"""
-    reduction = drive.gearhead.ratio / float(drive.stage.travel_per_radian)
-    return given(drive.motor.viscous_friction, 0.0) * reduction**2
-
-
-def _force_per_current(drive: ConventionalDrive) -> float:
-    return drive.motor.torque_constant * drive.gearhead.ratio / float(drive.stage.travel_per_radian)
-
-
-def _own(drive: CoboticDrive | ConventionalDrive) -> tuple[float, str]:
-    """Stiffness of a drive between encoder and output, and what has it: gearhead and stage in series.
-
-    Of a cobotic drive no part states a stiffness along its link.
-    """
-    if isinstance(drive, CoboticDrive):
-        return math.inf, ""
-    parts = {
-        "gearhead": given(drive.gearhead.stiffness, math.inf) / float(drive.stage.travel_per_radian) ** 2,
-        drive.stage.title: float(given(drive.stage.stiffness, math.inf)),
-    }
-    soft = {name: one for name, one in parts.items() if math.isfinite(one)}
-    return (1.0 / sum(1.0 / one for one in soft.values()), " and ".join(soft)) if soft else (math.inf, "")
-
-
-def _mass(drive: CoboticDrive | ConventionalDrive) -> float:
-    """Of what the encoder measures. [kg]"""
-    if isinstance(drive, CoboticDrive):
-        return float(needed(drive.mass_of_link, "link_mass"))
-    return (rotor_inertia(drive) + drive.gear_output_inertia) / float(drive.stage.travel_per_radian) ** 2
-
-
 def _check_drive(drive: CoboticDrive | ConventionalDrive) -> None:
     """Raise ParameterError unless the drive moves a handle along a line, and states what motion needs."""
     if drive.axis.rotary:
         raise ParameterError("drive must move a load along a line, got one that turns a shaft")
     _check_output(drive)
     drive.check_motion()
-
-
-class _Passive(NamedTuple):
-    """What moves with the handle."""
-
-    mass: float
-    damping: float
-    stiffness: float
-
-
-class _Contact(NamedTuple):
-    """Linear contact of a wheel that is steered little about the locked state."""
-
-    viscous: float
-    """C/S. [N s m^-1]"""
-    surface: float
-    rolling: float
-    """F_0, rolling resistance. [N]"""
-    coupling: float
-    """sigma: creep speed per steering rate. [m rad^-1]"""
-    turning: float
-    """Moment per steering rate, without creep. [N m s]"""
-
-    @classmethod
-    def of(cls, drive: CoboticDrive) -> _Contact:
-        """Of a drive at its cylinder speed."""
-        element = drive.transmission
-        groups = element.groups(drive.cylinder_speed)
-        surface = abs(float(element.cylinder_radius * drive.cylinder_speed))
-        viscous, rolling = float(groups.creep_stiffness) / surface, float(groups.rolling_force)
-        if element.contact is None or not element.turns_with_spin:
-            return cls(viscous, surface, rolling, 0.0, 0.0)
-        lever = float(TurningPatch.of(element, groups).lever)
-        scale = scales(element.contact.axis_ratio, element.contact.poisson)
-        return cls(viscous, surface, rolling, float(scale.by_spin) * lever, viscous * float(scale.turning) * lever**2)
-
-    def link_force(self, speed: Any, angle: Any, turning: Any) -> Any:
-        """Force of the transmission on the link; all arguments are small. [N]"""
-        return self.rolling * angle - self.viscous * (speed + self.surface * angle - self.coupling * turning)
-
-    def moment(self, speed: Any, angle: Any, turning: Any) -> Any:
-        """Moment of the patch against steering. [N m]"""
-        return self.turning * turning + self.viscous * self.coupling * (speed + self.surface * angle)
-
-
-def _filter(force: Any, state: np.ndarray, corner: float) -> list[Any]:
-    """Rates of a low-pass filter of the force, with as many states as its order.
-
-    Source: none; first order, and Butterworth of second order.
-    """
-    if len(state) == 2:
-        return [state[1], corner * corner * (force - state[0]) - math.sqrt(2.0) * corner * state[1]]
-    return [corner * (force - state[0])] if len(state) else []
-
-
-def _held(held: Held) -> tuple[_Passive, bool]:
-    """What moves with the handle, and whether that is clamped."""
-    if isinstance(held, ArmModel):
-        return _Passive(held.mass, held.damping, held.stiffness), False
-    if not isinstance(held, str) or held not in ("free", "clamped"):
-        raise ParameterError(f"held must be an ArmModel, 'free' or 'clamped', got {shown(held)}")
-    return _Passive(0.0, 0.0, 0.0), held == "clamped"
-
-
-def _steering(drive: CoboticDrive) -> SteeringServo:
-    """Inertia and gain of the steering; its Coulomb friction is left out."""
-    plant = needed(drive.steering, "steering")
-    return SteeringServo(plant=plant, amplifier=drive.amplifier, patch_friction=0.0, bell_friction=0.0, stick_speed=1.0)
-
-
-def _linear(
-    names: tuple[str, ...],
-    rates: Callable[[np.ndarray, Any, Any], list[Any]] | None,
-    sensed: Callable[[np.ndarray, Any], Sensed],
-) -> Plant:
-    """Matrices of linear rates: their values at unit states and inputs."""
-    n = len(names)
-    state = np.hstack([np.eye(n), np.zeros((n, 2))])
-    current, force = np.zeros(n + 2), np.zeros(n + 2)
-    current[n], force[n + 1] = 1.0, 1.0
-    moved = np.zeros((0, n + 2)) if rates is None else np.array(rates(state, current, force))
-    felt = np.array([np.broadcast_to(row, n + 2) for row in sensed(state, force)])
-    return Plant(names, moved[:, :n], moved[:, n], moved[:, n + 1], felt[:, :n], felt[:, n + 1])
 
 
 def _check_flag(name: str, value: Any) -> None:

@@ -11,7 +11,7 @@ from annotated_types import Ge, Gt, Interval
 from infinivar._core.fields import check_instance, check_number, check_real, component, given, quantity
 from infinivar._core.frozen import FrozenDict
 from infinivar.displays.handle_session import check_displays
-from infinivar.displays.kinds import AdmittanceDisplay, ImpedanceDisplay
+from infinivar.displays.kinds import RIGID, AdmittanceDisplay, ImpedanceDisplay
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import require
@@ -163,6 +163,9 @@ class DisplayPair:
             for name, one in self.conventionals.items()
             if one.structure_stiffness not in (None, self.structure_stiffness)
         ]
+        each = {"cobotic": self.admittance(1.0), **{name: self.rival(name, 1.0) for name in self.conventionals}}
+        rigid = [name for name, one in each.items() if one.carried_by == RIGID]
+        said += [f"structure {RIGID}: {', '.join(rigid)}"] if rigid else []
         sensed = ["cobotic", *(name for name, one in self.conventionals.items() if one.force_control)]
         return (*said, f"force sensor: {', '.join(sensed)}")
 

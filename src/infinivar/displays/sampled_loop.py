@@ -21,7 +21,8 @@ from typing import NamedTuple
 import numpy as np
 
 from infinivar._core.arrays import real_array
-from infinivar.displays.kinds import Display, Held, Plant, Sensed
+from infinivar.displays.kinds import Display
+from infinivar.displays.plants import Held, Plant, Sensed
 from infinivar.errors import ParameterError, require
 from infinivar.motion.users import ArmModel
 

@@ -16,7 +16,8 @@ from infinivar._core.arrays import real_array
 from infinivar._core.described import derived, finite, reported
 from infinivar._core.fields import with_values
 from infinivar._core.result import Result, result
-from infinivar.displays.kinds import AdmittanceDisplay, Display, Held, ImpedanceDisplay
+from infinivar.displays.kinds import AdmittanceDisplay, Display, ImpedanceDisplay
+from infinivar.displays.plants import Held
 from infinivar.displays.sampled_loop import NEUTRAL, growths, sampled_loop
 from infinivar.errors import ParameterError, nearest, require
 from infinivar.motion.users import ArmModel
