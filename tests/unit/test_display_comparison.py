@@ -383,6 +383,7 @@ BAD = {
     "pair must be a DisplayPair": lambda: iv.displays.compare_displays(LEG),
     "session must be a HandleSession": lambda: iv.displays.compare_displays(PAIR, 20.0),
     "arm must be an ArmModel, got": lambda: iv.displays.compare_displays(PAIR, arm="me"),
+    "arm must be an ArmModel, got 3": lambda: iv.displays.compare_displays(PAIR, arm=3),
     "axes must be whole numbers from 1 on that rise": lambda: iv.displays.compare_displays(PAIR, axes=(2, 1)),
     "axes must be whole numbers from 1 on": lambda: iv.displays.compare_displays(PAIR, axes=(0, 1)),
     "variants must map texts to DisplayPair": lambda: iv.displays.compare_displays(PAIR, variants=[PAIR]),
@@ -568,6 +569,19 @@ def test_requirements_on_what_is_felt_name_their_limit():
     assert found.to_dict()["limit"][0][3] == ["friction felt"]
     far = iv.displays.compare_displays(PAIR, replace(SESSION, required_force=65.0), axes=(1,))
     assert far.limit[0, :, 0].tolist() == ["", "", "", "largest force of an axis"]
+
+
+def test_the_worst_of_several_grips_counts():
+    """A user may grip as he likes: the largest least mass, and the softest wall at that mass."""
+    arm = iv.motion.ArmModel.named("vanbeek2015")
+    grips = [arm, replace(arm, name="firm", damping=10.0, stiffness=800.0), replace(arm, name="loose", mass=0.2)]
+    found = iv.displays.compare_displays(WIDE, axes=(1,), arm=grips)
+    each = [iv.displays.compare_displays(WIDE, axes=(1,), arm=grip) for grip in grips]
+    assert_allclose(found.least_mass[0], np.max([one.least_mass[0] for one in each], axis=0))
+    assert_allclose(found.margin[0], np.min([one.margin[0] for one in each], axis=0))
+    # Without virtual mass the walls are those of each grip.
+    assert_allclose(found.stiffness[0, 1:4], np.min([one.stiffness[0, 1:4] for one in each], axis=0))
+    assert found.arm == "one subject of vanbeek2015, firm or loose"
 
 
 def test_a_variant_has_the_rivals_of_the_pair():

@@ -18,6 +18,7 @@ from infinivar._core.arrays import shown
 from infinivar._core.described import derived, finite, reported
 from infinivar._core.fields import check_instance
 from infinivar._core.result import Result, result
+from infinivar._core.text import joined
 from infinivar.analysis.hanging import Hanging, Judged, decided_again
 from infinivar.analysis.shared_motor import SharedMotor, share_motor
 from infinivar.displays.handle_session import (
@@ -236,7 +237,7 @@ def compare_displays(
     pair: DisplayPair,
     session: HandleSession | None = None,
     *,
-    arm: ArmModel | None = None,
+    arm: ArmModel | Sequence[ArmModel] | None = None,
     axes: Sequence[int] = (1, 2, 3, 4, 5, 6),
     variants: Mapping[str, DisplayPair] | None = None,
 ) -> DisplayComparison:
@@ -246,7 +247,7 @@ def compare_displays(
     ----------
     pair : DisplayPair               As shown, with the rivals.
     session : HandleSession          By default one with all parts.
-    arm : ArmModel                   For stability; by default "vanbeek2015".
+    arm : ArmModel or several        For stability; of several, as grips of one user are, the worst; by default "vanbeek2015".
     axes : (N,) int                  Numbers of axes, rising.
     variants : text to DisplayPair   With other values of what is assumed, such as `assumed_variants`.
 
@@ -265,7 +266,8 @@ def compare_displays(
     arm = ArmModel.named("vanbeek2015") if arm is None else arm
     check_instance("pair", pair, DisplayPair)
     check_instance("session", session, HandleSession)
-    if not isinstance(arm, ArmModel):
+    hands = (arm,) if isinstance(arm, ArmModel) else tuple(arm) if isinstance(arm, Sequence) else ()
+    if not hands or not all(isinstance(hand, ArmModel) for hand in hands):
         raise ParameterError(f"arm must be an ArmModel, got {shown(arm)}")
     counts = np.asarray(axes)
     whole = counts.ndim == 1 and counts.size > 0 and counts.dtype.kind == "i"
@@ -280,7 +282,7 @@ def compare_displays(
         require(same, f"variants.{name}.rivals", ", ".join(one.rivals) or "none", "those of the pair")
     measured: dict[Any, tuple[float, float]] = {}
     each = [round_of(one, session, counts.tolist()) for one in pairs.values()]
-    felt = [_felt(one, session, arm, measured) for one in pairs.values()]
+    felt = [_felt(one, session, hands, measured) for one in pairs.values()]
     for one, of in zip(each, felt, strict=True):
         for row in range(one["limit"].shape[0]):
             side = max(0, row - len(WAYS) + 1)
@@ -290,7 +292,7 @@ def compare_displays(
         one["feasible"], one["limit"] = one["limit"] == "", one["limit"].astype(str)
     return DisplayComparison(
         session=session,
-        arm=arm.name,
+        arm=joined([hand.name for hand in hands], "or"),
         assuming=tuple(pairs),
         displays=(*WAYS, *pair.conventionals),
         differences=pair.differences,
@@ -313,15 +315,15 @@ def _unfelt(session: HandleSession, felt: Mapping[str, float]) -> str:
 
 
 def _felt(
-    pair: DisplayPair, session: HandleSession, arm: ArmModel, known: dict[Any, tuple[float, float]]
+    pair: DisplayPair, session: HandleSession, hands: tuple[ArmModel, ...], known: dict[Any, tuple[float, float]]
 ) -> dict[str, tuple[float, ...]]:
     """Force, mass and stiffness of an axis of each display, the cobotic one first."""
-    each = [_measured(pair.admittance, pair, session, arm, known, float(pair.cobotic.transmission.slip_force))]
+    each = [_measured(pair.admittance, pair, session, hands, known, float(pair.cobotic.transmission.slip_force))]
     for name, rival in pair.conventionals.items():
         motors = rival.motors
         strength = motors.gain * float(rival.drive.motor.continuous_current)
         makes = partial(pair.rival, name)
-        each.append(_measured(makes, pair, session, arm, known, strength))
+        each.append(_measured(makes, pair, session, hands, known, strength))
     return {name: tuple(one[name] for one in each) for name in each[0]}
 
 
@@ -329,7 +331,7 @@ def _measured(
     makes: Callable[[float], AdmittanceDisplay | ImpedanceDisplay],
     pair: DisplayPair,
     session: HandleSession,
-    arm: ArmModel,
+    hands: tuple[ArmModel, ...],
     known: dict[Any, tuple[float, float]],
     strength: float,
 ) -> dict[str, float]:
@@ -337,11 +339,13 @@ def _measured(
     display = makes(session.felt_mass)
     found = {"largest_force": strength}
     if isinstance(display, ImpedanceDisplay):
-        _, wall = _remembered(known, _loop(display, arm), lambda: (0.0, stiffest_wall(display, arm)))
+        _, wall = _remembered(
+            known, _loop(display, hands), lambda: (0.0, float(np.min([stiffest_wall(display, hand) for hand in hands])))
+        )
         mass = display.reflected_mass + pair.handle_mass
         felt = {"least_mass": mass, "largest_mass": mass, "margin": math.inf}
     else:
-        least, wall = _remembered(known, _loop(display, arm), lambda: _admitted(makes, arm))
+        least, wall = _remembered(known, _loop(display, hands), lambda: _admitted(makes, hands))
         felt = {
             "least_mass": MARGIN * least + pair.handle_mass,
             "largest_mass": math.inf if least < MASSES[1] else math.nan,
@@ -350,19 +354,20 @@ def _measured(
     return {**found, "least_force": display.least_force, **felt, "stiffness": display.at_handle(wall / MARGIN)}
 
 
-def _admitted(makes: Callable[[float], Any], arm: ArmModel) -> tuple[float, float]:
-    """Least stable virtual mass, and the stiffest stable wall with that mass and its margin."""
-    least = least_stable_mass(makes(1.0).softest(), arm)
+def _admitted(makes: Callable[[float], Any], hands: tuple[ArmModel, ...]) -> tuple[float, float]:
+    """Least virtual mass that is stable in every hand, and the stiffest stable wall with that mass and its margin."""
+    least = float(np.max([least_stable_mass(makes(1.0).softest(), hand) for hand in hands]))
     if not math.isfinite(least):
         return math.nan, math.nan
-    return least, stiffest_wall(makes(MARGIN * least), arm, between=WALLS)
+    return least, float(np.min([stiffest_wall(makes(MARGIN * least), hand, between=WALLS) for hand in hands]))
 
 
-def _loop(display: AdmittanceDisplay | ImpedanceDisplay, arm: ArmModel) -> Any:
+def _loop(display: AdmittanceDisplay | ImpedanceDisplay, hands: tuple[ArmModel, ...]) -> Any:
     """What the stability of a display depends on: most variants change something else."""
     moves = isinstance(display, AdmittanceDisplay)
     controller = (display.servo, display.surface_speed) if moves else display.force_per_current
-    matrices = tuple(part.tobytes() if isinstance(part, np.ndarray) else part for part in display.plant(arm))
+    plants = [display.plant(hand) for hand in hands]
+    matrices = tuple(part.tobytes() if isinstance(part, np.ndarray) else part for plant in plants for part in plant)
     same = (display.handle_mass, display.wall_damping, display.samples_late)
     return matrices, display.drive.control, controller, same
 
