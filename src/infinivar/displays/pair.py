@@ -18,7 +18,6 @@ from infinivar.errors import require
 from infinivar.machines.motors import LinkMotors
 from infinivar.parts.linear import Guideway
 from infinivar.study.choices import STANDBY, answers
-from infinivar.units import plain
 
 CONVENTIONAL = "conventional"
 """Name of the conventional display of a pair."""
@@ -34,8 +33,13 @@ YES_OR_NO = (
 WALL_DAMPINGS = (0.0, 400.0)
 """Compared with walls that are damped as shown. [N s m^-1]"""
 
-STRUCTURES = (1e6, 1e5, 1e4)
-"""Compared with a structure as shown. [N m^-1]"""
+STRUCTURES: Mapping[str, tuple[float, float | None]] = {
+    "1000 N/mm": (1e6, None),
+    "100 N/mm": (1e5, None),
+    "100 N/mm with 100 N s/m": (1e5, 100.0),
+    "10 N/mm": (1e4, None),
+}
+"""Compared with a structure as shown: stiffness and damping, by default 0.05 of critical. [N m^-1], [N s m^-1]"""
 
 CABLE_FRICTION, CABLE_STIFFNESS = 0.1, 3.5e3
 """At the handle of a desktop display with cable transmission: friction [N], and stiffness with locked motors [N m^-1].
@@ -103,6 +107,9 @@ class DisplayPair:
         Gt(0),
         "Between encoder and handle of every display; default: that of the drive, else rigid",
         default=None,
+    )
+    structure_damping: float | None = quantity(
+        "N s/m", Ge(0), "Beside structure and sensor of every display; default: 0.05 of critical", default=None
     )
     sensor_stiffness: float | None = quantity(
         "N/m", Gt(0), "Of the force sensor, where a display has one; default: rigid", default=None
@@ -172,7 +179,14 @@ class DisplayPair:
     @property
     def _same(self) -> dict[str, Any]:
         """What every display has."""
-        names = ("handle_mass", "wall_damping", "structure_stiffness", "encoder_resolution", "samples_late")
+        names = (
+            "handle_mass",
+            "wall_damping",
+            "structure_stiffness",
+            "structure_damping",
+            "encoder_resolution",
+            "samples_late",
+        )
         return {name: getattr(self, name) for name in names}
 
     @property
@@ -294,14 +308,14 @@ def display_choices(pair: DisplayPair) -> dict[str, DisplayPair]:
     found[f"standby per amplifier: {STANDBY:g} W each"] = replace(pair, standby_power=STANDBY)
     for damping in WALL_DAMPINGS:
         found[f"damping of the walls: {damping:g} N s/m"] = replace(pair, wall_damping=damping)
-    for stiffness in STRUCTURES:
-        found[f"structure of every display: {plain(1e-3 * stiffness)} N/mm"] = _carried(pair, stiffness)
+    for words, values in STRUCTURES.items():
+        found[f"structure of every display: {words}"] = _carried(pair, *values)
     return found
 
 
-def _carried(pair: DisplayPair, stiffness: float) -> DisplayPair:
+def _carried(pair: DisplayPair, stiffness: float, damping: float | None) -> DisplayPair:
     rivals = {name: replace(one, structure_stiffness=None) for name, one in pair.rivals.items()}
-    return replace(pair, structure_stiffness=stiffness, rivals=FrozenDict(rivals))
+    return replace(pair, structure_stiffness=stiffness, structure_damping=damping, rivals=FrozenDict(rivals))
 
 
 def _pressed(pair: DisplayPair, scale: float) -> DisplayPair:
