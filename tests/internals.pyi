@@ -145,14 +145,16 @@ from infinivar.contact.friction import STICK_SPEED as FRICTION_STICK_SPEED
 from infinivar.contact.friction import coulomb
 from infinivar.displays.handle_session import PARTS as SESSION_PARTS
 from infinivar.displays.handle_session import cobotic_part, geared_part
-from infinivar.displays.kinds import _Contact as DisplayContact
+from infinivar.displays.pair import CONVENTIONAL as CONVENTIONAL_ROUND
 from infinivar.displays.pair import display_choices
 from infinivar.displays.passivity_check import (
     general_required_damping,
     required_damping,
+    required_friction,
+    virtual_coupling,
     wall_transfer,
 )
-from infinivar.displays.rounds import CONVENTIONAL as CONVENTIONAL_ROUND
+from infinivar.displays.plants import Contact as DisplayContact
 from infinivar.displays.rounds import DISPLAYS as DISPLAY_ROUNDS
 from infinivar.displays.rounds import RESTING, STOPPED, TURNING, round_of
 from infinivar.displays.sampled_loop import impedance, run_in_time, sampled_loop
