@@ -122,6 +122,28 @@ def _described(signature: inspect.Signature) -> Iterator[tuple[str, type[Options
             yield one.name, kind, tuple(names or kind.described())
 
 
+def with_pdf(command: Callable[..., Any]) -> Callable[..., Any]:
+    """A command with the option --pdf behind --out, which writes the figures of its report as PDF, too."""
+    signature = inspect.signature(command, eval_str=True)
+    parameters = list(signature.parameters.values())
+    place = 1 + next(place for place, one in enumerate(parameters) if one.name == "out")
+    asked = typer.Option("--pdf", help="Write the figures as PDF, too, beside PNG and SVG.")
+    pdf = inspect.Parameter("pdf", parameters[place].kind, default=False, annotation=Annotated[bool, asked])
+
+    @functools.wraps(command)
+    def run(*, pdf: bool, **given: Any) -> Any:
+        if not pdf:
+            return command(**given)
+        from infinivar.figures.style import in_every_format
+
+        with in_every_format():
+            return command(**given)
+
+    run.__signature__ = signature.replace(parameters=[*parameters[:place], pdf, *parameters[place:]])  # type: ignore[attr-defined]
+    run.__annotations__ = {**command.__annotations__, "pdf": pdf.annotation}
+    return run
+
+
 def option_name(kind: type[Options], name: str) -> str:
     """An option as it is typed, such as --slip-margin."""
     return f"--{(kind.described()[name].name or name).replace('_', '-')}"

@@ -18,6 +18,7 @@ from infinivar.cli.arguments import (
     named_path,
     scenarios_of_study,
     with_options,
+    with_pdf,
 )
 from infinivar.cli.shared import chosen, chosen_cobotic, end, loaded_study, naming, of_one_axis, print_json
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
@@ -53,6 +54,7 @@ _SHOWN = 10
 
 
 @app.command()
+@with_pdf
 @with_options
 def size(
     study: StudyFile,
@@ -112,6 +114,7 @@ def size(
 
 
 @app.command()
+@with_pdf
 @with_options
 def cobotic(
     study: StudyFile,

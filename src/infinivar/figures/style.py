@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -69,6 +70,9 @@ BLANK = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"
 """Box behind words that may stand on lines."""
 
 FORMATS = ("png", "svg", "pdf")
+
+_written: ContextVar[tuple[str, ...]] = ContextVar("formats", default=FORMATS[:2])
+"""Formats of the figures of reports."""
 
 _SETTINGS: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
@@ -142,11 +146,21 @@ def label_plane(ax: Any, axis: Axis) -> None:
     ax.set_ylabel(f"{axis.speed} of the load [{axis.speed_unit}]")
 
 
-def write(made: Figure, path: Path, formats: Sequence[str] = FORMATS) -> list[Path]:
-    """Write a figure in every format side by side, laid out once for all; returns the files."""
+@contextmanager
+def in_every_format() -> Iterator[None]:
+    """Context in which the figures of reports are written as PDF, too."""
+    before = _written.set(FORMATS)
+    try:
+        yield
+    finally:
+        _written.reset(before)
+
+
+def write(made: Figure, path: Path, formats: Sequence[str] = ()) -> list[Path]:
+    """Write a figure in formats side by side, by default those of reports, laid out once for all; returns the files."""
     layout = made.get_layout_engine()
     with styled():
-        files = [_write_one(made, path.with_suffix(f".{kind}"), kind) for kind in formats]
+        files = [_write_one(made, path.with_suffix(f".{kind}"), kind) for kind in formats or _written.get()]
         made.set_layout_engine(layout)
     return files
 
