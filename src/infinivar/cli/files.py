@@ -92,13 +92,14 @@ def reproduce(
     as_json: Json = False,
 ) -> None:
     """Draw the paper's figures and check its claims."""
+    from infinivar._core.processes import opened
     from infinivar.paper.report import check_figure, left_out
     from infinivar.paper.reproduce import reproduce as run
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
 
     check_figure(figure)
-    with claimed(out), progress_bar() as progress:
+    with claimed(out), progress_bar() as progress, opened():
         result = run(figure, progress=progress)
         progress("drawing", 1.0)
         files = save(result, out, figure=figure)

@@ -194,6 +194,7 @@ def size(
     duty cycles of the study. Write a report, and each design as a study file that the other commands read. Exit with code 1 if
     no design is feasible; the result then names what excluded how many, and the nearest misses.
     """
+    from infinivar._core.processes import opened
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
     from infinivar.report.sizing import keep_inputs, text
@@ -203,7 +204,7 @@ def size(
     of_one_axis(study, loaded.drives, "size")
     keep_inputs(loaded, out, options.sets)
     with claimed(out):
-        with progress_bar() as progress, naming(study):
+        with progress_bar() as progress, naming(study), opened():
             found = run(loaded, drive=drive, **options.arguments(), progress=progress)
         for one in found.sets:
             for fault in one.refused:

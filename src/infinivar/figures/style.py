@@ -146,6 +146,11 @@ def label_plane(ax: Any, axis: Axis) -> None:
     ax.set_ylabel(f"{axis.speed} of the load [{axis.speed_unit}]")
 
 
+def formats() -> tuple[str, ...]:
+    """Formats in which figures of reports are written here."""
+    return _written.get()
+
+
 @contextmanager
 def in_every_format() -> Iterator[None]:
     """Context in which the figures of reports are written as PDF, too."""
@@ -156,11 +161,11 @@ def in_every_format() -> Iterator[None]:
         _written.reset(before)
 
 
-def write(made: Figure, path: Path, formats: Sequence[str] = ()) -> list[Path]:
-    """Write a figure in formats side by side, by default those of reports, laid out once for all; returns the files."""
+def write(made: Figure, path: Path, kinds: Sequence[str] = ()) -> list[Path]:
+    """Write a figure in several formats, by default those of reports, laid out once for all; returns the files."""
     layout = made.get_layout_engine()
     with styled():
-        files = [_write_one(made, path.with_suffix(f".{kind}"), kind) for kind in formats or _written.get()]
+        files = [_write_one(made, path.with_suffix(f".{kind}"), kind) for kind in kinds or formats()]
         made.set_layout_engine(layout)
     return files
 

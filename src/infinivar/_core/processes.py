@@ -1,0 +1,84 @@
+"""Pure functions in processes, results in order; one after the other where no command has opened any."""
+
+from __future__ import annotations
+
+import contextlib
+import contextvars
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, TypeVar
+
+from infinivar._core import threads
+
+if TYPE_CHECKING:
+    from concurrent.futures import ProcessPoolExecutor
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+_LOOK = 0.25
+"""Time between two looks at the parent. [s]"""
+
+_open: contextvars.ContextVar[ProcessPoolExecutor | None] = contextvars.ContextVar("processes", default=None)
+
+
+@contextlib.contextmanager
+def opened() -> Iterator[None]:
+    """Let `apart` compute on all processors in the block.
+
+    Only for commands: a process begins with the script of the one that starts it, which may not be made for that. None starts
+    before it has work; an error ends them all.
+    """
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    number = os.cpu_count() or 1
+    if number == 1:
+        yield
+        return
+    pool = ProcessPoolExecutor(number, get_context("spawn"), _begin, (os.getpid(),))
+    before = _open.set(pool)
+    try:
+        yield
+    except BaseException:
+        for one in list(pool._processes.values()):
+            one.kill()
+        raise
+    finally:
+        _open.reset(before)
+        pool.shutdown(cancel_futures=True)
+
+
+def apart(function: Callable[[T], R], items: Sequence[T]) -> Iterator[R]:
+    """Yield the result of a pure function of a module for each item, in order.
+
+    What takes longest should come first.
+    """
+    pool = _open.get()
+    if pool is None or len(items) < 2:
+        yield from map(function, items)
+    else:
+        yield from pool.map(function, items)
+
+
+def _begin(parent: int) -> None:
+    watch(parent)
+    threads.only_one()
+
+
+def watch(parent: int) -> None:
+    """End this process soon after the one that started it is gone, and leave Ctrl-C to that one.
+
+    A worker that waits for its first work must watch too: nobody would send it any.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def look() -> None:
+        while os.getppid() == parent:
+            time.sleep(_LOOK)
+        os._exit(1)
+
+    threading.Thread(target=look, name="parent watch", daemon=True).start()

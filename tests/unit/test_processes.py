@@ -1,0 +1,28 @@
+"""Work in several processes: the same results in the same order, and none is left behind."""
+
+import os
+
+import pytest
+
+from internals import apart, opened_processes
+
+HERE = "__import__('os').getpid()"
+
+
+@pytest.fixture
+def two(monkeypatch):
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+
+
+def test_results_come_in_order_from_other_processes(two):
+    assert list(apart(eval, [HERE, HERE])) == [os.getpid()] * 2
+    with opened_processes():
+        assert os.getpid() not in apart(eval, [HERE, HERE])
+        assert list(apart(abs, [-3, 2, -1])) == [3, 2, 1]
+        assert list(apart(eval, [HERE])) == [os.getpid()]  # alone, there is nothing to gain
+    assert list(apart(eval, [HERE, HERE])) == [os.getpid()] * 2
+
+
+def test_an_error_ends_the_others(two):
+    with pytest.raises(ZeroDivisionError), opened_processes():
+        list(apart(eval, ["1 / 0", "__import__('time').sleep(600)"]))
