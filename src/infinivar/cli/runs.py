@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from infinivar.study.study import Study
 
 DRIVE = "Name of the drive in the study; defaults to the first."
+DriveName = Annotated[str | None, typer.Argument(help=DRIVE, show_default=False, autocompletion=drives_of_study)]
 SCENARIO = "Name of the scenario in the study; defaults to the first."
 
 
@@ -256,7 +257,7 @@ def _operating_point(
 
 def graph(
     study: StudyFile,
-    drive: Annotated[str, typer.Argument(help="Name of the drive in the study.", show_default=False)],
+    drive: DriveName = None,
     out: Annotated[
         Path,
         typer.Option("--out", parser=named_path, metavar="PATH", help="Image file to write: .svg, .pdf or .png."),
@@ -284,7 +285,7 @@ def graph(
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
-    name = chosen(study, "drive", drive, loaded.drives)
+    name = chosen(study, "drive", drive, loaded.drives, "drive")
     of_one_axis(study, loaded.drives, "graph", name)
     with naming_place(study, f"drives.{name}"):
         made = plant_graph(loaded.drives[name], plant, electrical=electrical, load_mass=loaded.load_mass)
@@ -294,9 +295,6 @@ def graph(
 
 def export(
     study: StudyFile,
-    drive: Annotated[
-        str, typer.Argument(help="Name of the drive in the study.", show_default=False, autocompletion=drives_of_study)
-    ],
     kind: Annotated[
         str,
         typer.Option(
@@ -307,6 +305,7 @@ def export(
             show_default=False,
         ),
     ],
+    drive: DriveName = None,
     scenario: Annotated[
         str | None,
         typer.Option(
@@ -329,7 +328,7 @@ def export(
     if kind not in FORMATS:
         raise InputError(f"--as {kind!r} is not a format{nearest(kind, FORMATS)}; formats: {', '.join(FORMATS)}")
     loaded = load_study(study)
-    name = chosen(study, "drive", drive, loaded.drives)
+    name = chosen(study, "drive", drive, loaded.drives, "drive")
     of_one_axis(study, loaded.drives, "export", name)
     requested = None if scenario is None else loaded.scenarios[chosen(study, "scenario", scenario, loaded.scenarios)]
     with naming_place(study, f"drives.{name}"):

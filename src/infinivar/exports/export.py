@@ -91,8 +91,7 @@ def export(
     if scenario is None:
         scenario = _usual(drive, load_mass)
     check_scenario(scenario)
-    identifier = re.sub(r"\W", "_", name, flags=re.ASCII)[:48]
-    identifier = identifier if identifier[:1].isalpha() else f"drive_{identifier}"
+    identifier = _identifier(name)
     own = [row for row in sources if row.owner == name]
     made = plant(drive, scenario, identifier, title or name, own)
     content, notes = _source(made, drive) if kind == "c" else _fmu(made, _VERSIONS[kind])
@@ -101,6 +100,13 @@ def export(
         for file in files:
             file.write_bytes(content[file.name])
     return Exported(tuple(folder / file for file in content), notes)
+
+
+def _identifier(name: str) -> str:
+    """Name of a drive in C and of its files, of which none is a file of a drive with another name."""
+    made = re.sub(r"\W", "_", name, flags=re.ASCII)[:48]
+    made = made if made[:1].isalpha() else f"drive_{made}"
+    return f"{made}_drive" if re.search(r"_(main|laws|laws_test)(_drive)*$", made) else made
 
 
 def _usual(drive: CoboticDrive | ConventionalDrive, load_mass: float | None) -> Scenario:
