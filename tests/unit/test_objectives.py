@@ -90,6 +90,12 @@ def test_the_figure_shows_what_was_made_small(dear, objective, name, scale, labe
     assert found.plot().axes[0].get_ylabel() == label
 
 
+def test_assumed_lengths_are_shown_in_millimetres(dear):
+    rows = iv.size(WALKING, objective="space", sets=dear, radius=RADII).hangs_on.rows
+    (used,) = {row.used for row in rows if row.choice == "structure: room"}
+    assert used == "5 mm"
+
+
 def test_least_price_is_that_of_the_parts_and_each_must_state_one(dear, tmp_path):
     found = iv.size(WALKING, objective="price", sets=dear, radius=RADII)
     known = {
