@@ -31,6 +31,7 @@ from infinivar._core.frozen import FrozenDict, frozen
 from infinivar._core.frozen import Room as FrozenRoom
 from infinivar._core.labels import Labels
 from infinivar._core.presentation import presenter
+from infinivar._core.processes import ahead as ahead
 from infinivar._core.processes import apart as apart
 from infinivar._core.processes import opened as opened_processes
 from infinivar._core.result import Frozen, result

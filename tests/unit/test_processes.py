@@ -4,14 +4,15 @@ import os
 
 import pytest
 
-from internals import apart, opened_processes
+import infinivar as iv
+from internals import ahead, apart, opened_processes
 
 HERE = "__import__('os').getpid()"
 
 
 @pytest.fixture
 def two(monkeypatch):
-    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    monkeypatch.setenv("INFINIVAR_PROCESSES", "2")
 
 
 def test_results_come_in_order_from_other_processes(two):
@@ -21,6 +22,15 @@ def test_results_come_in_order_from_other_processes(two):
         assert list(apart(abs, [-3, 2, -1])) == [3, 2, 1]
         assert list(apart(eval, [HERE])) == [os.getpid()]  # alone, there is nothing to gain
     assert list(apart(eval, [HERE, HERE])) == [os.getpid()] * 2
+
+
+def test_what_is_begun_ahead_is_waited_for(two):
+    assert ahead(eval, HERE)() == os.getpid()
+    with opened_processes():
+        begun = ahead(eval, HERE)
+        assert begun() not in (os.getpid(), None)
+        with pytest.raises(iv.InputError, match="refused"):
+            ahead(exec, "import infinivar as iv; raise iv.InputError('refused')")()
 
 
 def test_an_error_ends_the_others(two):

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import contextvars
+import functools
 import os
 import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from infinivar._core import threads
 
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 R = TypeVar("R")
 
+SWITCH = "INFINIVAR_PROCESSES"
+"""Environment variable with the number of processes of a command, where it is not that of the processors; 1 for none."""
+
 _LOOK = 0.25
 """Time between two looks at the parent. [s]"""
 
@@ -27,7 +31,7 @@ _open: contextvars.ContextVar[ProcessPoolExecutor | None] = contextvars.ContextV
 
 @contextlib.contextmanager
 def opened() -> Iterator[None]:
-    """Let `apart` compute on all processors in the block.
+    """Let `apart` and `ahead` compute in processes in the block, as many as processors or as `SWITCH` says.
 
     Only for commands: a process begins with the script of the one that starts it, which may not be made for that. None starts
     before it has work; an error ends them all.
@@ -35,8 +39,9 @@ def opened() -> Iterator[None]:
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
-    number = os.cpu_count() or 1
-    if number == 1:
+    asked = os.environ.get(SWITCH, "")
+    number = int(asked) if asked.isdecimal() else os.cpu_count() or 1
+    if number <= 1:
         yield
         return
     pool = ProcessPoolExecutor(number, get_context("spawn"), _begin, (os.getpid(),))
@@ -62,6 +67,12 @@ def apart(function: Callable[[T], R], items: Sequence[T]) -> Iterator[R]:
         yield from map(function, items)
     else:
         yield from pool.map(function, items)
+
+
+def ahead(function: Callable[..., R], *arguments: Any) -> Callable[[], R]:
+    """Begin to compute a pure function of a module; what is returned waits for the result."""
+    pool = _open.get()
+    return functools.partial(function, *arguments) if pool is None else pool.submit(function, *arguments).result
 
 
 def _begin(parent: int) -> None:
