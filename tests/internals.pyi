@@ -174,6 +174,7 @@ from infinivar.exports.plant import plant as exported_plant
 from infinivar.figures import arm as arm_figure
 from infinivar.figures import bond_graph as bond_graph_figure
 from infinivar.figures import calibration as calibration_figure
+from infinivar.figures import design_trends as design_trends_figure
 from infinivar.figures import displays as displays_figure
 from infinivar.figures import duty_cycle as duty_cycle_figure
 from infinivar.figures import energy_flow, moving_machine, operating_map, session_motion, style, time_history

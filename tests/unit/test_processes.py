@@ -5,7 +5,8 @@ import os
 import pytest
 
 import infinivar as iv
-from internals import ahead, apart, opened_processes
+from internals import ahead, apart, opened_processes, style
+from internals import design_trends_figure as design_trends
 
 HERE = "__import__('os').getpid()"
 
@@ -31,6 +32,24 @@ def test_what_is_begun_ahead_is_waited_for(two):
         assert begun() not in (os.getpid(), None)
         with pytest.raises(iv.InputError, match="refused"):
             ahead(exec, "import infinivar as iv; raise iv.InputError('refused')")()
+
+
+@pytest.mark.slow
+def test_figures_drawn_in_processes_are_the_same(two, tmp_path, study):
+    drives = [name for name in study.drives if name.startswith("cobotic")]
+    drawings = {name: (design_trends.draw_all, study.drives[name]) for name in drives}
+    here, there = tmp_path / "here", tmp_path / "there"
+    here.mkdir()
+    there.mkdir()
+    with opened_processes(design_trends.__name__), style.in_every_format():
+        apart_files = style.write_all(there, drawings)
+    with style.in_every_format():
+        files = style.write_all(here, drawings)
+    assert [[one.name for one in some] for some in files.values()] == [
+        [f"{name}.{kind}" for kind in style.FORMATS] for name in drives
+    ]
+    for one, other in zip(files.values(), apart_files.values(), strict=True):
+        assert [file.read_bytes() for file in one] == [file.read_bytes() for file in other]
 
 
 def test_an_error_ends_the_others(two):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import contextvars
 import functools
+import importlib
 import os
 import signal
 import threading
@@ -20,8 +21,11 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 R = TypeVar("R")
 
+_MOST = 4
+"""Processes of a command, unless more are asked for: more have nothing to do for most of the time."""
+
 SWITCH = "INFINIVAR_PROCESSES"
-"""Environment variable with the number of processes of a command, where it is not that of the processors; 1 for none."""
+"""Environment variable with the number of processes of a command, where it is not that of the processors, up to 4; 1 for none."""
 
 _LOOK = 0.25
 """Time between two looks at the parent. [s]"""
@@ -30,21 +34,23 @@ _open: contextvars.ContextVar[ProcessPoolExecutor | None] = contextvars.ContextV
 
 
 @contextlib.contextmanager
-def opened() -> Iterator[None]:
+def opened(*modules: str) -> Iterator[None]:
     """Let `apart` and `ahead` compute in processes in the block, as many as processors or as `SWITCH` says.
 
-    Only for commands: a process begins with the script of the one that starts it, which may not be made for that. None starts
-    before it has work; an error ends them all.
+    Only for commands: a process begins with the script of the one that starts it, which may not be made for that. They start
+    when they have work, or at once to import the modules that it will need; an error ends them all.
     """
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
     asked = os.environ.get(SWITCH, "")
-    number = int(asked) if asked.isdecimal() else os.cpu_count() or 1
+    number = int(asked) if asked.isdecimal() else min(os.cpu_count() or 1, _MOST)
     if number <= 1:
         yield
         return
-    pool = ProcessPoolExecutor(number, get_context("spawn"), _begin, (os.getpid(),))
+    pool = ProcessPoolExecutor(number, get_context("spawn"), _begin, (os.getpid(), *modules))
+    if modules:
+        pool.submit(int)
     before = _open.set(pool)
     try:
         yield
@@ -75,9 +81,11 @@ def ahead(function: Callable[..., R], *arguments: Any) -> Callable[[], R]:
     return functools.partial(function, *arguments) if pool is None else pool.submit(function, *arguments).result
 
 
-def _begin(parent: int) -> None:
+def _begin(parent: int, *modules: str) -> None:
     watch(parent)
     threads.only_one()
+    for name in modules:
+        importlib.import_module(name)
 
 
 def watch(parent: int) -> None:

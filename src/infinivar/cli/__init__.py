@@ -13,7 +13,6 @@ import typer
 
 from infinivar import __version__
 from infinivar.cli import catalogue, files, motions, rigs, runs, sessions, studies, sweeps
-from infinivar.cli.arguments import with_pdf
 from infinivar.console import run, say
 
 app = typer.Typer(
@@ -23,9 +22,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 for command in (
-    *(files.init, studies.check, with_pdf(studies.compare), with_pdf(studies.size), with_pdf(studies.contact)),
-    *(motions.motion, with_pdf(runs.simulate), with_pdf(sessions.session), with_pdf(runs.sensitivity), runs.graph),
-    *(runs.export, rigs.rig, with_pdf(rigs.calibrate), with_pdf(files.reproduce), files.schema, files.serve),
+    *(files.init, studies.check, studies.compare, studies.size, studies.contact, motions.motion),
+    *(runs.simulate, sessions.session, runs.sensitivity, runs.graph, runs.export, rigs.rig, rigs.calibrate),
+    *(files.reproduce, files.schema, files.serve),
 ):
     app.command()(command)
 app.add_typer(catalogue.app, name="catalogue")

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from infinivar.cli.arguments import Json, Out
+from infinivar.cli.arguments import Json, Out, with_figures
 from infinivar.cli.shared import print_json
 from infinivar.console import complain, flush, progress_bar, say, write
 from infinivar.errors import InputError, nearest, printable
@@ -84,6 +84,7 @@ def schema() -> None:
     write(_schema())
 
 
+@with_figures("infinivar.paper.report")
 def reproduce(
     figure: Annotated[
         int | None, typer.Option("--figure", help="Draw only this figure and check only its claims.")
@@ -92,14 +93,13 @@ def reproduce(
     as_json: Json = False,
 ) -> None:
     """Draw the paper's figures and check its claims."""
-    from infinivar._core.processes import opened
     from infinivar.paper.report import check_figure, left_out
     from infinivar.paper.reproduce import reproduce as run
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
 
     check_figure(figure)
-    with claimed(out), progress_bar() as progress, opened():
+    with claimed(out), progress_bar() as progress:
         result = run(figure, progress=progress)
         progress("drawing", 1.0)
         files = save(result, out, figure=figure)

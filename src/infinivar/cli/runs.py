@@ -16,6 +16,7 @@ from infinivar.cli.arguments import (
     drives_of_study,
     named_path,
     scenarios_of_study,
+    with_figures,
     with_options,
 )
 from infinivar.cli.shared import chosen, end, naming, naming_place, of_one_axis, print_json
@@ -35,6 +36,7 @@ DriveName = Annotated[str | None, typer.Argument(help=DRIVE, show_default=False,
 SCENARIO = "Name of the scenario in the study; defaults to the first."
 
 
+@with_figures("infinivar.report.run")
 def simulate(
     study: StudyFile,
     drive: Annotated[str | None, typer.Option("--drive", help=DRIVE, autocompletion=drives_of_study)] = None,
@@ -81,6 +83,7 @@ def simulate(
     _end(result, f"{result.title}, {result.scenario.title}", files, as_json, *([slow] if slow else []))
 
 
+@with_figures("infinivar.report.sensitivity")
 @with_options
 def sensitivity(
     context: typer.Context,

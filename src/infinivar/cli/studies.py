@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from infinivar.analysis.options import CompareOptions, StepOptions
-from infinivar.cli.arguments import Json, OptionalOut, Out, StudyFile, drives_of_study, with_options
+from infinivar.cli.arguments import Json, OptionalOut, Out, StudyFile, drives_of_study, with_figures, with_options
 from infinivar.cli.shared import end, loaded_study, naming, of_one_axis
 from infinivar.console import complain, flush, progress_bar, say
 from infinivar.errors import InputError
@@ -53,6 +53,7 @@ def check(study: StudyFile) -> None:
     say(f"{study}: {contents}; no faults found")
 
 
+@with_figures("infinivar.report.comparison")
 @with_options
 def compare(
     study: StudyFile,
@@ -72,7 +73,6 @@ def compare(
     verdicts, then write report, results and maps. Exit with code 1 unless at least one drive is feasible in every duty cycle,
     task and path, and covers the requirement, if one is stated.
     """
-    from infinivar._core.processes import opened
     from infinivar.analysis.compare import begun
     from infinivar.analysis.hanging import printed_lines
     from infinivar.report.output import claimed
@@ -88,7 +88,7 @@ def compare(
         loaded = loaded.with_drives(drive) if drive else loaded
         check_demands(loaded, "compare")
         check_duty(loaded)
-    with contextlib.nullcontext() if quick else claimed(out), opened():
+    with contextlib.nullcontext() if quick else claimed(out):
         with progress_bar() as progress, naming(study):
             comparison, complete = begun(loaded, options, progress)
         first = _answer(comparison)
@@ -181,6 +181,7 @@ def _on_envelope(comparison: Comparison, width: int) -> Iterator[str]:
             yield f"  {comparison.results[name].title:<{width}}  {mass.words_on(envelope)}"
 
 
+@with_figures("infinivar.report.sizing")
 @with_options
 def size(
     study: StudyFile,
@@ -203,7 +204,6 @@ def size(
     duty cycles of the study. Write a report, and each design as a study file that the other commands read. Exit with code 1 if
     no design is feasible; the result then names what excluded how many, and the nearest misses.
     """
-    from infinivar._core.processes import opened
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
     from infinivar.report.sizing import keep_inputs, text
@@ -213,7 +213,7 @@ def size(
     of_one_axis(study, loaded.drives, "size")
     keep_inputs(loaded, out, options.sets)
     with claimed(out):
-        with progress_bar() as progress, naming(study), opened():
+        with progress_bar() as progress, naming(study):
             found = run(loaded, drive=drive, **options.arguments(), progress=progress)
         for one in found.sets:
             for fault in one.refused:
@@ -228,6 +228,7 @@ def size(
     end(found.to_dict, (), files, as_json=as_json, feasible=found.feasible)
 
 
+@with_figures("infinivar.report.contact")
 @with_options
 def contact(
     study: StudyFile,

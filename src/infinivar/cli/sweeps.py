@@ -17,8 +17,8 @@ from infinivar.cli.arguments import (
     drives_of_study,
     named_path,
     scenarios_of_study,
+    with_figures,
     with_options,
-    with_pdf,
 )
 from infinivar.cli.shared import chosen, chosen_cobotic, end, loaded_study, naming, of_one_axis, print_json
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
@@ -54,7 +54,7 @@ _SHOWN = 10
 
 
 @app.command()
-@with_pdf
+@with_figures("infinivar.report.sizing")
 @with_options
 def size(
     study: StudyFile,
@@ -114,7 +114,7 @@ def size(
 
 
 @app.command()
-@with_pdf
+@with_figures("infinivar.report.sizing")
 @with_options
 def cobotic(
     study: StudyFile,

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from infinivar._core.processes import apart
 from infinivar.axis import Axis
 from infinivar.drivetrain.conventional import STAGES
 from infinivar.limits import Limit
@@ -168,6 +170,32 @@ def write(made: Figure, path: Path, kinds: Sequence[str] = ()) -> list[Path]:
         files = [_write_one(made, path.with_suffix(f".{kind}"), kind) for kind in kinds or formats()]
         made.set_layout_engine(layout)
     return files
+
+
+def write_all(
+    folder: Path, drawings: Mapping[str, tuple[Callable[[Any], Figure | None], Any]]
+) -> dict[str, list[Path]]:
+    """Draw and write figures in the formats of reports, in processes where a command has opened some.
+
+    Parameters
+    ----------
+    folder : Path
+    drawings : mapping   A function of a module that draws, and what it draws, by the name of the files.
+
+    Returns
+    -------
+    dict of list of Path   Files by name; none of a figure that shows nothing.
+    """
+    files = apart(functools.partial(_drawn, folder, formats()), list(drawings.items()))
+    return dict(zip(drawings, files, strict=True))
+
+
+def _drawn(
+    folder: Path, kinds: Sequence[str], drawing: tuple[str, tuple[Callable[[Any], Figure | None], Any]]
+) -> list[Path]:
+    name, (draw, shown) = drawing
+    made = draw(shown)
+    return [] if made is None else write(made, folder / name, kinds)
 
 
 def _write_one(made: Figure, path: Path, kind: str) -> Path:
