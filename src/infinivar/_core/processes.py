@@ -63,6 +63,11 @@ def opened(*modules: str) -> Iterator[None]:
         pool.shutdown(cancel_futures=True)
 
 
+def in_processes() -> bool:
+    """Whether `apart` computes in other processes, which report no progress."""
+    return _open.get() is not None
+
+
 def apart(function: Callable[[T], R], items: Sequence[T]) -> Iterator[R]:
     """Yield the result of a pure function of a module for each item, in order.
 
