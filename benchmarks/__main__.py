@@ -1,6 +1,6 @@
 """Run benchmarks, all or those named, and print each line once it is measured: ``python -m benchmarks [NAME ...] [--strict]``.
 
-All together take less than ten minutes on two cores that do nothing else.
+All together take less than fifteen minutes on two cores that do nothing else.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ NAMES = (
     "import_time",
     "steady_map",
     "steady_map_jax",
+    "commands",
     "compare_cold",
     "element_curves",
     "exact_law",

@@ -20,6 +20,8 @@ from small_catalogue import SHELF
 # Workers that run on all cores have one thread each; NumPy is not imported yet.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Tests run on all processors already.
+os.environ.setdefault("INFINIVAR_PROCESSES", "1")
 # Compilation is most of the time of a test with JAX, and values equal to rounding need no optimised code. Before a release, CI
 # runs with JAX_DISABLE_MOST_OPTIMIZATIONS=0: the code that users get.
 os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")

@@ -31,6 +31,9 @@ from infinivar._core.frozen import FrozenDict, frozen
 from infinivar._core.frozen import Room as FrozenRoom
 from infinivar._core.labels import Labels
 from infinivar._core.presentation import presenter
+from infinivar._core.processes import ahead as ahead
+from infinivar._core.processes import apart as apart
+from infinivar._core.processes import opened as opened_processes
 from infinivar._core.result import Frozen, result
 from infinivar._core.threads import at_most, in_order, products_on_one_thread
 from infinivar.analysis import loss_ranking as least_loss_analysis
@@ -179,6 +182,7 @@ from infinivar.exports.plant import plant as exported_plant
 from infinivar.figures import arm as arm_figure
 from infinivar.figures import bond_graph as bond_graph_figure
 from infinivar.figures import calibration as calibration_figure
+from infinivar.figures import design_trends as design_trends_figure
 from infinivar.figures import displays as displays_figure
 from infinivar.figures import duty_cycle as duty_cycle_figure
 from infinivar.figures import energy_flow, moving_machine, operating_map, session_motion, style, time_history

@@ -135,7 +135,7 @@ def made_run(*arguments, files=None, figures=None, simulated=True):
     path.mkdir()
     for name, text in files or ():
         (path / name).write_text(text, "utf-8")
-    with rendered(("png", "svg", "pdf") if figures is None else figures), pytest.MonkeyPatch.context() as patch:
+    with rendered(("png", "svg") if figures is None else figures), pytest.MonkeyPatch.context() as patch:
         if not simulated:
             patch.setattr("infinivar.analysis.cycles.tracking.LONGEST", 0.0)
         outcome = run(*arguments, "--out", path, folder=path)

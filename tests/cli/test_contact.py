@@ -44,7 +44,7 @@ def test_sheet_of_the_shipped_study(infinivar, tmp_path):
         assert said in done.out, said
     assert max(map(len, done.out.splitlines()[:-1])) < 200
     names = [f"contact-{drive}{part}" for drive in ("cobotic", "cobotic-b") for part in ("", "-trends")]
-    expected = [f"{name}.{kind}" for name in names for kind in ("png", "svg", "pdf")]
+    expected = [f"{name}.{kind}" for name in names for kind in ("png", "svg")]
     expected += ["contact-cobotic.txt", "contact-cobotic-b.txt", "contact.html"]
     assert results(tmp_path) == sorted(expected)
     assert (tmp_path / "contact-cobotic.txt").read_text("utf-8") in done.out

@@ -37,7 +37,7 @@ def test_terminal_and_files(infinivar, tmp_path):
         assert said in done.out, said
     assert max(map(len, done.out.splitlines()[:-1])) < 130
     name = "contact-cobotic-transient"
-    files = ["contact-transient.html", *(f"{name}.{kind}" for kind in ("txt", "png", "svg", "pdf"))]
+    files = ["contact-transient.html", *(f"{name}.{kind}" for kind in ("txt", "png", "svg"))]
     assert results(tmp_path / "out") == sorted(files)
     page = pages(tmp_path / "out")["contact-transient.html"].text.replace("\u00a0", " ")
     assert "Relaxation length 0.492 mm (1.49 a)" in page

@@ -39,7 +39,7 @@ def test_a_ranking_in_words_figures_and_numbers(infinivar, write, tmp_path):
     assert by_path["gearhead.efficiency"]["elasticity"] < 0 < by_path["motor.resistance"]["elasticity"]
     page = (tmp_path / "out" / "sensitivity-loss.html").read_text("utf-8")
     assert "Recommendations of the paper" in page
-    for kind in ("png", "svg", "pdf"):
+    for kind in ("png", "svg"):
         assert (tmp_path / "out" / f"sensitivity-loss.{kind}").exists()
 
 

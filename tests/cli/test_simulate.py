@@ -226,7 +226,7 @@ def test_graph_writes_equations(infinivar, write, tmp_path):
         (["cobotic", "--plant", "wheel"], "drives.cobotic: plant must be one of system, lossless"),
         (["geared", "--plant", "steering"], "drives.geared: plant must be one of system, got 'steering'"),
         (["cobotic", "--electrical", "amps"], "electrical must be current or voltage, got 'amps'"),
-        (["gered"], "--drive 'gered' is not in the study (did you mean 'geared'?)"),
+        (["gered"], "drive 'gered' is not in the study (did you mean 'geared'?)"),
     ],
 )
 def test_mistakes_with_graph(infinivar, write, tmp_path, arguments, said):

@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from infinivar import Limit
+from infinivar.contact import hertz
 from internals import SIZE_POWERS, Duty, elasticities, with_friction
 from internals import SWEPT_QUANTITIES as SWEPT
 from internals import swept_design as sweep
@@ -80,6 +82,18 @@ def test_sweep_names_what_binds(element, duty):
     assert trend.efficiency[1] == duty.at(element).efficiency
     (trend,) = sweep(element, "material", ["bearing-steel", "al-7075-t6"], [duty])
     assert trend.limit == (Limit.OK, Limit.YIELD)
+
+
+def test_a_sweep_computes_its_variants_together(element, duty, monkeypatch):
+    """One search for the largest shear stress serves all values, and each is as it would be alone."""
+    values, searched = np.geomspace(0.004, 0.1, 7), []
+    search = hertz.largest_shear
+    monkeypatch.setattr(hertz, "largest_shear", lambda *patch: searched.append(patch) or search(*patch))
+    (trend,) = sweep(element, "crown_radius", values, [duty])
+    assert len(searched) <= len({material.poisson for material in element.geometry.bodies.values()})
+    alone = [sweep(element, "crown_radius", [value], [duty])[0] for value in values]
+    assert trend.limit == tuple(one.limit[0] for one in alone)
+    assert_allclose(trend.efficiency, [one.efficiency[0] for one in alone], rtol=1e-12)
 
 
 def test_measured_groups_have_no_design(element, duty):

@@ -717,10 +717,9 @@ def test_every_variable_of_a_shipped_drive_has_a_unit():
     [
         (("hand_controller", "cobotic", "--as", "fmu1"), "--as 'fmu1' is not a format"),
         (("hand_controller", "cobotic"), "Missing option '--as'"),
-        (("hand_controller", "--as", "c"), "Missing argument 'drive'"),
         (
             ("hand_controller", "cobotix", "--as", "c"),
-            "--drive 'cobotix' is not in the study (did you mean 'cobotic'?)",
+            ": drive 'cobotix' is not in the study (did you mean 'cobotic'?)",
         ),
         (("hand_controller", "cobotic", "--as", "c", "--scenario", "shak"), "--scenario 'shak' is not in the study"),
         (("six_leg_display", "one-motor", "--as", "fmu3"), "drives.one-motor is a machine of type platform"),
@@ -733,6 +732,24 @@ def test_bad_input_is_one_message_and_no_file(arguments, said, tmp_path):
     assert (outcome.code, outcome.out) == (2, "")
     assert said in outcome.err
     assert [one.name for one in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_the_first_drive_needs_no_name(number, tmp_path):
+    drives = "".join(f'[drives.{name}]\nbase = "faulring2006.motor1-gear1"\n' for name in ("one", "two")[:number])
+    (tmp_path / "study.toml").write_text(f'[requirement]\nbase = "faulring2006"\n{drives}')
+    outcome = run("export", "study.toml", "--as", "fmu3", folder=tmp_path)
+    assert (outcome.code, outcome.out) == (0, "Wrote out/one.fmu\n")
+    assert ("no drive given: using one, the first of one, two" in outcome.err) == (number == 2)
+    assert "--drive" not in outcome.err
+
+
+def test_no_drive_overwrites_files_of_another(tmp_path):
+    """Not even of one whose name it has with the ending of one of these files."""
+    drive, written = loaded("hand_controller").drives["motor1-gear1"], []
+    for name in ("a", "a-laws", "a-main", "a-laws-test", "a-laws-drive", "a_laws_laws"):
+        written += [file.name for file in iv.export(drive, "c", tmp_path, name=name).files]
+    assert len(set(written)) == len(written)
 
 
 def test_the_command_writes_what_the_function_does(tmp_path):

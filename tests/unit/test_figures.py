@@ -111,7 +111,7 @@ def test_a_figure_is_laid_out_once_for_all_formats(tmp_path, monkeypatch):
     layout = made.get_layout_engine()
     execute = type(layout).execute
     monkeypatch.setattr(type(layout), "execute", lambda self, figure: executed.append(figure) or execute(self, figure))
-    files = style.write(made, tmp_path / "all")
+    files = style.write(made, tmp_path / "all", style.FORMATS)
     assert len(files) == len(style.FORMATS)
     assert executed == [made]
     assert made.get_layout_engine() is layout

@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
 import infinivar as iv
 from infinivar import Limit
 from infinivar.parts import Belt
-from internals import size_geared, sizing_text
+from internals import size_geared, sizing_figure, sizing_text
 from made import loaded
 from small_catalogue import SHELF, SLOW
 
@@ -69,6 +70,30 @@ def test_least_space_is_that_of_all_pairs_at_many_radii(dear):
     assert best.volume == pytest.approx(least, rel=0.03)  # 200 radii are 1.4 % apart
     assert f"least space of {found.searched}: box around the drive {1e3 * best.volume:.3g} l: " in found.verdict
     assert found.to_dict()["designs"][0]["volume_m3"] == best.volume
+
+
+@pytest.mark.parametrize(
+    ("objective", "name", "scale", "label"),
+    [
+        ("space", "volume", 1e3, "box around the drive [l]"),
+        ("price", "price", 1.0, "price of motors and gearheads"),
+        ("mass", "power", 1.0, "mean power from the supply [W]"),
+    ],
+)
+def test_the_figure_shows_what_was_made_small(dear, objective, name, scale, label):
+    found = iv.size(WALKING, objective=objective, sets=dear, radius=RADII)
+    numbers = sizing_figure.data(found)
+    assert numbers["label"] == label
+    assert_array_equal(numbers["designs"], [[one.mass, scale * getattr(one, name)] for one in found.designs])
+    assert (len(numbers["cloud"]) > 0) == (name == "power")
+    assert not len(numbers["front"])
+    assert found.plot().axes[0].get_ylabel() == label
+
+
+def test_assumed_lengths_are_shown_in_millimetres(dear):
+    rows = iv.size(WALKING, objective="space", sets=dear, radius=RADII).hangs_on.rows
+    (used,) = {row.used for row in rows if row.choice == "structure: room"}
+    assert used == "5 mm"
 
 
 def test_least_price_is_that_of_the_parts_and_each_must_state_one(dear, tmp_path):

@@ -137,7 +137,7 @@ def test_the_page_stands_alone_and_names_the_reconstruction(saved):
     assert "root mean square / limit" in page
     assert "permitted for a short time" in page
     assert "counts as on the limit" in page
-    assert {"run-history.svg", "run-energy.pdf"} <= set(saved)
+    assert {"run-history.svg", "run-energy.png"} <= set(saved)
 
 
 @pytest.mark.slow

@@ -112,6 +112,15 @@ def test_changes_of_a_cobotic_drive():
         assert cycle.power_in == pytest.approx(winner.power, rel=1e-4)
 
 
+def test_what_is_asked_of_an_output_is_found_once(monkeypatch):
+    """The values looked at are of motors and gears; a series spring would be another output."""
+    asked, find = [], type(WALKING).service
+    monkeypatch.setattr(type(WALKING), "service", lambda study, drive: asked.append(drive) or find(study, drive))
+    remedies(sized("geared"), sized("cobotic"))
+    outputs = {(one.output, one.structure.travel) for one in asked}
+    assert 0 < len(asked) == len(outputs)
+
+
 @pytest.mark.slow
 def test_limits_are_kept_at_the_value_found():
     """More torque constant saves current but needs voltage: the supply decides, and the value is refused."""

@@ -30,6 +30,11 @@ def at_most(number: int) -> Iterator[None]:
         _most.reset(before)
 
 
+def only_one() -> None:
+    """No more than one thread for `in_order` in this process from now on, as others use the other processors."""
+    _most.set(1)
+
+
 def in_order(function: Callable[[T], R], items: Sequence[T], *, workers: int | None = None) -> Iterator[R]:
     """Yield a pure function's result for each item, in order; on all processors by default.
 

@@ -12,10 +12,11 @@ import numpy as np
 from infinivar._core.described import at, derived, named, reported
 from infinivar._core.engine import Engine
 from infinivar._core.frozen import FrozenDict
+from infinivar._core.processes import ahead
 from infinivar._core.result import Result, result
 from infinivar._core.text import joined
 from infinivar.analysis import sampled_springs
-from infinivar.analysis.cycles.cylinder_policy import Policy, policies
+from infinivar.analysis.cycles.cylinder_policy import policies
 from infinivar.analysis.cycles.duty_comparison import FEW, DutyComparison, over_all
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
 from infinivar.analysis.cycles.duty_result import DutyResult
@@ -321,19 +322,46 @@ def compare(
     AuditError
         If a power balance does not close.
     """
-    options = CompareOptions(quick=quick, engine=engine)
+    _, complete = begun(study, CompareOptions(quick=quick, engine=engine), progress)
+    return complete(progress)
+
+
+Found = Comparison | MachineComparison
+Report = Callable[[str, float], None] | None
+
+
+def begun(study: Study, options: CompareOptions, progress: Report = None) -> tuple[Found, Callable[[Report], Found]]:
+    """As `compare`, in two: what has the verdict already, and a function that completes it."""
     check_study(study)
     check_spreads(study)
     check_demands(study, "compare")
     if study.tasks or study.paths:
-        found = compare_machines(study, progress)
-        return replace(found, hangs_on=hanging_machines(found), options=options)
+        machines = compare_machines(study, progress)
+        machines = replace(machines, hangs_on=hanging_machines(machines), options=options)
+        return machines, lambda progress: machines
     check_duty(study)
+    turning = {
+        (task, name): ahead(policies, drive, duty)
+        for task, duty in study.duty.items()
+        for name, drive in study.drives.items()
+        if isinstance(drive, CoboticDrive) and not options.quick
+    }
     made = compare_drives(study, options, progress)
     covers = {name: one.covers for name, one in made.results.items()}
     fits = {name: made.fits(name) for name in made.results}
     free = replace(made, study=replace(study, envelope=None))._judged
-    return replace(made, hangs_on=hanging_drives(study, free, covers, fits, made.duty))
+    made = replace(made, hangs_on=hanging_drives(study, free, covers, fits, made.duty))
+
+    def complete(progress: Report) -> Comparison:
+        duty = {
+            task: replace(
+                found, policies=FrozenDict({name: one() for (of, name), one in turning.items() if of == task})
+            )
+            for task, found in made.duty.items()
+        }
+        return replace(made, duty=FrozenDict(duty), builds=_sampled(made, progress))
+
+    return made, complete
 
 
 def compare_drives(
@@ -341,11 +369,10 @@ def compare_drives(
     options: CompareOptions = CompareOptions(),  # noqa: B008 (it is frozen)
     progress: Callable[[str, float], None] | None = None,
 ) -> Comparison:
-    """As `compare`, for a checked study of drives of one axis, without what the verdict hangs on."""
+    """As `compare`, for a checked study of drives of one axis, up to the verdict and without what that hangs on."""
     plane = of_drives(study)
     results: dict[str, DriveResult] = {}
-    uncertain = [name for name in study.drives if study.uncertainty.spreads.get(name) and not options.quick]
-    count = len(study.drives) * (1 + len(study.duty)) + len(uncertain)
+    count = len(study.drives) * (1 + len(study.duty))
     for index, (name, drive) in enumerate(study.drives.items()):
         title = study.titles[name]
 
@@ -364,15 +391,29 @@ def compare_drives(
                 progress(title, (done + index) / count)
 
         duty[task] = work_through(study, task, cycle, step, quick=options.quick)
-    drawn: dict[str, Builds] = {}
-    for name in uncertain:
-        start = len(study.drives) * (1 + len(duty)) + len(drawn)
+    return Comparison(
+        study=study,
+        results=FrozenDict(results),
+        duty=FrozenDict(duty),
+        masses=FrozenDict({name: mass for name in study.drives if (mass := whole_mass(study, name)) is not None}),
+        least_loss=least_loss(study, maps={name: found.map for name, found in results.items()})
+        if len(results) > 1
+        else None,
+        options=options,
+    )
+
+
+def _sampled(made: Comparison, progress: Report) -> Mapping[str, Builds]:
+    """Sampled builds of the drives for which the study states spreads."""
+    study, drawn = made.study, {}
+    uncertain = [name for name in study.drives if study.uncertainty.spreads.get(name) and not made.options.quick]
+    for start, name in enumerate(uncertain):
 
         def grow(share: float, title: str = f"{study.titles[name]}: builds", start: int = start) -> None:
             if progress is not None:
-                progress(title, (start + share) / count)
+                progress(title, (start + share) / len(uncertain))
 
-        drive, steady = study.drives[name], results[name].map
+        drive, steady = study.drives[name], made.results[name].map
         assert isinstance(drive, (CoboticDrive, ConventionalDrive))
         drawn[name] = builds(
             drive,
@@ -382,19 +423,9 @@ def compare_drives(
             study.duty,
             (steady.speed, steady.force),
             grow,
-            options.engine,
+            made.options.engine,
         )
-    return Comparison(
-        study=study,
-        results=FrozenDict(results),
-        duty=FrozenDict(duty),
-        builds=FrozenDict(drawn),
-        masses=FrozenDict({name: mass for name in study.drives if (mass := whole_mass(study, name)) is not None}),
-        least_loss=least_loss(study, maps={name: found.map for name, found in results.items()})
-        if len(results) > 1
-        else None,
-        options=options,
-    )
+    return FrozenDict(drawn)
 
 
 def work_through(
@@ -405,7 +436,7 @@ def work_through(
     *,
     quick: bool = False,
 ) -> DutyComparison:
-    """Evaluate every drive of a study in a duty cycle; `quick` as in `compare`.
+    """Evaluate every drive of a study in a duty cycle, without policies of its cylinder; `quick` as in `compare`.
 
     Raises
     ------
@@ -413,20 +444,17 @@ def work_through(
         If a drive lacks a value that the motion requires.
     """
     results: dict[str, DutyResult] = {}
-    found_policies: dict[str, tuple[Policy, ...]] = {}
     ways: dict[str, TwoWays | str] = {}
     for index, (name, drive) in enumerate(study.drives.items()):
         progress(f"{study.titles[name]}: {duty.title}", index)
         assert isinstance(drive, MovingDrive)  # `check_duty` refuses others
         results[name] = duty_cycle(drive, duty, name=name, title=study.titles[name], travel=study.travel)
-        if isinstance(drive, CoboticDrive) and not quick:
-            found_policies[name] = policies(drive, duty)
         ways[name] = "omitted from a quick comparison" if quick else _both_ways(drive, duty, results[name])
     cautions = {name: sampled_springs.caution(drive, duty) for name, drive in study.drives.items()}
     return DutyComparison(
         duty=duty,
         results=FrozenDict(results),
-        policies=FrozenDict(found_policies),
+        policies=FrozenDict(),
         two_ways=FrozenDict(ways),
         cautions=FrozenDict({name: caution for name, caution in cautions.items() if caution}),
     )

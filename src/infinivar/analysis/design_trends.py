@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from infinivar._core.described import reported
 from infinivar._core.result import Result, result
 from infinivar.analysis.robustness.derivatives import gradient, values_of
 from infinivar.errors import ParameterError
-from infinivar.limits import Limit, codes
+from infinivar.limits import Limit, binding, codes
 from infinivar.parts.bearing import SIZE_POWERS
 from infinivar.study.catalogue import materials
 from infinivar.transmission.geometry import ContactGeometry
@@ -130,29 +130,34 @@ def sweep(element: RotaryLinearIVT, parameter: str, values: Any, duties: Sequenc
     ParameterError
         If the element has measured groups: they do not follow from a design.
     """
-    make = with_material if parameter == "material" else SWEPT[parameter][0]
-    variants = [make(element, value) for value in values]
+    if parameter == "material":
+        variants = [with_material(element, name) for name in values]
+    else:  # all in one
+        variants = [SWEPT[parameter][0](element, np.array(values, dtype=float))]
+    each = (len(values) // len(variants),)
     stressed = [_exceeded(variant) for variant in variants]
-    return tuple(_trend(parameter, values, [duty.at(variant) for variant in variants], stressed) for duty in duties)
+
+    def joined(parts: Iterable[Any]) -> np.ndarray:
+        return np.concatenate([np.broadcast_to(one, each) for one in parts])
+
+    def trend(duty: Duty) -> Trend:
+        points = [duty.at(variant) for variant in variants]
+        limit, stress = joined(point.limit for point in points), joined(stressed)
+        return Trend(
+            parameter=parameter,
+            values=np.array(values),
+            efficiency=joined(point.efficiency for point in points),
+            losses={name: joined(point.losses[name] for point in points) for name in points[0].losses},
+            limit=tuple(Limit(int(code)) for code in np.where(limit == Limit.OK, stress, limit)),
+        )
+
+    return tuple(map(trend, duties))
 
 
-def _exceeded(element: RotaryLinearIVT) -> Limit:
-    """The most exceeded stress limit of a design, if any."""
+def _exceeded(element: RotaryLinearIVT) -> Array:
+    """Code of the most exceeded stress limit of a design, or of several in arrays, if any."""
     assert element.contact is not None
-    demands = _geometry(element).stress(element.contact).utilisation
-    worst = max(demands, key=lambda limit: demands[limit], default=Limit.OK)
-    return worst if demands.get(worst, 0.0) > 1.0 else Limit.OK
-
-
-def _trend(parameter: str, values: Any, points: Sequence[OperatingPoint], stressed: Sequence[Limit]) -> Trend:
-    limits = [Limit(int(point.limit)) for point in points]
-    return Trend(
-        parameter=parameter,
-        values=np.array(values),
-        efficiency=np.array([float(point.efficiency) for point in points]),
-        losses={name: np.array([float(point.losses[name]) for point in points]) for name in points[0].losses},
-        limit=tuple(stress if limit == Limit.OK else limit for limit, stress in zip(limits, stressed, strict=True)),
-    )
+    return binding(_geometry(element).stress(element.contact).utilisation)[0]
 
 
 def _of_both(field: str) -> dict[str, float]:

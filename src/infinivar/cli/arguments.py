@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import inspect
 import typing
@@ -85,6 +86,10 @@ Out = Annotated[Path, _OUT]
 OptionalOut = Annotated[Path | None, _OUT]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON on standard output.")]
 
+_PDF = Annotated[bool, typer.Option("--pdf", help="Write the figures as PDF, too, beside PNG and SVG.")]
+_DRAWING = tuple(f"matplotlib.{name}" for name in ("figure", "backends.backend_agg", "backends.backend_svg"))
+"""What is imported to draw."""
+
 _BY_NAME = inspect.Parameter.KEYWORD_ONLY
 _LAST = ("workers", "out", "as_json")
 """Where and how results are made: listed after what they are made from."""
@@ -120,6 +125,38 @@ def _described(signature: inspect.Signature) -> Iterator[tuple[str, type[Options
         kind, *names = typing.get_args(one.annotation) or (one.annotation,)
         if isinstance(kind, type) and issubclass(kind, Options):
             yield one.name, kind, tuple(names or kind.described())
+
+
+def with_figures(report: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Decorate a command whose report has figures: it gets the option --pdf behind --out, and processes that draw.
+
+    These import `report`, the module that writes it, while the command computes.
+    """
+
+    def decorated(command: Callable[..., Any]) -> Callable[..., Any]:
+        signature = inspect.signature(command, eval_str=True)
+        parameters = list(signature.parameters.values())
+        place = 1 + next(place for place, one in enumerate(parameters) if one.name == "out")
+        pdf = inspect.Parameter("pdf", parameters[place].kind, default=False, annotation=_PDF)
+
+        @functools.wraps(command)
+        def run(*, pdf: bool, **given: Any) -> Any:
+            from infinivar._core.processes import opened
+
+            with contextlib.ExitStack() as held:
+                if not given.get("quick"):
+                    held.enter_context(opened(report, *_DRAWING))
+                if pdf:
+                    from infinivar.figures.style import in_every_format
+
+                    held.enter_context(in_every_format())
+                return command(**given)
+
+        run.__signature__ = signature.replace(parameters=[*parameters[:place], pdf, *parameters[place:]])  # type: ignore[attr-defined]
+        run.__annotations__ = {**command.__annotations__, "pdf": pdf.annotation}
+        return run
+
+    return decorated
 
 
 def option_name(kind: type[Options], name: str) -> str:

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from infinivar.cli.arguments import Json, Out
+from infinivar.cli.arguments import Json, Out, with_figures
 from infinivar.cli.shared import print_json
 from infinivar.console import complain, flush, progress_bar, say, write
 from infinivar.errors import InputError, nearest, printable
@@ -84,6 +84,7 @@ def schema() -> None:
     write(_schema())
 
 
+@with_figures("infinivar.paper.report")
 def reproduce(
     figure: Annotated[
         int | None, typer.Option("--figure", help="Draw only this figure and check only its claims.")

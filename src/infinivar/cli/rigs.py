@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from infinivar.calibration.options import CalibrateOptions, RigOptions
-from infinivar.cli.arguments import Json, Out, StudyFile, drives_of_study, named_path, with_options
+from infinivar.cli.arguments import Json, Out, StudyFile, drives_of_study, named_path, with_figures, with_options
 from infinivar.cli.shared import chosen_cobotic, end, naming_place, of_one_axis
 from infinivar.console import complain, progress_bar, say
 from infinivar.errors import InputError
@@ -57,6 +57,7 @@ def rig(
     say(f"{len(done.data)} runs written to {out}. Next: {_call('calibrate', out, '--study', study, '--drive', name)}")
 
 
+@with_figures("infinivar.report.calibration")
 @with_options
 def calibrate(
     options: CalibrateOptions,

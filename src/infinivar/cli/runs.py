@@ -16,6 +16,7 @@ from infinivar.cli.arguments import (
     drives_of_study,
     named_path,
     scenarios_of_study,
+    with_figures,
     with_options,
 )
 from infinivar.cli.shared import chosen, end, naming, naming_place, of_one_axis, print_json
@@ -31,9 +32,11 @@ if TYPE_CHECKING:
     from infinivar.study.study import Study
 
 DRIVE = "Name of the drive in the study; defaults to the first."
+DriveName = Annotated[str | None, typer.Argument(help=DRIVE, show_default=False, autocompletion=drives_of_study)]
 SCENARIO = "Name of the scenario in the study; defaults to the first."
 
 
+@with_figures("infinivar.report.run")
 def simulate(
     study: StudyFile,
     drive: Annotated[str | None, typer.Option("--drive", help=DRIVE, autocompletion=drives_of_study)] = None,
@@ -80,6 +83,7 @@ def simulate(
     _end(result, f"{result.title}, {result.scenario.title}", files, as_json, *([slow] if slow else []))
 
 
+@with_figures("infinivar.report.sensitivity")
 @with_options
 def sensitivity(
     context: typer.Context,
@@ -256,7 +260,7 @@ def _operating_point(
 
 def graph(
     study: StudyFile,
-    drive: Annotated[str, typer.Argument(help="Name of the drive in the study.", show_default=False)],
+    drive: DriveName = None,
     out: Annotated[
         Path,
         typer.Option("--out", parser=named_path, metavar="PATH", help="Image file to write: .svg, .pdf or .png."),
@@ -284,7 +288,7 @@ def graph(
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
-    name = chosen(study, "drive", drive, loaded.drives)
+    name = chosen(study, "drive", drive, loaded.drives, "drive")
     of_one_axis(study, loaded.drives, "graph", name)
     with naming_place(study, f"drives.{name}"):
         made = plant_graph(loaded.drives[name], plant, electrical=electrical, load_mass=loaded.load_mass)
@@ -294,9 +298,6 @@ def graph(
 
 def export(
     study: StudyFile,
-    drive: Annotated[
-        str, typer.Argument(help="Name of the drive in the study.", show_default=False, autocompletion=drives_of_study)
-    ],
     kind: Annotated[
         str,
         typer.Option(
@@ -307,6 +308,7 @@ def export(
             show_default=False,
         ),
     ],
+    drive: DriveName = None,
     scenario: Annotated[
         str | None,
         typer.Option(
@@ -329,7 +331,7 @@ def export(
     if kind not in FORMATS:
         raise InputError(f"--as {kind!r} is not a format{nearest(kind, FORMATS)}; formats: {', '.join(FORMATS)}")
     loaded = load_study(study)
-    name = chosen(study, "drive", drive, loaded.drives)
+    name = chosen(study, "drive", drive, loaded.drives, "drive")
     of_one_axis(study, loaded.drives, "export", name)
     requested = None if scenario is None else loaded.scenarios[chosen(study, "scenario", scenario, loaded.scenarios)]
     with naming_place(study, f"drives.{name}"):

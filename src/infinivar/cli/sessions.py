@@ -8,12 +8,13 @@ from typing import Annotated
 
 import typer
 
-from infinivar.cli.arguments import Json, Out, StudyFile, drives_of_study, named_path, sessions_of_study
+from infinivar.cli.arguments import Json, Out, StudyFile, drives_of_study, named_path, sessions_of_study, with_figures
 from infinivar.cli.shared import end, loaded_study, naming
 from infinivar.console import complain, progress_bar
 from infinivar.errors import InputError, printable
 
 
+@with_figures("infinivar.report.run")
 def session(
     study: StudyFile,
     task: Annotated[

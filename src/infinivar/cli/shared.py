@@ -42,12 +42,16 @@ def end(
     raise typer.Exit(0 if feasible else NOT_FEASIBLE)
 
 
-def chosen(study: Path, what: str, name: str | None, known: Mapping[str, Any]) -> str:
-    """Return the given name, or the first one by default; if there are several, report the choice on stderr."""
+def chosen(study: Path, what: str, name: str | None, known: Mapping[str, Any], said: str = "") -> str:
+    """Return the given name, or the first one by default; if there are several, report the choice on stderr.
+
+    Messages call the name as it is `said` on the command line, by default as the option of what it is.
+    """
+    said = said or f"--{what}"
     if name is None and known:
         first = next(iter(known))
         if len(known) > 1:
-            complain(f"no --{what} given: using {printable(first)}, the first of {', '.join(map(printable, known))}")
+            complain(f"no {said} given: using {printable(first)}, the first of {', '.join(map(printable, known))}")
         return first
     if name is not None and name in known:
         return name
@@ -55,7 +59,7 @@ def chosen(study: Path, what: str, name: str | None, known: Mapping[str, Any]) -
         example = f'add a table [{what}s.reach] with base = "faulring2006.reach"'
         raise InputError(f"{printable(study)}: the study has no {what}s; {example}")
     hint = nearest(name or "", known)
-    raise InputError(f"{printable(study)}: --{what} {name!r} is not in the study{hint}; it has {', '.join(known)}")
+    raise InputError(f"{printable(study)}: {said} {name!r} is not in the study{hint}; it has {', '.join(known)}")
 
 
 def chosen_cobotic(study: Path, name: str | None, drives: Mapping[str, Any]) -> str:

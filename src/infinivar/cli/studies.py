@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from infinivar.analysis.options import CompareOptions, StepOptions
-from infinivar.cli.arguments import Json, OptionalOut, Out, StudyFile, drives_of_study, with_options
+from infinivar.cli.arguments import Json, OptionalOut, Out, StudyFile, drives_of_study, with_figures, with_options
 from infinivar.cli.shared import end, loaded_study, naming, of_one_axis
 from infinivar.console import complain, flush, progress_bar, say
 from infinivar.errors import InputError
@@ -53,6 +53,7 @@ def check(study: StudyFile) -> None:
     say(f"{study}: {contents}; no faults found")
 
 
+@with_figures("infinivar.report.comparison")
 @with_options
 def compare(
     study: StudyFile,
@@ -72,7 +73,7 @@ def compare(
     verdicts, then write report, results and maps. Exit with code 1 unless at least one drive is feasible in every duty cycle,
     task and path, and covers the requirement, if one is stated.
     """
-    from infinivar.analysis.compare import compare as run
+    from infinivar.analysis.compare import begun
     from infinivar.analysis.hanging import printed_lines
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
@@ -89,12 +90,16 @@ def compare(
         check_duty(loaded)
     with contextlib.nullcontext() if quick else claimed(out):
         with progress_bar() as progress, naming(study):
-            comparison = run(loaded, **options.arguments(), progress=progress)
+            comparison, complete = begun(loaded, options, progress)
+        first = _answer(comparison)
+        if first and not as_json:
+            # What completes it takes longer than the verdict.
+            say(first)
+            flush()
+        with progress_bar() as progress, naming(study):
+            comparison = complete(progress)
         if not as_json:
-            # Drawing takes longer than computing, so print the verdicts first.
-            for line in _verdicts(comparison):
-                say(line)
-            for line in printed_lines(comparison.hangs_on):
+            for line in (*_verdicts(comparison), *printed_lines(comparison.hangs_on)):
                 say(line)
             flush()
         files = []
@@ -106,18 +111,26 @@ def compare(
     end(comparison.to_dict, left_out, files, as_json=as_json, feasible=comparison.feasible)
 
 
+def _answer(comparison: Comparison | MachineComparison) -> str:
+    """The first line: the verdict, unless there is only one drive to say something of."""
+    from infinivar.analysis.machines import MachineComparison
+
+    hanging = comparison.hangs_on
+    several = isinstance(comparison, MachineComparison) or comparison.duty or len(comparison.results) > 1
+    return comparison.verdict if several or (hanging is not None and not hanging.decided) else ""
+
+
 def _verdicts(comparison: Comparison | MachineComparison) -> Iterator[str]:
-    """Yield the lines to print: of drives against duty cycles and requirement, or of machines in tasks and on paths."""
+    """Yield the lines below the verdict: of drives against duty cycles and requirement, or of machines in tasks and on paths."""
     from infinivar.analysis.machines import MachineComparison
 
     return _of_machines(comparison) if isinstance(comparison, MachineComparison) else _of_drives(comparison)
 
 
 def _of_machines(comparison: MachineComparison) -> Iterator[str]:
-    """Yield the answer, then each machine in each task and path, with its power and tightest limit."""
+    """Yield each machine in each task and path, with its power and tightest limit."""
     from infinivar.analysis.machines import power_words
 
-    yield comparison.verdict
     width = max(len(one.title) for one in comparison.results.values())
     first = next(iter(comparison.results.values()))
     for key, requested in first.found.items():
@@ -130,16 +143,12 @@ def _of_machines(comparison: MachineComparison) -> Iterator[str]:
 
 
 def _of_drives(comparison: Comparison) -> Iterator[str]:
-    """Yield the lines to print: the answer, with duty cycles mixed use and each cycle, then the requirement, if stated.
+    """Yield the lines to print: with duty cycles mixed use and each cycle, then the requirement, if stated.
 
     A line on a drive is followed by one on its samples, if any.
     """
     width = max(len(result.title) for result in comparison.results.values())
     indent = "  " if comparison.duty else ""
-    hanging = comparison.hangs_on
-    answered = comparison.duty or len(comparison.results) > 1 or (hanging is not None and not hanging.decided)
-    if answered:
-        yield comparison.verdict
     if comparison.mixed is not None:
         yield f"Mixed use, {comparison.mixed.words}:"
         for name, title in comparison.mixed.titles.items():
@@ -159,7 +168,7 @@ def _of_drives(comparison: Comparison) -> Iterator[str]:
         yield f"{indent}{result.title:<{width}}  {result.verdict}"
         if name in comparison.builds:
             yield f"{indent}{'':<{width}}  {comparison.builds[name].verdict}"
-    if not answered and comparison.not_counted:
+    if not _answer(comparison) and comparison.not_counted:
         yield comparison.not_counted
 
 
@@ -172,6 +181,7 @@ def _on_envelope(comparison: Comparison, width: int) -> Iterator[str]:
             yield f"  {comparison.results[name].title:<{width}}  {mass.words_on(envelope)}"
 
 
+@with_figures("infinivar.report.sizing")
 @with_options
 def size(
     study: StudyFile,
@@ -218,6 +228,7 @@ def size(
     end(found.to_dict, (), files, as_json=as_json, feasible=found.feasible)
 
 
+@with_figures("infinivar.report.contact")
 @with_options
 def contact(
     study: StudyFile,

@@ -17,6 +17,7 @@ from infinivar.cli.arguments import (
     drives_of_study,
     named_path,
     scenarios_of_study,
+    with_figures,
     with_options,
 )
 from infinivar.cli.shared import chosen, chosen_cobotic, end, loaded_study, naming, of_one_axis, print_json
@@ -53,6 +54,7 @@ _SHOWN = 10
 
 
 @app.command()
+@with_figures("infinivar.report.sizing")
 @with_options
 def size(
     study: StudyFile,
@@ -112,6 +114,7 @@ def size(
 
 
 @app.command()
+@with_figures("infinivar.report.sizing")
 @with_options
 def cobotic(
     study: StudyFile,

@@ -91,8 +91,7 @@ def export(
     check_drive(drive, "drive")
     if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
         raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
-    identifier = re.sub(r"\W", "_", name, flags=re.ASCII)[:48]
-    identifier = identifier if identifier[:1].isalpha() else f"drive_{identifier}"
+    identifier = _identifier(name)
     if kind == "mujoco":
         require(scenario is None, "scenario", "one", "left out: MuJoCo has the load and the motion")
         content, notes = mujoco_files(drive, identifier, load_mass)
@@ -107,6 +106,13 @@ def export(
         for file in files:
             file.write_bytes(content[file.name])
     return Exported(tuple(folder / file for file in content), notes)
+
+
+def _identifier(name: str) -> str:
+    """Name of a drive in C and of its files, of which none is a file of a drive with another name."""
+    made = re.sub(r"\W", "_", name, flags=re.ASCII)[:48]
+    made = made if made[:1].isalpha() else f"drive_{made}"
+    return f"{made}_drive" if re.search(r"_(main|laws|laws_test|mujoco|actuator)(_drive)*$", made) else made
 
 
 def _usual(drive: CoboticDrive | ConventionalDrive, load_mass: float | None) -> Scenario:

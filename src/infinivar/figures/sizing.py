@@ -1,4 +1,4 @@
-"""Designs of a search in the plane of mass and power, with the front."""
+"""Designs of a search in the plane of mass and power, or of mass and what was made small, with the front."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _SHAPES = "osD"
 
 
 def data(sizing: Sizing) -> dict[str, Any]:
-    """Mass of the designs, and their mean power; their margin where there is no motion.
+    """Mass of the designs, and their mean power, or space or price if that is the objective; without motion their margin.
 
     Returns
     -------
@@ -41,17 +41,22 @@ def data(sizing: Sizing) -> dict[str, Any]:
         ``designs`` and ``front`` (n, 2), ``cloud`` (m, 2) of the feasible candidates evaluated, ``label`` of the second column;
         ``groups`` by template: the same without the label.
     """
-    moving = bool(sizing.study.duty)
+    measure = sizing.measure
+    by_power = measure is None and bool(sizing.study.duty)
 
     def places(found: tuple[SizedDrive, ...]) -> np.ndarray:
-        return np.array([(one.mass, one.power if moving else one.margin) for one in found]).reshape(-1, 2)
+        if measure is not None:
+            second = [measure.scale * measure.of(one) for one in found]
+        else:
+            second = [one.power if by_power else one.margin for one in found]
+        return np.array([(one.mass, value) for one, value in zip(found, second, strict=True)]).reshape(-1, 2)
 
     def of(name: str) -> dict[str, np.ndarray]:
         own = {
             kind: places(tuple(one for one in found if one.template == name))
             for kind, found in (("designs", (*sizing.designs, *best.get(name, ()))), ("front", sizing.front))
         }
-        return {**own, "cloud": sizing.searches[name].cloud if moving else np.empty((0, 2))}
+        return {**own, "cloud": sizing.searches[name].cloud if by_power else np.empty((0, 2))}
 
     listed = {id(one) for one in sizing.designs}
     best = {name: (one,) for name, one in sizing.best_of.items() if id(one) not in listed}
@@ -61,8 +66,16 @@ def data(sizing: Sizing) -> dict[str, Any]:
         "front": places(sizing.front),
         "cloud": np.concatenate([np.empty((0, 2)), *(group["cloud"] for group in groups.values())]),
         "groups": groups,
-        "label": "mean power from the supply [W]" if moving else "margin of the tightest limit",
+        "label": plane(sizing),
     }
+
+
+def plane(sizing: Sizing) -> str:
+    """What the figure shows beside mass, in words with the unit if it has one."""
+    measure = sizing.measure
+    if measure is not None:
+        return measure.words if measure.unit == "1" else f"{measure.words} [{measure.unit}]"
+    return "mean power from the supply [W]" if sizing.study.duty else "margin of the tightest limit"
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from infinivar._core.processes import apart
 from infinivar.axis import Axis
 from infinivar.drivetrain.conventional import STAGES
 from infinivar.limits import Limit
@@ -69,6 +72,9 @@ BLANK = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"
 """Box behind words that may stand on lines."""
 
 FORMATS = ("png", "svg", "pdf")
+
+_written: ContextVar[tuple[str, ...]] = ContextVar("formats", default=FORMATS[:2])
+"""Formats of the figures of reports."""
 
 _SETTINGS: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
@@ -142,13 +148,54 @@ def label_plane(ax: Any, axis: Axis) -> None:
     ax.set_ylabel(f"{axis.speed} of the load [{axis.speed_unit}]")
 
 
-def write(made: Figure, path: Path, formats: Sequence[str] = FORMATS) -> list[Path]:
-    """Write a figure in every format side by side, laid out once for all; returns the files."""
+def formats() -> tuple[str, ...]:
+    """Formats in which figures of reports are written here."""
+    return _written.get()
+
+
+@contextmanager
+def in_every_format() -> Iterator[None]:
+    """Context in which the figures of reports are written as PDF, too."""
+    before = _written.set(FORMATS)
+    try:
+        yield
+    finally:
+        _written.reset(before)
+
+
+def write(made: Figure, path: Path, kinds: Sequence[str] = ()) -> list[Path]:
+    """Write a figure in several formats, by default those of reports, laid out once for all; returns the files."""
     layout = made.get_layout_engine()
     with styled():
-        files = [_write_one(made, path.with_suffix(f".{kind}"), kind) for kind in formats]
+        files = [_write_one(made, path.with_suffix(f".{kind}"), kind) for kind in kinds or formats()]
         made.set_layout_engine(layout)
     return files
+
+
+def write_all(
+    folder: Path, drawings: Mapping[str, tuple[Callable[[Any], Figure | None], Any]]
+) -> dict[str, list[Path]]:
+    """Draw and write figures in the formats of reports, in processes where a command has opened some.
+
+    Parameters
+    ----------
+    folder : Path
+    drawings : mapping   A function of a module that draws, and what it draws, by the name of the files.
+
+    Returns
+    -------
+    dict of list of Path   Files by name; none of a figure that shows nothing.
+    """
+    files = apart(functools.partial(_drawn, folder, formats()), list(drawings.items()))
+    return dict(zip(drawings, files, strict=True))
+
+
+def _drawn(
+    folder: Path, kinds: Sequence[str], drawing: tuple[str, tuple[Callable[[Any], Figure | None], Any]]
+) -> list[Path]:
+    name, (draw, shown) = drawing
+    made = draw(shown)
+    return [] if made is None else write(made, folder / name, kinds)
 
 
 def _write_one(made: Figure, path: Path, kind: str) -> Path:

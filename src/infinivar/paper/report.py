@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from infinivar._core.processes import apart
 from infinivar.errors import InputError
 from infinivar.figures import style
-from infinivar.paper.claims.claim import FACTOR, KINDS, Claim, Range, turned
+from infinivar.paper.claims.claim import FACTOR, KINDS, Claim, PaperMachine, Range, turned
 from infinivar.paper.claims.shaking import FARTHEST
 from infinivar.paper.figures import FIGURES, missing_for
 from infinivar.paper.reproduce import Reproduction
@@ -66,9 +69,9 @@ def save(reproduction: Reproduction, directory: Path, figure: int | None = None)
     names = ["reproduction.html", "claims.json"]
     with all_or_nothing(directory, names[0]) as scratch:
         figures = []
-        for number in required:
+        draw = functools.partial(_written, reproduction.machine, scratch, style.formats())
+        for number, files in zip(required, apart(draw, required), strict=True):
             drawn, missing = FIGURES[number], missing_for(number)
-            files = [] if missing else style.write(drawn.draw_all(reproduction.machine), scratch / f"fig{number}")
             names += [path.name for path in files]
             figures.append(
                 {
@@ -82,6 +85,13 @@ def save(reproduction: Reproduction, directory: Path, figure: int | None = None)
         (scratch / names[0]).write_text(html(reproduction, figures), "utf-8")
         (scratch / names[1]).write_text(to_json(reproduction.to_list()), "utf-8")
     return [directory / name for name in names]
+
+
+def _written(machine: PaperMachine, folder: Path, formats: Sequence[str], number: int) -> list[Path]:
+    """Files of a figure; none if a library is missing."""
+    return (
+        [] if missing_for(number) else style.write(FIGURES[number].draw_all(machine), folder / f"fig{number}", formats)
+    )
 
 
 def html(reproduction: Reproduction, figures: list[dict[str, Any]]) -> str:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from infinivar._core.processes import apart
 from infinivar._core.result import Result, result
 from infinivar.errors import InputError
 from infinivar.paper.claims import contact, design, element, plants, shaking, system
@@ -35,6 +36,12 @@ CHECKS: dict[str, Callable[[PaperMachine], Finding]] = {
 STEERED = (*shaking.CHECKS, "S5")
 """Checks of drives that steer while they move, which are repeated with steering as spin."""
 
+
+DISPLAYS = "H"
+"""First letter of the claims about displays."""
+
+_LONGEST = f"D{DISPLAYS}SCBEG"
+"""First letters of claims, those that take longest first."""
 
 HELD = ("B1", "B2", "B3", "B4", *shaking.CHECKS)
 """Checks of the cobotic drive, which are repeated with friction of the cylinder's bearings."""
@@ -146,7 +153,7 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
     ----------
     figure : int or None   Check only the claims that belong to this figure; some figures have none. Without it, the claims
         about displays are among them, as `display_claims` returns them.
-    progress               Called with the current claim and the share of the work done, 0 to 1.
+    progress               Called with what is done and the share of the work done, 0 to 1.
 
     Returns
     -------
@@ -161,19 +168,33 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
         raise InputError(f"figure must be a whole number from {min(FIGURES)} to {max(FIGURES)}, got {figure!r}")
     if figure is not None and figure not in FIGURES:
         raise InputError(f"figure {figure}: must be from {min(FIGURES)} to {max(FIGURES)}")
+    required = [said for said in statements() if figure is None or said.get("figure") == figure]
+    groups: dict[str, list[dict[str, Any]]] = {DISPLAYS: []} if figure is None else {}
+    for said in required:
+        groups.setdefault(said["id"][0], []).append(said)
+    longest = sorted(groups.items(), key=lambda group: _LONGEST.index(group[0]))
+    made: dict[str, Claim] = {}
+    if progress is not None:
+        progress("claims", 0.0)
+    for place, claims in enumerate(apart(_claims, longest), start=1):
+        if progress is not None:
+            progress("claims", place / len(longest))
+        made.update((claim.id, claim) for claim in claims)
+    order = [*(said["id"] for said in required), *made]
+    return Reproduction(claims=tuple(made[name] for name in dict.fromkeys(order)), machine=PaperMachine())
+
+
+def _claims(group: tuple[str, Sequence[Mapping[str, Any]]]) -> list[Claim]:
+    """The claims whose ids begin with a letter, which have most of their computations in common, from their statements."""
+    letter, required = group
+    if letter == DISPLAYS:
+        return list(display_claims().claims)
     machine, exact, spinning = PaperMachine(), PaperMachine(EXACT), PaperMachine(steering_model="spin")
     held = PaperMachine(cylinder_bearings=two_6004())
-    required = [said for said in statements() if figure is None or said.get("figure") == figure]
     claims = []
-    for index, said in enumerate(required):
-        if progress is not None:
-            progress(f"claim {said['id']}", index / (len(required) + 1))
+    for said in required:
         others = {_BY_LAW: exact} | ({_BY_SPIN: spinning} if said["id"] in STEERED else {})
         others |= {_BY_BEARINGS: held} if said["id"] in HELD else {}
         found = _beside(CHECKS[said["id"]], machine, others)
         claims.append(Claim(**{"figure": None, **said}, **found._asdict()))
-    if figure is None:
-        if progress is not None:
-            progress("claims about displays", len(required) / (len(required) + 1))
-        claims += display_claims().claims
-    return Reproduction(claims=tuple(claims), machine=machine)
+    return claims

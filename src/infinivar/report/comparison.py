@@ -26,16 +26,14 @@ def save(comparison: Comparison, directory: Path) -> list[Path]:
     """Write report, figures, results, one NetCDF map per drive, one CSV per drive and duty cycle; the report comes first."""
     least = comparison.least_loss
     with all_or_nothing(directory, "compare") as scratch:
-        figures = {
-            name: style.write(made, scratch / f"report-{name}")
-            for name, made in (
-                ("maps", operating_map.draw_all(comparison)),
-                *(() if least is None else (("least-loss", least_loss.draw_all(least)),)),
-                *(() if comparison.study.requirement is None else (("losses", losses.draw_all(comparison)),)),
-                *((f"duty-{task}", duty_cycle.draw_all(found)) for task, found in comparison.duty.items()),
-            )
+        drawings = {
+            "report-maps": (operating_map.draw_all, comparison),
+            **({} if least is None else {"report-least-loss": (least_loss.draw_all, least)}),
+            **({} if comparison.study.requirement is None else {"report-losses": (losses.draw_all, comparison)}),
+            **{f"report-duty-{task}": (duty_cycle.draw_all, found) for task, found in comparison.duty.items()},
         }
-        images = {name: style.inline_svg(files) for name, files in figures.items()}
+        figures = style.write_all(scratch, drawings)
+        images = {name.removeprefix("report-"): style.inline_svg(files) for name, files in figures.items()}
         (scratch / "report.html").write_text(html(comparison, images), "utf-8")
         (scratch / "results.json").write_text(to_json(results(comparison)), "utf-8")
         for name, result in comparison.results.items():

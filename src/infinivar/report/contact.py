@@ -26,6 +26,12 @@ WIDTH = 118
 _ROWS = 12
 """Distances in the table of a step."""
 
+_FIGURES = {
+    "": "Patch, creep curve of each law, and losses over preload",
+    "-trends": "Efficiency over preload, friction and radii, and losses with other materials; grey: a limit is exceeded",
+}
+"""What the figures of a sheet show, by the ending of their names."""
+
 T = TypeVar("T")
 
 
@@ -191,22 +197,20 @@ def save(sheets: ContactSheet | Sequence[ContactSheet], directory: Path) -> list
     with all_or_nothing(directory, "contact") as scratch:
         names, parts = [], []
         several = _several(sheets)
+        known = [one for one in several if one.drive.transmission.geometry is not None]
+        drawn = style.write_all(
+            scratch,
+            {f"contact-{one.name}": (contact_design.draw_all, one) for one in known}
+            | {f"contact-{one.name}-trends": (design_trends.draw_all, one.drive) for one in known},
+        )
         for sheet in several:
             name, images = f"contact-{sheet.name}", {}
             (scratch / f"{name}.txt").write_text(text(sheet), "utf-8")
             names.append(f"{name}.txt")
-            if sheet.drive.transmission.geometry is not None:
-                for stem, meaning, made in (
-                    (name, "Patch, creep curve of each law, and losses over preload", contact_design.draw_all(sheet)),
-                    (
-                        f"{name}-trends",
-                        "Efficiency over preload, friction and radii, and losses with other materials; grey: a limit is exceeded",
-                        design_trends.draw_all(sheet.drive),
-                    ),
-                ):
-                    files = style.write(made, scratch / stem)
-                    names += [file.name for file in files]
-                    images[meaning] = style.inline_svg(files)
+            for stem, meaning in _FIGURES.items():
+                files = drawn.get(name + stem, [])
+                names += [file.name for file in files]
+                images |= {meaning: style.inline_svg(files)} if files else {}
             part = _Part(
                 title=sheet.title,
                 verdict=sheet.verdict,

@@ -49,12 +49,12 @@ def save(
     """Write report, figures, NetCDF, CSV and JSON; the report comes first."""
     _check_name(name)
     of_machine = isinstance(simulation, MachineRun)
-    history = machine_run.draw_all(simulation) if of_machine else time_history.draw_all(simulation)
+    history = machine_run.draw_all if of_machine else time_history.draw_all
     report = _Report(
         command="simulate",
         template="machine_run.html" if of_machine else "simulation.html",
         numbers=simulation.to_dict(),
-        drawings={"history": history, "energy": energy_flow.draw_all(simulation)},
+        drawings={"history": history, "energy": energy_flow.draw_all},
         page={
             "simulation": simulation,
             "scenario": simulation.scenario,
@@ -74,9 +74,9 @@ def save_session(
         template="session.html",
         numbers=session_to_dict(found),
         drawings={
-            "motion": session_motion.draw_all(found),
-            "history": session.draw_all(found),
-            "energy": energy_flow.draw_all(found),
+            "motion": session_motion.draw_all,
+            "history": session.draw_all,
+            "energy": energy_flow.draw_all,
         },
         page={
             "session": found,
@@ -116,9 +116,7 @@ def _written(
         (scratch / f"{name}.json").write_text(to_json(numbers), "utf-8")
         found.to_netcdf(scratch / f"{name}.nc")
         write_csv({"time_s": found.history.time, **found.columns}, scratch / f"{name}.csv")
-        drawn = {
-            what: style.write(made, scratch / f"{name}-{what}") for what, made in drawings.items() if made is not None
-        }
+        drawn = style.write_all(scratch, {f"{name}-{what}": (draw, found) for what, draw in drawings.items()})
         page = render(
             report.template,
             **report.page,
@@ -130,7 +128,9 @@ def _written(
             closure=numbers["closure"],
             tolerance=TOLERANCE,
             averaged=ROOT_MEAN_SQUARE,
-            drawings={what: style.inline_svg(files) for what, files in drawn.items()},
+            drawings={
+                what: style.inline_svg(files) for what, files in zip(drawings, drawn.values(), strict=True) if files
+            },
         )
         (scratch / f"{name}.html").write_text(page, "utf-8")
     names = [f"{name}.{kind}" for kind in ("html", "json", "nc", "csv")]

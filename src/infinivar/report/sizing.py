@@ -418,6 +418,7 @@ def html(sizing: Sizing, masses: Mapping[str, WholeMass], image: str, sheets: Ma
         sizing=sizing,
         study=sizing.study,
         image=image,
+        beside_mass=sizing.measure.words if sizing.measure else "power" if sizing.study.duty else "margin",
         notes=[f"{capitalise(one)}." for one in (*sizing.cautions, *_refused(sizing))],
         groups=[
             (group, title, designs, _limits(designs))

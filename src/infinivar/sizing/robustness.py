@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from infinivar._core.processes import apart
 from infinivar.analysis.robustness.sampling import in_pieces
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError, require
@@ -175,9 +177,15 @@ def _judged(
             made = engine.CompiledBuilds([designs[place].drive for place in places], tuple(values[places[0]]))
             law_of |= dict.fromkeys(places, made)
     shares = equal_shares(study.duty)
-    for place, design in enumerate(designs):
-        tasks = decisive(design.drive, every_task[place], values[place])
-        yield _of_design(design.drive, values[place], tasks, shares, count, law_of.get(place), optional)
+    jobs = [(one.drive, values[place], every_task[place], law_of.get(place)) for place, one in enumerate(designs)]
+    compute = map if law_of else apart  # compiled laws stay in the process that compiled them
+    yield from compute(functools.partial(_of_job, shares, count, optional), jobs)
+
+
+def _of_job(shares: Mapping[str, float], count: int, optional: bool, job: tuple[Any, ...]) -> BuildResults:
+    """Judge the builds of a design: drive, values, all tasks, and the compiled law, if there is one."""
+    drive, values, tasks, law = job
+    return _of_design(drive, values, decisive(drive, tasks, values), shares, count, law, optional)
 
 
 def _pays(designs: Sequence[SizedDrive], tasks: Sequence[Task], count: int) -> bool:

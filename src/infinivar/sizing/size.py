@@ -27,7 +27,7 @@ from infinivar.errors import InputError, require
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.structure.structure import Structure
 from infinivar.sizing.carrying import best_carried
-from infinivar.sizing.design import SizedDrive
+from infinivar.sizing.design import SizedDrive, shown
 from infinivar.sizing.geared.tally import SPARE
 from infinivar.sizing.measures import MEASURES
 from infinivar.sizing.of_cobotic import cobotic
@@ -279,7 +279,7 @@ def _structures(sizing: Sizing, study: Study) -> Iterator[Variant]:
     for name, by in doubts(space=sizing.objective[0] == "space"):
         drives = {of: with_factor(drive, name, by) for of, drive in anew.items()}
         values = dict.fromkeys(getattr(value_at(drive, "structure"), name) for drive in study.drives.values())
-        used, instead = (" or ".join(show(factor * value, unit[name]) for value in values) for factor in (1.0, by))
+        used, instead = (" or ".join(shown(factor * value, unit[name]) for value in values) for factor in (1.0, by))
         yield Variant(f"structure: {name.replace('_', ' ')}", used, instead, drives, "run")
 
 

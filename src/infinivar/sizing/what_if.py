@@ -22,6 +22,7 @@ from infinivar.analysis.cycles.duty_cycle import duty_cycle
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import operated
 from infinivar.drivetrain.masses import shaft_demand
+from infinivar.drivetrain.service import Service
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.parts.amplifier import Amplifier
@@ -214,6 +215,7 @@ class Judge:
         """`slip_margin` is the slip force wanted over the lateral force."""
         self._study, self._slip_margin = study, slip_margin
         self._shares = equal_shares(study.duty)
+        self._asked: tuple[Any, Service] | None = None
         self._region = None
         if study.requirement is not None:
             speed, force, _ = study.requirement.sample()
@@ -236,7 +238,7 @@ class Judge:
         if isinstance(drive, CoboticDrive):
             static = drive.transmission.utilisation
             demands |= {("contact", limit, "wheel"): float(np.max(one)) for limit, one in static.items()}
-        service = self._study.service(drive)
+        service = self._service(drive)
         demands |= {(STRUCTURE, *key): float(demand) for key, demand in shaft_demand(drive, service).items()}
         if self._study.envelope is not None:
             own = self._study.envelope.of(drive, service)
@@ -245,6 +247,13 @@ class Judge:
             power,
             {key: demand * (self._slip_margin if key[1] == Limit.SLIP else 1.0) for key, demand in demands.items()},
         )
+
+    def _service(self, drive: Any) -> Service:
+        """What is asked of the output of a drive, found anew only for another output."""
+        output = drive.axis, drive.output, drive.structure.travel
+        if self._asked is None or self._asked[0] != output:
+            self._asked = output, self._study.service(drive)
+        return self._asked[1]
 
     def returned(self, drive: Any) -> float:
         """Largest power that returns from the motors, as an amplifier without losses would burn it. [W]"""

@@ -235,11 +235,17 @@ def _instance(
     part, entries, within = checked
     inner = {field.name: part_of(hints(part)[field.name]) for field in described(part)}
     values = {**(made or {}), **{name: entry.value for name, entry in entries.items() if name in inner}}
+    faults: list[str] = []
     for field in described(part):
         kind, name = inner[field.name], field.name
         if kind is not None and (name in within or field.default_factory is not dataclasses.MISSING):
             table = within.get(name, _Checked(kind, {}, {}))
-            values[name] = _instance(table, f"{path}.{name}", owner, f"{prefix}{name}.", rows)
+            try:
+                values[name] = _instance(table, f"{path}.{name}", owner, f"{prefix}{name}.", rows)
+            except StudyError as found:
+                faults += found.lines
+    if faults:
+        raise StudyError(*faults)
     instance = _constructed(part, values, path)
     for field in described(part):
         entry, value = entries.get(field.name), getattr(instance, field.name)

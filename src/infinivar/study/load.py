@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -460,8 +461,9 @@ def _type_of(tree: Raw, where: str) -> type:
     raise StudyError(*(unknown or [missing]))
 
 
+@functools.cache
 def shipped_study(name: str) -> Study:
-    """Return a study of a whole shipped parameter set: its requirement, drives, scenarios and duty cycles.
+    """Return a study of a whole shipped parameter set, read once: its requirement, drives, scenarios and duty cycles.
 
     Raises
     ------

@@ -13,7 +13,6 @@ import ctypes
 import importlib.metadata
 import itertools
 import os
-import signal
 import threading
 import time
 import warnings
@@ -25,6 +24,7 @@ from typing import Any, NamedTuple
 
 from infinivar import __version__
 from infinivar._core import extras
+from infinivar._core.processes import watch
 from infinivar._core.threads import at_most
 from infinivar.errors import InputError, printable, require
 from infinivar.sweeps.problem import Problem
@@ -94,8 +94,6 @@ _WARNINGS = "PYTHONWARNINGS"
 
 _LIBRARIES = ("numpy", "scipy", "jax")
 """On the versions of which the last digits of a result depend, besides our own."""
-_LOOK = 0.25
-"""Time between two looks at the parent. [s]"""
 
 
 class Job(NamedTuple):
@@ -159,21 +157,6 @@ def compute_apart(job: Job, number: int) -> Done:
         raise InputError(f"a worker has other versions than this process: {'; '.join(different)}")
     with at_most(1), kept():
         return compute(job, number)
-
-
-def watch(parent: int) -> None:
-    """End this process soon after the one that started it is gone, and leave Ctrl-C to that one.
-
-    A worker that waits for its first chunk must watch too: nobody would send it one.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    def look() -> None:
-        while os.getppid() == parent:
-            time.sleep(_LOOK)
-        os._exit(1)
-
-    threading.Thread(target=look, name="parent watch", daemon=True).start()
 
 
 @contextlib.contextmanager

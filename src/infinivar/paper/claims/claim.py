@@ -267,31 +267,10 @@ class PaperMachine:
         """Comparison of all drives of the set against its requirement."""
         return compare_drives(replace(self.study, duty={}))
 
-    @functools.cached_property
+    @property
     def study(self) -> Study:
         """The shipped study, with all drives of the set."""
-        found = shipped_study(self.set_name)
-        if self.demand is not None:
-            key, factor = self.demand
-            requested = needed(found.requirement, "requirement")
-            found = replace(
-                found, requirement=replace(requested, **{key: factor * needed(getattr(requested, key), key)})
-            )
-        if self._laws[:2] == ("", "shear") and self.cylinder_bearings is None:
-            return found
-        laws: dict[str, Any] = {"steering_model": self.steering_model}
-        laws |= {"creep_law": self.creep_law} if self.creep_law else {}
-        drives = {
-            name: replace(
-                drive,
-                transmission=replace(drive.transmission, **laws),
-                cylinder_bearings=self.cylinder_bearings or drive.cylinder_bearings,
-            )
-            if isinstance(drive, CoboticDrive)
-            else drive
-            for name, drive in found.drives.items()
-        }
-        return replace(found, drives=drives)
+        return _study(self)
 
     @functools.cached_property
     def shaken(self) -> Mapping[str, DynamicMap]:
@@ -349,6 +328,31 @@ class PaperMachine:
     def cylinder_speed(self) -> float:
         """Cylinder speed of the cobotic drive. [rad/s]"""
         return self.drive.cylinder_speed
+
+
+@functools.lru_cache(maxsize=64)
+def _study(machine: PaperMachine) -> Study:
+    """The study of a machine, one of all that are equal."""
+    found = shipped_study(machine.set_name)
+    if machine.demand is not None:
+        key, factor = machine.demand
+        requested = needed(found.requirement, "requirement")
+        found = replace(found, requirement=replace(requested, **{key: factor * needed(getattr(requested, key), key)}))
+    if (machine.creep_law, machine.steering_model, machine.cylinder_bearings) == ("", "shear", None):
+        return found
+    laws: dict[str, Any] = {"steering_model": machine.steering_model}
+    laws |= {"creep_law": machine.creep_law} if machine.creep_law else {}
+    drives = {
+        name: replace(
+            drive,
+            transmission=replace(drive.transmission, **laws),
+            cylinder_bearings=machine.cylinder_bearings or drive.cylinder_bearings,
+        )
+        if isinstance(drive, CoboticDrive)
+        else drive
+        for name, drive in found.drives.items()
+    }
+    return replace(found, drives=drives)
 
 
 @runtime_checkable

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 from collections.abc import Mapping, Sequence
 from enum import IntEnum, unique
@@ -39,7 +40,7 @@ from infinivar.sizing.cobotic.wheels import (
 from infinivar.sizing.geared.candidates import ENVELOPE
 from infinivar.sizing.geared.tasks import MotionTask, Task
 from infinivar.sizing.margins import TaskDemand, nearest_of
-from infinivar.sizing.tables import CoboticRequest
+from infinivar.sizing.tables import CoboticRequest, Objective
 
 
 @unique
@@ -85,6 +86,10 @@ _AT_ONCE = 1000
 """Wheel designs looked at together first."""
 
 
+Counts = tuple[int, int, int, Mapping[TaskDemand, int]]
+"""See `Evaluation.counts`."""
+
+
 class Value(NamedTuple):
     """Values of wheel designs. (k,) each"""
 
@@ -124,6 +129,23 @@ class Evaluation:
         self.envelope = request.envelope
         self.wheels = self.rolled = self.sampled = 0
         self.blocked: dict[TaskDemand, int] = {}
+
+    def anew(self, objective: Objective) -> Evaluation:
+        """The same for another objective, which has counted nothing yet."""
+        made = copy.copy(self)
+        made.objective, made.wheels, made.rolled, made.sampled, made.blocked = objective, 0, 0, 0, {}
+        return made
+
+    @property
+    def counts(self) -> Counts:
+        """Wheel designs, those that were rolled, drives sampled, and infeasible designs by their tightest limit."""
+        return self.wheels, self.rolled, self.sampled, self.blocked
+
+    def count(self, wheels: int, rolled: int, sampled: int, blocked: Mapping[TaskDemand, int]) -> None:
+        """Add what another has counted."""
+        self.wheels, self.rolled, self.sampled = self.wheels + wheels, self.rolled + rolled, self.sampled + sampled
+        for key, number in blocked.items():
+            self.blocked[key] = self.blocked.get(key, 0) + number
 
     def look_at(self, tasks: Sequence[Task], whole: Sequence[Task]) -> None:
         """Judge wheel designs by other tasks from now on, and first by the critical instants of all that there are."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -9,6 +10,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from infinivar._core.processes import apart, in_processes
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import orders_of
 from infinivar.drivetrain.masses import check_known
@@ -21,7 +23,7 @@ from infinivar.parts.gearhead import LossModel
 from infinivar.parts.structure.stock import StockTube
 from infinivar.sizing.cobotic.bounds import MOTOR, STEERING, Side
 from infinivar.sizing.cobotic.designs import best_designs, front_designs, nearest_design
-from infinivar.sizing.cobotic.evaluation import Evaluation
+from infinivar.sizing.cobotic.evaluation import Counts, Evaluation
 from infinivar.sizing.cobotic.evolution import (
     Box,
     Hunt,
@@ -195,16 +197,34 @@ def _front(
 ) -> tuple[Record, np.ndarray, tuple[CoboticDesign, ...]]:
     """Search for the least power, the least mass and what is between: the designs of the first two, and all in one record."""
     evaluation, top = hunt.evaluation, hunt.top
-    evaluation.objective = "energy"
-    record, history = find_least(hunt, stages, seed, part_of(progress, 0.0, 0.4))
+    together = evaluation.space.compiled is None and in_processes()
+    if progress is not None and together:
+        progress("searching for the least power and the least mass", 0.1)
+    search = functools.partial(_end, hunt, stages, seed, None if together else progress)
+    ends = (apart if together else map)(search, ("energy", "mass"))
+    (record, history, counted), (light, _, more) = ends
+    evaluation.count(*counted)
+    evaluation.count(*more)
     evaluation.objective = "mass"
-    light, _ = find_lightest(hunt, [one.shorter(2) for one in stages], seed, part_of(progress, 0.4, 0.6))
     lightest = best_designs(evaluation, light, whole, top)
     record.merge(light)
     evaluation.objective = "energy"
     rounds = 3 * sum(one.generations for one in stages) // 2
     fill_front(hunt, stages[-1], record, rounds, seed, part_of(progress, 0.6, 1.0))
     return record, history, (*best_designs(evaluation, record.by_power(), whole, top), *lightest)
+
+
+def _end(
+    hunt: Hunt, stages: Sequence[Stage], seed: int, progress: Progress | None, objective: Objective
+) -> tuple[Record, np.ndarray, Counts]:
+    """An end of the front, by what is made small there: record, history, and how many designs were evaluated."""
+    evaluation = hunt.evaluation.anew(objective)
+    hunt = hunt._replace(evaluation=evaluation)
+    if objective == "energy":
+        record, history = find_least(hunt, stages, seed, part_of(progress, 0.0, 0.4))
+    else:
+        record, history = find_lightest(hunt, [one.shorter(2) for one in stages], seed, part_of(progress, 0.4, 0.6))
+    return record, history, evaluation.counts
 
 
 def _stages(request: CoboticRequest, whole: Sequence[Task]) -> list[Stage]:
