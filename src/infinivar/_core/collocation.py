@@ -67,7 +67,7 @@ _COASTING = 1e-3
 _COASTED = 0.1
 """The same in all segments together."""
 
-_MOVED = 1e-5
+MOVED = 1e-5
 """Size of a place, whatever its distance from an origin. [m] or [rad]"""
 
 _UNFELT = 1e-12
@@ -145,7 +145,7 @@ class Collocation:
     tolerance : float      Of the states over their size, and of the missing energy over that which passed.
     segments : int         How many there will be: the energy that is missing in each adds up.
     closure : float        Of the energy missing in all segments together, over the most that has passed and is stored.
-    placed : int           How many states, at the front, are places: the size of their errors is `_MOVED`.
+    placed : int           How many states, at the front, are places: the size of their errors is `MOVED`.
     """
 
     def __init__(
@@ -163,7 +163,7 @@ class Collocation:
         self.scale, self.tolerance = scale, tolerance
         # Where the origin of a place is, is arbitrary; and what is held must not jump.
         self.size, self.relative = scale.copy(), np.ones_like(scale)
-        self.size[:placed], self.relative[:placed] = _MOVED, 0.0
+        self.size[:placed], self.relative[:placed] = MOVED, 0.0
         self.coasting = min(_COASTING, _COASTED / segments)
         from scipy.linalg import get_lapack_funcs  # imported when needed: it takes long
 

@@ -235,7 +235,7 @@ class LeggedMechanics(_OnLinks):
         """Inertia with that of the links, and kinematics."""
         link, moved, forces = self.load.on_links(configuration, rates[:, :-1], self.link_mass)
         d, m = moved.shape[-1], len(rates)
-        inertia, bias = np.zeros((m, d + 1, d + 1)), np.zeros((m, d + 1))
+        inertia, bias = np.zeros_like(rates, shape=(m, d + 1, d + 1)), np.zeros_like(rates, shape=(m, d + 1))
         inertia[:, :d, :d], inertia[:, d, d], bias[:, :d] = moved, self.cylinder_inertia, forces
         return Place(link.changes, inertia, bias, link)
 

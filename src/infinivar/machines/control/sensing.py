@@ -11,7 +11,7 @@ import numpy as np
 from infinivar.machines.control.controller import Law, Measured, checked
 from infinivar.machines.control.loops import Commands, Loops
 from infinivar.machines.control.sampling import Sensing
-from infinivar.machines.system import Inputs, System
+from infinivar.machines.system import Inputs, Outside, System
 
 
 @dataclass(slots=True)
@@ -67,7 +67,7 @@ class Sensors:
         first, second, _ = system.places
         c, nu = state[:first], state[first:second]
         position = quantised(c, self.steps) if self.stepped else c
-        angles, turning = (row[0] for row in system.steering(np.array([time]), state[None]))
+        angles, turning = (row[0] for row in system.steering(Outside(), state[None]))
         heading = angles
         if sensing.steering_resolution > 0.0:
             heading = quantised(angles, np.full(len(angles), sensing.steering_resolution))
