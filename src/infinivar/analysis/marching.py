@@ -19,7 +19,7 @@ from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE, ClosureError
 from infinivar.bondgraph.march import Watched
 from infinivar.limits import Demand, Limit
-from infinivar.machines.compiled import CompiledSteps, compiled_motion
+from infinivar.machines.compiled import CompiledSteps, Motion
 from infinivar.machines.system import Inputs, System
 from infinivar.motion.machine_scenario import check_continuous
 
@@ -139,6 +139,8 @@ class March:
     """A system set up for a run."""
 
     system: System
+    motion: Motion | None
+    """Of the system, where it is compiled."""
     state: np.ndarray
     """At the start."""
     controller: Sampler | None
@@ -217,9 +219,8 @@ class March:
         fastest = np.abs(self.state[first:second])
         scale[first:second] = np.maximum(0.1 * fastest, 1e-2)
         scale[third:] = 1.0
-        motion = compiled_motion(self.system)
-        if motion is not None:
-            return CompiledSteps(motion, self.system, inputs, scale, self.tolerance)
+        if self.motion is not None:
+            return CompiledSteps(self.motion, self.system, inputs, scale, self.tolerance)
         return Collocation(
             rates,
             self.system.balance,

@@ -26,7 +26,7 @@ from infinivar.bondgraph.recorded import Recorded
 from infinivar.bondgraph.tape import Number, Tape, Value
 from infinivar.machines.system import Inputs, Outside, System
 
-_FINER = 1e-3
+_FINER = 1e-2
 """Tolerance of the states over that of a run: what a step misses of the energies is no more than what the run allows."""
 
 _ENERGY = 1e-9
@@ -50,7 +50,7 @@ _ENDS = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0, 1.0]]) @ _CUBIC
 _SLOPES = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 1.0, 2.0, 3.0]]) @ _CUBIC
 
 _SMOOTH, _HALVINGS = 1e-8, 20
-"""Error of the cubic over the size of an input, above which a piece is halved, and how often at most."""
+"""Error of the cubic over an input, above which a piece is halved, and how often at most."""
 
 
 class Motion(NamedTuple):
@@ -103,10 +103,19 @@ def compiled_motion(system: System) -> Motion | None:
     return Motion(made, given, constants, states, recorded.inputs, powers, watched)
 
 
-def inputs_of(inputs: Inputs, outside: Outside, row: int = 0) -> np.ndarray:
-    """The inputs of the C functions, at a row of what acts from outside."""
-    held = [np.ravel(one) for one in (inputs.currents, inputs.steering, inputs.turning, inputs.links)]
-    return np.concatenate([*held, *(np.ravel(one[row]) for one in outside if one is not None), np.zeros(1)])
+def inputs_of(inputs: Inputs, outside: Outside) -> np.ndarray:
+    """The inputs of the C functions, at one row of what acts from outside."""
+    held = (inputs.currents, inputs.steering, inputs.turning, inputs.links)
+    return np.concatenate([*map(np.ravel, held), *(np.ravel(one) for one in outside if one is not None), np.zeros(1)])
+
+
+def derivative_of(system: System, motion: Motion | None) -> Callable[[Inputs, float, np.ndarray], np.ndarray]:
+    """Derivative of a state by inputs, time and state, as compiled or in Python."""
+    if motion is None:
+        return lambda inputs, time, state: system.rates(inputs, np.array([time]), state[None]).derivative[0]
+    return lambda inputs, time, state: motion.called(
+        "rates_at", motion.states, state, inputs_of(inputs, system.outside(np.array([time])))
+    )
 
 
 class _RecordedSystem(NamedTuple):
@@ -215,7 +224,12 @@ def _program() -> str:
     import infinivar.bondgraph as package
 
     folder = Path(str(package.__file__)).parent
-    return (folder / "tape.py").read_text("utf-8") + (folder / "c_code.py").read_text("utf-8") + source("collocation.c") + source("watched.c")
+    return (
+        (folder / "tape.py").read_text("utf-8")
+        + (folder / "c_code.py").read_text("utf-8")
+        + source("collocation.c")
+        + source("watched.c")
+    )
 
 
 def _at(array: np.ndarray) -> int:
@@ -229,7 +243,9 @@ class _Record(ctypes.Structure):
 class CompiledSteps:
     """A motion in progress, from segment to segment, as `Collocation`."""
 
-    def __init__(self, motion: Motion, system: System, inputs: Callable[[], Inputs], scale: np.ndarray, tolerance: float) -> None:
+    def __init__(
+        self, motion: Motion, system: System, inputs: Callable[[], Inputs], scale: np.ndarray, tolerance: float
+    ) -> None:
         """Nothing has moved yet; `inputs` gives those of the segment."""
         self.motion, self.system, self.inputs = motion, system, inputs
         placed = system.places[0]
@@ -255,7 +271,9 @@ class CompiledSteps:
         self.width[0] = self.width[0] or _FIRST * (end - begin)
         start = np.concatenate([state, self.energies])
         rows = np.empty((len(times) - 1, len(start)))
-        addresses = map(_at, (motion.given, motion.constants, times, inputs, rates, start, self.absolute, self.width, rows))
+        addresses = map(
+            _at, (motion.given, motion.constants, times, inputs, rates, start, self.absolute, self.width, rows)
+        )
         given, constants, at, u, du, x, absolute, width, out = addresses
         status = motion.library.advance_watched(
             given, constants, len(times) - 1, at, u, du, x, self.relative, absolute, width, out,
@@ -283,19 +301,18 @@ class CompiledSteps:
     def _given(self, begin: float, end: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Ends of the pieces of a segment, between which inputs are cubic, and the inputs and their rates there."""
         held = self.inputs()
+        own = inputs_of(held, Outside())[:-1]
         if self.fixed:
-            one = inputs_of(held, self.system.outside(np.array([begin])))[:-1]
-            both = np.tile(one, (2, 1))
-            return np.array([begin, end]), both, np.zeros_like(both)
+            given = np.concatenate([own, self._outside(np.array([begin]))[0]])
+            return np.array([begin, end]), np.array([given, given]), np.zeros((2, len(given)))
         bounds, values, slopes = [begin], [], []
         waiting = [(begin, end, 0)]
         while waiting:
             first, last, halved = waiting.pop()
             width = last - first
-            outside = self.system.outside(first + width * _SHARES)
-            rows = np.array([inputs_of(held, outside, row)[:-1] for row in range(len(_SHARES))])
+            rows = self._outside(first + width * _SHARES)
             missed = np.abs(_CHECK @ rows[:4] - rows[4])
-            jumps = np.any(missed > _SMOOTH * (1e-3 + np.abs(rows).max(axis=0)))
+            jumps = (missed > _SMOOTH * (1e-3 + np.abs(rows[4]))).any()
             if jumps and halved < _HALVINGS:
                 middle = 0.5 * (first + last)
                 waiting += [(middle, last, halved + 1), (first, middle, halved + 1)]
@@ -303,7 +320,17 @@ class CompiledSteps:
             bounds.append(last)
             values.append(rows[[0, 3]] if jumps else _ENDS @ rows[:4])
             slopes.append(None if jumps else _SLOPES @ rows[:4] / width)
-        return np.array(bounds), np.array([values[0][0], *(one[1] for one in values)]), _at_bounds(slopes, values[0][0])
+        count = len(bounds)
+        inputs, rates = np.empty((count, len(own) + rows.shape[1])), np.zeros((count, len(own) + rows.shape[1]))
+        inputs[:, : len(own)] = own
+        inputs[0, len(own) :], inputs[1:, len(own) :] = values[0][0], [one[1] for one in values]
+        rates[:, len(own) :] = _at_bounds(slopes, values[0][0])
+        return np.array(bounds), inputs, rates
+
+    def _outside(self, time: np.ndarray) -> np.ndarray:
+        """What acts from outside at rows of time, side by side."""
+        found = [one.reshape(len(time), -1) for one in self.system.outside(time) if one is not None]
+        return np.concatenate(found, axis=1) if found else np.zeros((len(time), 0))
 
 
 def _functions(system: System) -> list[Any]:

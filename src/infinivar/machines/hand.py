@@ -184,9 +184,7 @@ class Hand:
         """Force over time alone. (m, d) [N]"""
         return np.zeros((len(time), len(self.grip.axes))) if self.force is None else at_times(self.force, time)
 
-    def act(
-        self, pushed: Any, intended: Any, intending: Any, configuration: np.ndarray, rates: np.ndarray
-    ) -> Grasp:
+    def act(self, pushed: Any, intended: Any, intending: Any, configuration: np.ndarray, rates: np.ndarray) -> Grasp:
         """Forces, inertia and powers at rows, by the force over time and the arm's intention with its rate, (m, d) each."""
         held = self.grip.at(configuration, rates)
         arm = self.arm

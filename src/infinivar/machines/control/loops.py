@@ -260,18 +260,16 @@ def following_pose(
     largest : float          Angle to which the wheels can be steered. [rad]
     """
 
-    def planned(time: float) -> np.ndarray:
-        pose, twist = load.along(motion, time)
-        return load.at(pose[None], twist[None]).speed[0]
-
     def law(time: float, c: np.ndarray, nu: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        before, after = around(motion, time)
         pose, twist = load.along(motion, time)
-        jacobian = load.at(c[None], nu[None, :-1]).jacobian[0]
+        planned = [load.along(motion, one) for one in (before, after)]
+        link = load.at(*(np.array(rows) for rows in zip((c, nu[:-1]), *planned, strict=True)))
+        jacobian = link.jacobian[0]
         off = load.apart(c, pose)
         turning = turning_speed(float(nu[-1]), set_speed)
         slope = -(jacobian @ (twist + gain * off)) / (radius * turning)
-        before, after = around(motion, time)
-        acceleration = (planned(after) - planned(before)) / (after - before)
+        acceleration = (link.speed[2] - link.speed[1]) / (after - before)
         change = -(acceleration + gain * (jacobian @ (twist - nu[:-1]))) / (radius * turning)
         goal = np.clip(np.arctan(slope), -largest, largest)
         return goal, np.where(np.abs(goal) < largest, change / (1.0 + slope * slope), 0.0)
