@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
+import inspect
 import json
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,8 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from infinivar._core import kept
-from infinivar._core.c_library import compiler, library
+from infinivar._core.c_library import FLAGS, compiler, library
 from infinivar._core.collocation import MOVED, Step, StuckError
+from infinivar.bondgraph import c_code, tape
 from infinivar.bondgraph.c_code import c_motion, flat
 from infinivar.bondgraph.compiled_step import source
 from infinivar.bondgraph.recorded import Recorded
@@ -31,6 +33,9 @@ _FINER = 1e-2
 
 _ENERGY = 1e-9
 """Error of an energy in a step that is always allowed. [J]"""
+
+_FASTER = "-O3"
+"""Matrices of machines are large."""
 
 _FIRST = 0.1
 """First step tried, over the width of the first segment."""
@@ -76,31 +81,59 @@ class Motion(NamedTuple):
         return out
 
 
+class MachineCode(NamedTuple):
+    """C of the motion of a system."""
+
+    text: str
+    given: np.ndarray
+    """Numbers of the machine: `p` of the C functions."""
+    constants: int
+    """Length of the array `k` of what depends on them alone."""
+    states: int
+    inputs: int
+    powers: int
+    watched: int
+
+
+def machine_code(system: System) -> MachineCode:
+    """C of the motion of a system: the equations, their exact derivatives, and their integration.
+
+    Raises
+    ------
+    TypeError, AttributeError
+        If a law has no C: it decides by a value, or calls what the tape has not.
+    """
+    recorded, inputs, functions = _recorded(system)
+    identified = [[one.place if isinstance(one, Value) else repr(one) for one in row] for row in functions.values()]
+    key = hashlib.sha256((_program() + repr((recorded.nodes, identified))).encode()).hexdigest()[:32]
+    if key not in _TEXTS:
+        _TEXTS[key] = _kept(key) or _written(key, recorded, inputs, functions)
+    text, constants = _TEXTS[key]
+    own = np.array(list(recorded.parameters.values()), dtype=float)
+    given = np.concatenate([own, *map(flat, recorded.data(recorded.parameters))])
+    states, powers, watched = (len(functions[name]) for name in ("motion", "powers", "watched"))
+    return MachineCode(text, given, constants, states, inputs, powers, watched)
+
+
 def compiled_motion(system: System) -> Motion | None:
     """The compiled motion of a system; None without a compiler, or where a law has no C."""
     if compiler() is None:
         return None
     try:
-        recorded = _recorded(system)
-    except (TypeError, AttributeError, ValueError, IndexError):
+        code = machine_code(system)
+    except (TypeError, AttributeError):
         return None
-    key = hashlib.sha256((_program() + repr((recorded.tape.nodes, recorded.places))).encode()).hexdigest()[:32]
-    text, once = _text(key, recorded)
-    made = library(text)
+    made = library(code.text, (*FLAGS, _FASTER))
     if made is None:
         return None
-    own = list(recorded.tape.parameters.values())
-    given = np.concatenate([np.array(own, dtype=float), *map(flat, recorded.tape.data(recorded.tape.parameters))])
-    constants = np.zeros(once + 1)
-    made.constants.argtypes = [ctypes.c_void_p] * 2
-    made.constants(_at(given), _at(constants))
-    for name in ("rates_at", "powers_at", "slopes_at", "watched_at"):
-        getattr(made, name).argtypes = [ctypes.c_void_p] * 6
     pointer = ctypes.c_void_p
+    made.constants.argtypes = [pointer] * 2
+    for name in ("rates_at", "powers_at", "slopes_at", "watched_at"):
+        getattr(made, name).argtypes = [pointer] * 6
     made.advance_watched.argtypes = [*[pointer] * 2, ctypes.c_int, *[pointer] * 4, ctypes.c_double, *[pointer] * 5]
-    counts = (len(recorded.functions[name]) for name in ("motion", "powers", "watched"))
-    states, powers, watched = counts
-    return Motion(made, given, constants, states, recorded.inputs, powers, watched)
+    constants = np.zeros(code.constants + 1)
+    made.constants(_at(code.given), _at(constants))
+    return Motion(made, code.given, constants, code.states, code.inputs, code.powers, code.watched)
 
 
 def inputs_of(inputs: Inputs, outside: Outside) -> np.ndarray:
@@ -122,13 +155,6 @@ class _RecordedSystem(NamedTuple):
     tape: Tape
     inputs: int
     functions: dict[str, list[Number]]
-
-    @property
-    def places(self) -> list[list[Any]]:
-        """What identifies the results on the tape."""
-        return [
-            [one.place if isinstance(one, Value) else repr(one) for one in values] for values in self.functions.values()
-        ]
 
 
 def _recorded(system: System) -> _RecordedSystem:
@@ -197,39 +223,30 @@ _NOTHING = np.zeros(1)
 _TEXTS: dict[str, tuple[str, int]] = {}
 
 
-def _text(key: str, recorded: _RecordedSystem) -> tuple[str, int]:
-    """C of a recorded system, and how many constants it has: from the cache if it was written before."""
-    if key not in _TEXTS:
-        path = kept.find(key, ".json")
-        try:
-            text, once = json.loads(path.read_text("utf-8")) if path is not None else ("", 0)
-        except (OSError, ValueError):
-            text, once = "", 0
-        if not text:
-            states = [f"state {place}" for place in range(len(recorded.functions["motion"]))]
-            inputs = [f"input {place}" for place in range(recorded.inputs)]
-            own, once = c_motion(recorded.tape, states, inputs, recorded.functions)
-            count = f"enum {{ WATCHED = {len(recorded.functions['watched'])} }};\n"
-            text = own + count + source("collocation.c") + source("watched.c")
-            kept.keep(key, ".json", json.dumps([text, once]).encode())
-        _TEXTS[key] = text, int(once)
-    return _TEXTS[key]
+def _kept(key: str) -> tuple[str, int] | None:
+    """C of a recorded system, and how many constants it has, if it was written before."""
+    path = kept.find(key, ".json")
+    try:
+        text, constants = json.loads(path.read_text("utf-8")) if path is not None else ("", 0)
+    except (OSError, ValueError):
+        return None  # gone since, or not readable: write it again
+    return (text, constants) if text else None
+
+
+def _written(key: str, recorded: Tape, inputs: int, functions: dict[str, list[Number]]) -> tuple[str, int]:
+    """The same, written."""
+    states = [f"state {place}" for place in range(len(functions["motion"]))]
+    text, constants = c_motion(recorded, states, [f"input {place}" for place in range(inputs)], functions)
+    count = f"enum {{ WATCHED = {len(functions['watched'])} }};\n"
+    text += count + source("collocation.c") + source("watched.c")
+    kept.keep(key, ".json", json.dumps([text, constants]).encode())
+    return text, constants
 
 
 @functools.cache
 def _program() -> str:
     """What else the text depends on."""
-    from pathlib import Path
-
-    import infinivar.bondgraph as package
-
-    folder = Path(str(package.__file__)).parent
-    return (
-        (folder / "tape.py").read_text("utf-8")
-        + (folder / "c_code.py").read_text("utf-8")
-        + source("collocation.c")
-        + source("watched.c")
-    )
+    return "".join([*map(inspect.getsource, (tape, c_code)), source("collocation.c"), source("watched.c")])
 
 
 def _at(array: np.ndarray) -> int:
