@@ -46,7 +46,6 @@ class Recorded(np.ndarray):
     """An array whose elements are floats and values of one tape."""
 
     tape: Tape
-    __array_priority__ = 100.0
 
     def __new__(cls, tape: Tape, elements: Any) -> Recorded:
         """Elements in nested sequences."""

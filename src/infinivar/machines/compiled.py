@@ -337,8 +337,8 @@ class CompiledSteps:
             bounds.append(last)
             values.append(rows[[0, 3]] if jumps else _ENDS @ rows[:4])
             slopes.append(None if jumps else _SLOPES @ rows[:4] / width)
-        count = len(bounds)
-        inputs, rates = np.empty((count, len(own) + rows.shape[1])), np.zeros((count, len(own) + rows.shape[1]))
+        shape = len(bounds), len(own) + values[0].shape[1]
+        inputs, rates = np.empty(shape), np.zeros(shape)
         inputs[:, : len(own)] = own
         inputs[0, len(own) :], inputs[1:, len(own) :] = values[0][0], [one[1] for one in values]
         rates[:, len(own) :] = _at_bounds(slopes, values[0][0])
