@@ -12,6 +12,7 @@ import functools
 import hashlib
 import inspect
 import json
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -197,7 +198,7 @@ def _of_data(tape: Tape, functions: dict[str, list[Number]]) -> tuple[Tape, dict
         if operation not in _GIVEN and not operation.startswith(("take", "held")):
             stays = [at % len(arguments) for at in fixed.get(operation, ())]
             for place, one in enumerate(arguments):
-                if isinstance(one, float) and one not in _PLAIN and place not in stays:
+                if isinstance(one, float) and math.isfinite(one) and one not in _PLAIN and place not in stays:
                     numbers.setdefault(one, f"n{len(numbers)}")
     new = Tape({name: value for value, name in numbers.items()})
     new.held, new._looped = tape.held, tape._looped
