@@ -55,6 +55,12 @@ SESSIONS = {
         user=[20.0, 5.0],
         duration=0.05,
     ),
+    "slide pushed suddenly": lambda: session_setup(
+        machine=iv.machines.SlideMachine(leg=LEG, masses=[0.5]),
+        task=iv.motion.Caster(),
+        user=lambda at: [5.0 if at < 0.01234 else -8.0],
+        duration=0.02,
+    ),
     "geared slide": lambda: session_setup(
         machine=iv.machines.GearedSlideMachine(drive=DRIVE, masses=[0.5]),
         task=iv.motion.Caster(),
