@@ -76,8 +76,8 @@ _UNFELT = 1e-12
 _SMALLEST = 1e-12
 """Shortest step. [s]"""
 
-_CALLS, _CALLS_EACH = 20_000, 1_000
-"""Calls of the rates in all that are few enough to go on, and more for each segment so far; usual are ten to fifty a segment."""
+CALLS, CALLS_EACH = 20_000, 1_000
+"""Calls of the rates, or steps in C, in all that are few enough to go on, and more for each segment so far; usual are ten to fifty a segment."""
 
 _GROWTH, _SHRINKING, _SAFETY = 6.0, 0.1, 0.9
 
@@ -194,7 +194,7 @@ class Collocation:
         self.step = min(self.step, end - begin)
         self.done += 1
         while end - time > 1e-9 * (end - begin):
-            if self.calls > _CALLS + _CALLS_EACH * self.done:
+            if self.calls > CALLS + CALLS_EACH * self.done:
                 raise StuckError(time, True)
             left = end - time
             # The last steps of a segment are of one length.

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from infinivar._core import kept
+from infinivar._core import collocation, kept
 from infinivar._core.c_library import FLAGS, compiler, library
 from infinivar._core.collocation import MOVED, Step, StuckError
 from infinivar.bondgraph import c_code, tape
@@ -277,6 +277,7 @@ class CompiledSteps:
         self.found = np.empty((_MOST_STEPS, motion.watched))
         self.record = _Record(0, _MOST_STEPS, _at(self.steps))
         self.last: Step | None = None
+        self.taken = self.done = 0
         self.demand: np.ndarray | None = None
         self.fixed: bool = not any(map(callable, _functions(system)))
 
@@ -298,15 +299,17 @@ class CompiledSteps:
             ctypes.addressof(self.record), _at(self.found),
         )  # fmt: skip
         n, passed = motion.states, self.energies
-        for row, watched in zip(self.steps[: self.record.count].copy(), self.found, strict=False):
+        for row, watched in zip(self.steps[: min(self.record.count, _MOST_STEPS)].copy(), self.found, strict=False):
             points, energies = row[2 + n : 2 + 4 * n].reshape(3, n), row[2 + 4 * n :]
             demand = self._demand(watched)
             self.last = Step(row[0], row[1], row[2 : 2 + n], points, energies - passed, self.demand, demand)
             self.demand, passed = demand, energies
             accept(self.last)
         self.energies = passed
-        if status:
-            raise StuckError(begin if self.last is None else self.last.end, status == 2)
+        self.taken, self.done = self.taken + self.record.count, self.done + 1
+        many = status == 2 or self.taken > collocation.CALLS + collocation.CALLS_EACH * self.done
+        if status or many:
+            raise StuckError(begin if self.last is None else self.last.end, many)
         return rows[-1, :n]
 
     def _demand(self, watched: np.ndarray) -> np.ndarray:

@@ -105,7 +105,7 @@ class Load:
         raise NotImplementedError
 
     def twist_of(self, pose: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        """Twist from the time derivative of the pose. (c,)"""
+        """Twist from the time derivative of the pose. (..., c)"""
         return rate
 
     def changes(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
@@ -116,9 +116,10 @@ class Load:
         """Twist that leads from a pose to another in unit time. (c,)"""
         return goal - pose
 
-    def along(self, motion: VectorHistory, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Pose and twist of a motion at a time."""
-        pose, rate = motion(time), motion.rate(time)
+    def along(self, motion: VectorHistory, *times: float) -> tuple[np.ndarray, np.ndarray]:
+        """Poses and twists of a motion at times: rows, but of a single time one row alone."""
+        poses, rates = ([at(time) for time in times] for at in (motion, motion.rate))
+        pose, rate = (np.array(rows) if len(times) > 1 else rows[0] for rows in (poses, rates))
         return pose, self.twist_of(pose, rate)
 
     def grip(self, coordinates: int) -> Grip:

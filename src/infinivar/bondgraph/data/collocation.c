@@ -37,8 +37,8 @@ enum { KEPT = 2 + ALL + SIZE };
 static void kept(record *each, double begin, double end, const double *before, const double *found)
 {
     if (each && each->most > 0) {
-        each->count += each->count < each->most ? 1 : 0;
-        double *row = each->rows + (each->count - 1) * KEPT;
+        double *row = each->rows + (each->count < each->most ? each->count : each->most - 1) * KEPT;
+        each->count++;
         row[0] = begin;
         row[1] = end;
         for (int i = 0; i < STATES; i++) {

@@ -5,7 +5,7 @@ int advance_watched(const double *p, const double *k, int count, const double *t
 {
     steps->count = 0;
     const int status = advanced(p, k, count, times, inputs, input_rates, x, relative, absolute, width, rows, steps);
-    for (int n = 0, place = 0; n < steps->count; n++) {
+    for (int n = 0, place = 0; n < steps->count && n < steps->most; n++) {
         const double *row = steps->rows + n * KEPT;
         double u[INPUTS + 1], du[RATES + 1];
         while (place < count - 1 && row[1] > times[place + 1]) {

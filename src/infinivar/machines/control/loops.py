@@ -262,9 +262,10 @@ def following_pose(
 
     def law(time: float, c: np.ndarray, nu: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         before, after = around(motion, time)
-        pose, twist = load.along(motion, time)
-        planned = [load.along(motion, one) for one in (before, after)]
-        link = load.at(*(np.array(rows) for rows in zip((c, nu[:-1]), *planned, strict=True)))
+        poses, twists = load.along(motion, time, before, after)
+        pose, twist = poses[0], twists[0]
+        # As the machine is, and as planned before and after.
+        link = load.at(np.stack([c, *poses[1:]]), np.stack([nu[:-1], *twists[1:]]))
         jacobian = link.jacobian[0]
         off = load.apart(c, pose)
         turning = turning_speed(float(nu[-1]), set_speed)

@@ -141,7 +141,7 @@ class PlatformLoad(Load):
 
     def twist_of(self, pose: np.ndarray, rate: np.ndarray) -> np.ndarray:
         """With the angular velocity of the rotation vector."""
-        return np.concatenate([rate[:3], angular_velocity(pose[3:], rate[3:])])
+        return np.concatenate([rate[..., :3], angular_velocity(pose[..., 3:], rate[..., 3:])], axis=-1)
 
     def changes(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
         """With the rate of the rotation vector."""
