@@ -20,8 +20,8 @@ from infinivar.bondgraph.model import model
 from infinivar.bondgraph.namespaces import FloatNamespace
 from infinivar.machines.system import System
 
-SLOWER = 20.0
-"""Most times slower than real time."""
+SLOWER = 1.0
+"""Most times slower than real time, compiled."""
 
 _DURATION = 0.4
 _PERIOD = 0.4

@@ -17,7 +17,7 @@ import numpy as np
 import infinivar as iv
 from benchmarks._measure import STUDY, Line
 
-PLANAR, LEGS = 2.0, 40.0
+PLANAR, LEGS = 0.5, 2.0
 """Most processor time of a session of two seconds. [s]"""
 
 _DURATION = 2.0

@@ -51,6 +51,7 @@ from infinivar.analysis.cycles.shaking import amplitude as shaking_amplitude
 from infinivar.analysis.design_trends import SWEPT as SWEPT_QUANTITIES
 from infinivar.analysis.design_trends import Duty, elasticities, with_friction
 from infinivar.analysis.design_trends import sweep as swept_design
+from infinivar.analysis.machine_motion import _Run as run_setup
 from infinivar.analysis.machine_sensitivity import machine_sensitivity
 from infinivar.analysis.machine_study import simulated
 from infinivar.analysis.machines import compare_machines, evaluate_machine
@@ -82,6 +83,7 @@ from infinivar.analysis.sessions.guides import Track as TrackGuideShape
 from infinivar.analysis.sessions.guides import guides_of
 from infinivar.analysis.sessions.measures import measures
 from infinivar.analysis.sessions.of_study import check_sessions
+from infinivar.analysis.sessions.session import Setup as session_setup
 from infinivar.analysis.sessions.session_result import touches
 from infinivar.analysis.shared_motor import run_up_energy
 from infinivar.analysis.simulate import Event as RunEvent
@@ -209,6 +211,7 @@ from infinivar.figures import wrench_set as wrench_set_figure
 from infinivar.figures import z_width as z_width_figure
 from infinivar.figures.duty_cycle import data as duty_cycle_data
 from infinivar.limits import binding, binding_demand, codes, words_of
+from infinivar.machines.compiled import compiled_motion, inputs_of, machine_code
 from infinivar.machines.control.controller import Plant as GuidedPlant
 from infinivar.machines.control.controller import begun as controllers_begun
 from infinivar.machines.control.impedance import wall_force

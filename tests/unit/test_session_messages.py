@@ -80,8 +80,8 @@ def test_users_whose_functions_go_wrong_are_named():
 
 
 def test_a_session_that_needs_endless_steps_ends_and_says_why(monkeypatch):
-    monkeypatch.setattr(collocation, "_CALLS", 40)
-    monkeypatch.setattr(collocation, "_CALLS_EACH", 1)
+    monkeypatch.setattr(collocation, "CALLS", 40)
+    monkeypatch.setattr(collocation, "CALLS_EACH", 0)
     run = iv.session(CART, iv.motion.Caster(), user=[3.0, 1.0], duration=0.1)
     assert not run.complete
     assert "the integration takes too many steps" in run.verdict

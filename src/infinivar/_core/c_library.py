@@ -43,11 +43,11 @@ def no_compiler() -> str | None:
 
 
 @functools.lru_cache(maxsize=64)
-def library(text: str) -> ctypes.CDLL | None:
+def library(text: str, flags: tuple[str, ...] = FLAGS) -> ctypes.CDLL | None:
     """The library of a text, compiled unless it is known; None without a compiler, or where it cannot."""
     try:
         with tempfile.TemporaryDirectory() as folder:
-            made = _compiled(text, FLAGS, Path(folder))
+            made = _compiled(text, flags, Path(folder))
             return None if made is None else ctypes.CDLL(str(made))
     except OSError:
         return None

@@ -67,7 +67,7 @@ _COASTING = 1e-3
 _COASTED = 0.1
 """The same in all segments together."""
 
-_MOVED = 1e-5
+MOVED = 1e-5
 """Size of a place, whatever its distance from an origin. [m] or [rad]"""
 
 _UNFELT = 1e-12
@@ -76,8 +76,8 @@ _UNFELT = 1e-12
 _SMALLEST = 1e-12
 """Shortest step. [s]"""
 
-_CALLS, _CALLS_EACH = 20_000, 1_000
-"""Calls of the rates in all that are few enough to go on, and more for each segment so far; usual are ten to fifty a segment."""
+CALLS, CALLS_EACH = 20_000, 1_000
+"""Calls of the rates, or steps in C, in all that are few enough to go on, and more for each segment so far; usual are ten to fifty a segment."""
 
 _GROWTH, _SHRINKING, _SAFETY = 6.0, 0.1, 0.9
 
@@ -145,7 +145,7 @@ class Collocation:
     tolerance : float      Of the states over their size, and of the missing energy over that which passed.
     segments : int         How many there will be: the energy that is missing in each adds up.
     closure : float        Of the energy missing in all segments together, over the most that has passed and is stored.
-    placed : int           How many states, at the front, are places: the size of their errors is `_MOVED`.
+    placed : int           How many states, at the front, are places: the size of their errors is `MOVED`.
     """
 
     def __init__(
@@ -163,7 +163,7 @@ class Collocation:
         self.scale, self.tolerance = scale, tolerance
         # Where the origin of a place is, is arbitrary; and what is held must not jump.
         self.size, self.relative = scale.copy(), np.ones_like(scale)
-        self.size[:placed], self.relative[:placed] = _MOVED, 0.0
+        self.size[:placed], self.relative[:placed] = MOVED, 0.0
         self.coasting = min(_COASTING, _COASTED / segments)
         from scipy.linalg import get_lapack_funcs  # imported when needed: it takes long
 
@@ -194,7 +194,7 @@ class Collocation:
         self.step = min(self.step, end - begin)
         self.done += 1
         while end - time > 1e-9 * (end - begin):
-            if self.calls > _CALLS + _CALLS_EACH * self.done:
+            if self.calls > CALLS + CALLS_EACH * self.done:
                 raise StuckError(time, True)
             left = end - time
             # The last steps of a segment are of one length.

@@ -9,6 +9,7 @@ import numpy as np
 from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.marching import March
 from infinivar.errors import ParameterError, require
+from infinivar.machines.compiled import compiled_motion
 from infinivar.machines.control import loops as control
 from infinivar.machines.control.loops import LinkController
 from infinivar.machines.kind import MovingMachine
@@ -164,6 +165,7 @@ class _Run:
         scenario = self.scenario
         march = March(
             system=self.system,
+            motion=compiled_motion(self.system),
             state=self.state,
             controller=self.controller,
             period=self.period,

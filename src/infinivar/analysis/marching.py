@@ -19,6 +19,7 @@ from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE, ClosureError
 from infinivar.bondgraph.march import Watched
 from infinivar.limits import Demand, Limit
+from infinivar.machines.compiled import CompiledSteps, Motion
 from infinivar.machines.system import Inputs, System
 from infinivar.motion.machine_scenario import check_continuous
 
@@ -138,6 +139,8 @@ class March:
     """A system set up for a run."""
 
     system: System
+    motion: Motion | None
+    """Of the system, where it is compiled."""
     state: np.ndarray
     """At the start."""
     controller: Sampler | None
@@ -171,7 +174,7 @@ class March:
         log.watched = Watched(len(kept) + 2, weights=(1.0,))
         if system.angles is not None:
             check_continuous("steering", system.angles, [0.0, *ends])
-        marching = self._integrator(rates, len(ends))
+        marching = self._integrator(rates, lambda: inputs, len(ends))
 
         def accept(step: Step) -> None:
             total[:] += step.energy
@@ -207,13 +210,17 @@ class March:
             begin = end
         return self._record(outcome)
 
-    def _integrator(self, rates: Callable[..., Rates], segments: int) -> Collocation:
+    def _integrator(
+        self, rates: Callable[..., Rates], inputs: Callable[[], Inputs], segments: int
+    ) -> Collocation | CompiledSteps:
         """Integrator of that many segments, with the size of each state."""
         first, second, third = self.system.places
         scale = np.full(len(self.state), 0.1)
         fastest = np.abs(self.state[first:second])
         scale[first:second] = np.maximum(0.1 * fastest, 1e-2)
         scale[third:] = 1.0
+        if self.motion is not None:
+            return CompiledSteps(self.motion, self.system, inputs, scale, self.tolerance)
         return Collocation(
             rates,
             self.system.balance,
@@ -329,7 +336,7 @@ class March:
         first, second, _ = system.places
         names = [*mechanics.configuration, *mechanics.coordinates]
         columns = {name: states[:, place] for place, name in enumerate(names)}
-        angles, turning = system.steering(time, states, np.array([one.turning for one in inputs]))
+        angles, turning = system.steering(system.outside(time), states, np.array([one.turning for one in inputs]))
         for place, name in enumerate(mechanics.steered):
             columns[name] = angles[:, place]
             columns[name.replace("_rad", "_rate_rad_s")] = (turning + 0.0 * angles)[:, place]

@@ -32,6 +32,8 @@ _INFIX = {
 _CALLED = {"abs": "fabs"}
 _GIVEN = {"states": "x", "inputs": "u", "rates": "du", "seeds": "d", "parameters": "p", "settled": "settled"}
 """Arguments of the C functions, by group."""
+_WRITTEN = {"slopes": "j", "outputs": "y", "directions": "dy"}
+"""Arrays that functions write into, where they are not called f."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +50,13 @@ class Code:
     def given(self, parameters: Mapping[str, float]) -> np.ndarray:
         """The array `p` for values of the parameters: these, and the data held."""
         own = np.array([parameters[name] for name in self.tape.parameters], dtype=float)
-        return np.concatenate([own, *map(_flat, self.tape.data(parameters))])
+        return np.concatenate([own, *map(flat, self.tape.data(parameters))])
 
 
-def _flat(data: Any) -> np.ndarray:
+def flat(data: Any) -> np.ndarray:
+    """Numbers of what is held as data, in order."""
     if isinstance(data, tuple):
-        return np.concatenate([_flat(one) for one in data])
+        return np.concatenate([flat(one) for one in data])
     return np.ravel(np.asarray(data, dtype=float))
 
 
@@ -97,22 +100,54 @@ def c_code(
     known = [*states, *inputs, *rates] if written else []
     seeds = [(tape.input("seeds", place), by) for place, by in enumerate(known)]
     changes = [sum(seed * tape.slope(one, by) for seed, by in seeds) for one in (*results, *written) if known]
+    functions = {"motion": results, "slopes": slopes, "powers": powers}
+    if written:
+        functions |= {"outputs": written, "directions": changes}
+    text, writer, once = _program(tape, made.states, made.inputs, made.rates, functions)
+    behind = (
+        [tape.nodes[place] for place in writer.needed([one]) if tape.nodes[place].operation in _GIVEN]
+        for one in (*results, *written)
+    )
+    found = tuple(frozenset((operation, int(place)) for operation, (place,) in each) for each in behind)
+    return Code(text, tape, once, found)
+
+
+def c_motion(
+    tape: Tape, states: Sequence[str], inputs: Sequence[str], functions: Mapping[str, Sequence[Number]]
+) -> tuple[str, int]:
+    """C of ``constants``, of functions of recorded states and inputs, and of the ``slopes`` of the one called ``motion``; and how
+    many constants there are."""
+    by = [tape.input("states", place) for place in range(len(states))]
+    slopes = [tape.slope(one, state) for one in functions["motion"] for state in by]
+    text, _, once = _program(tape, states, inputs, (), {**functions, "slopes": slopes})
+    return text, once
+
+
+def _program(
+    tape: Tape,
+    states: Sequence[str],
+    inputs: Sequence[str],
+    rates: Sequence[str],
+    functions: Mapping[str, Sequence[Number]],
+) -> tuple[str, _Writer, int]:
+    """The text of functions that write values into arrays, what has written it, and how many constants there are."""
     writer = _Writer(tape, _begins(tape))
-    once = writer.once([*results, *slopes, *powers, *written, *changes])
-
-    def body(array: str, values: Sequence[Number]) -> Iterator[str]:
-        return writer.body(once, [(f"{array}[{place}]", one) for place, one in enumerate(values)])
-
+    once = writer.once([one for values in functions.values() for one in values])
+    bodies: list[str] = []
+    for name, values in functions.items():
+        array = _WRITTEN.get(name, "f")
+        body = writer.body(once, [(f"{array}[{place}]", one) for place, one in enumerate(values)])
+        bodies += _function(name, array, body, *("d" for _ in [0] if name == "directions"))
     text = "\n".join(
         [
             "#include <math.h>",
             "",
-            f"enum {{ STATES = {len(made.states)}, POWERS = {len(powers)} }};",
-            f"enum {{ INPUTS = {len(made.inputs)}, RATES = {len(made.rates)} }};",
-            f"static const int moving[] = {{{', '.join(str(made.inputs.index(name)) for name in made.rates) or '0'}}};",
+            f"enum {{ STATES = {len(states)}, POWERS = {len(functions['powers'])} }};",
+            f"enum {{ INPUTS = {len(inputs)}, RATES = {len(rates)} }};",
+            f"static const int moving[] = {{{', '.join(str(inputs.index(name)) for name in rates) or '0'}}};",
             "",
-            *(f"/* x[{place}]: {_plain(name)} */" for place, name in enumerate(made.states)),
-            *(f"/* u[{place}]: {_plain(name)} */" for place, name in enumerate(made.inputs)),
+            *(f"/* x[{place}]: {_plain(name)} */" for place, name in enumerate(states)),
+            *(f"/* u[{place}]: {_plain(name)} */" for place, name in enumerate(inputs)),
             *(f"/* p[{place}]: {_plain(name)} */" for place, name in enumerate(tape.parameters)),
             "",
             "void constants(const double *p, double *k)",
@@ -120,19 +155,10 @@ def c_code(
             *writer.body(once, [(f"k[{place}]", Value(tape, one)) for place, one in enumerate(once)], constants=False),
             "}",
             "",
-            *_function("motion", "f", body("f", results)),
-            *_function("slopes", "j", body("j", slopes)),
-            *_function("powers", "f", body("f", powers)),
-            *(_function("outputs", "y", body("y", written)) if written else []),
-            *(_function("directions", "dy", body("dy", changes), "d") if written else []),
+            *bodies,
         ]
     )
-    behind = (
-        [tape.nodes[place] for place in writer.needed([one]) if tape.nodes[place].operation in _GIVEN]
-        for one in (*results, *written)
-    )
-    found = tuple(frozenset((operation, int(place)) for operation, (place,) in each) for each in behind)
-    return Code(text, tape, len(once), found)
+    return text, writer, len(once)
 
 
 def statements(tape: Tape, results: Sequence[Number], array: str) -> list[str]:
@@ -143,13 +169,13 @@ def statements(tape: Tape, results: Sequence[Number], array: str) -> list[str]:
 
 def table_of(tape: Tape, name: str) -> list[str]:
     """The data of a tape without parameters as an array."""
-    numbers = np.concatenate([np.zeros(1), *map(_flat, tape.data({}))])[1:].tolist() or [0.0]
+    numbers = np.concatenate([np.zeros(1), *map(flat, tape.data({}))])[1:].tolist() or [0.0]
     return [f"static const double {name}[] = {{", *(f"    {c_number(one)}," for one in numbers), "};", ""]
 
 
 def _begins(tape: Tape) -> dict[str, int]:
     """Where each group of data begins in the array `p`, after the parameters."""
-    sizes = [len(_flat(one)) for one in tape.data(tape.parameters)]
+    sizes = [len(flat(one)) for one in tape.data(tape.parameters)]
     return {f"held{place}": len(tape.parameters) + sum(sizes[:place]) for place in range(len(sizes))}
 
 

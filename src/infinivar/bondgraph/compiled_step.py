@@ -102,9 +102,14 @@ def _code(made: Model, parameters: Mapping[str, float]) -> Code | None:
     return _CODES[made]
 
 
-@functools.cache
 def _collocation() -> str:
-    return (resources.files("infinivar.bondgraph") / "data" / "collocation.c").read_text("utf-8")
+    return source("collocation.c")
+
+
+@functools.cache
+def source(name: str) -> str:
+    """Content of a C file of the package."""
+    return (resources.files("infinivar.bondgraph") / "data" / name).read_text("utf-8")
 
 
 def _fill(room: _Room, functions: Sequence[Input]) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from infinivar.bondgraph.namespaces import FUNCTIONS, FloatNamespace
 
-_OPERATIONS: Mapping[str, Callable[..., Any]] = {
+OPERATIONS: Mapping[str, Callable[..., Any]] = {
     "add": operator.add,
     "sub": operator.sub,
     "mul": operator.mul,
@@ -85,13 +85,19 @@ class Tape:
         """The result of an operation: a number if all arguments are."""
         given = tuple(one.place if isinstance(one, Value) else float(one) for one in arguments)
         if not any(isinstance(one, int) for one in given):
-            return float(_OPERATIONS[operation](*given))
+            return float(OPERATIONS[operation](*given))
         if operation == "where" and isinstance(given[0], float):
             return arguments[1] if given[0] else arguments[2]
         simple = _SIMPLE.get(operation, _nothing)(*given)
         if simple is None:
             return self._added(Node(operation, given))
         return Value(self, simple) if isinstance(simple, int) else simple
+
+    def copied(self, operation: str, arguments: Sequence[Number]) -> Number:
+        """The operation of a node of another tape."""
+        if operation in OPERATIONS:
+            return self.record(operation, *arguments)
+        return self._added(Node(operation, tuple(one.place if isinstance(one, Value) else one for one in arguments)))
 
     def hold(self, function: Callable[..., Any], *arguments: Value) -> Any:
         """What a function of parameters gives, as data: named tuples of numbers and arrays, of shapes that do not change."""
@@ -146,7 +152,7 @@ class Tape:
         operation, arguments = self.nodes[place]
         if operation == "last":
             raise TypeError("what a loop gives has no recorded derivative")
-        if operation not in _OPERATIONS:
+        if operation not in OPERATIONS:
             return 0.0  # an input, or a place in a table
         inner = [self._slopes[one, by] if isinstance(one, int) else 0.0 for one in arguments]
         values = [Value(self, one) if isinstance(one, int) else one for one in arguments]
@@ -285,7 +291,7 @@ class TapeNamespace:
 
     def __getattr__(self, name: str) -> Callable[..., Number]:
         """Function that records an operation of that name."""
-        if name not in _OPERATIONS:
+        if name not in OPERATIONS:
             raise AttributeError(f"the tape has no function {name}")
         return lambda *values: self._tape.record(name, *values)
 

@@ -177,6 +177,7 @@ def _simulate_machine(
     study: Path, loaded: Study, name: str, task: str | None, scenario: str | None, out: Path, as_json: bool
 ) -> NoReturn:
     """Simulate a machine on a path or in a task, and exit."""
+    from infinivar._core.c_library import no_compiler
     from infinivar.analysis.machine_sensitivity import task_of
     from infinivar.analysis.machine_study import check_moves, simulated
     from infinivar.report.output import claimed
@@ -205,7 +206,8 @@ def _simulate_machine(
         progress("writing the report", 1.0)
         file_name = f"{name}-{place.partition('.')[2]}"
         files = save(result, out, name=file_name, reconstruction=loaded.reconstruction)
-    _end(result, title, files, as_json)
+    slow = no_compiler()
+    _end(result, title, files, as_json, *([slow] if slow else []))
 
 
 def _end(result: Simulation | MachineRun, title: str, files: list[Path], as_json: bool, *notes: str) -> NoReturn:

@@ -64,6 +64,7 @@ def session(
     Print what the user got for it and what it cost; write a report, figures and results, including the energy audit.
     Exit with code 1 if the session is infeasible: incomplete, a limit exceeded, or a motor overheated.
     """
+    from infinivar._core.c_library import no_compiler
     from infinivar.analysis.sessions.measures import measures
     from infinivar.analysis.sessions.of_study import checked_session, named_session
     from infinivar.figures.moving_machine import check_frames
@@ -107,9 +108,11 @@ def session(
         files = [*save(found, out, name=stem, reconstruction=loaded.reconstruction), *beside]
     from infinivar.report.run import session_to_dict  # loaded by now
 
+    slow = no_compiler()
+    lines = (*measures(found), *found.event_lines, *([slow] if slow else []))
     end(
         functools.partial(session_to_dict, found),
-        (f"{found.title}: {found.verdict}", *(f"  {line}" for line in (*measures(found), *found.event_lines))),
+        (f"{found.title}: {found.verdict}", *(f"  {line}" for line in lines)),
         files,
         as_json=as_json,
         feasible=found.feasible,

@@ -92,11 +92,11 @@ def rigid_body(mass: float, principal: np.ndarray, turn: np.ndarray, twist: np.n
     Source: Newton and Euler.
     """
     tensor = np.matmul(turn * principal, np.swapaxes(turn, -1, -2))
-    inertia = np.zeros((len(turn), 6, 6))
+    inertia = np.zeros_like(turn, shape=(len(turn), 6, 6))
     inertia[:, (0, 1, 2), (0, 1, 2)] = mass
     inertia[:, 3:, 3:] = tensor
     turning = twist[:, 3:]
-    bias = np.zeros((len(turn), 6))
+    bias = np.zeros_like(turn, shape=(len(turn), 6))
     bias[:, 3:] = _crossed(turning, np.matmul(tensor, turning[..., None])[..., 0])
     return Moved(inertia, bias)
 

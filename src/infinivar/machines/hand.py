@@ -68,10 +68,10 @@ class BodyGrip:
     def at(self, configuration: np.ndarray, rates: np.ndarray) -> Held:
         """The handle in fixed axes."""
         cosine, sine = np.cos(configuration[:, 2]), np.sin(configuration[:, 2])
-        arm = np.empty((len(rates), 2))
+        arm = np.zeros_like(rates, shape=(len(rates), 2))
         arm[:, 0] = cosine * self.point[0] - sine * self.point[1]
         arm[:, 1] = sine * self.point[0] + cosine * self.point[1]
-        jacobian = np.empty((len(rates), 2, 3))
+        jacobian = np.zeros_like(rates, shape=(len(rates), 2, 3))
         jacobian[:, 0, 0] = jacobian[:, 1, 1] = cosine
         jacobian[:, 1, 0] = sine
         jacobian[:, 0, 1] = -sine
@@ -113,7 +113,7 @@ class ArmGrip:
     def at(self, configuration: np.ndarray, rates: np.ndarray) -> Held:
         """The handle in fixed axes."""
         joints = self.arm.joints
-        jacobian = np.zeros((len(rates), 2, self.coordinates))
+        jacobian = np.zeros_like(rates, shape=(len(rates), 2, self.coordinates))
         jacobian[:, :, :joints] = self.arm.jacobian(configuration)[:, :2]
 
         def bias() -> np.ndarray:
@@ -180,14 +180,13 @@ class Hand:
     """In the directions of the handle, by time. (d,) [N]"""
     arm: GrippingArm | None = None
 
-    def _pushed(self, time: np.ndarray) -> np.ndarray:
+    def pushed(self, time: np.ndarray) -> np.ndarray:
         """Force over time alone. (m, d) [N]"""
         return np.zeros((len(time), len(self.grip.axes))) if self.force is None else at_times(self.force, time)
 
-    def act(self, time: np.ndarray, configuration: np.ndarray, rates: np.ndarray) -> Grasp:
-        """Forces, inertia and powers at rows."""
+    def act(self, pushed: Any, intended: Any, intending: Any, configuration: np.ndarray, rates: np.ndarray) -> Grasp:
+        """Forces, inertia and powers at rows, by the force over time and the arm's intention with its rate, (m, d) each."""
         held = self.grip.at(configuration, rates)
-        pushed = self._pushed(time)
         arm = self.arm
         if arm is None:
             generalised = np.matmul(pushed[:, None, :], held.jacobian)[:, 0]
@@ -199,8 +198,7 @@ class Hand:
 
             return Grasp(generalised, None, of_force, held.position, pushed)
         velocity = np.matmul(held.jacobian, rates[..., None])[..., 0]
-        intended, moving = arm.intended(time)
-        apart, slower = intended - held.position, moving - velocity
+        apart, slower = intended - held.position, intending - velocity
         drawn = arm.stiffness * apart + arm.damping * slower
         force = pushed + drawn
         across = np.swapaxes(held.jacobian, -1, -2)
@@ -208,16 +206,21 @@ class Hand:
 
         def powers() -> HandPowers:
             return HandPowers(
-                (pushed * velocity + drawn * moving).sum(axis=-1),
+                (pushed * velocity + drawn * intending).sum(axis=-1),
                 (arm.damping * slower * slower).sum(axis=-1),
                 0.5 * (arm.stiffness * apart * apart).sum(axis=-1),
             )
 
         return Grasp(generalised, np.matmul(across * arm.mass, held.jacobian), powers, held.position, force)
 
+    def acting(self, time: np.ndarray, configuration: np.ndarray, rates: np.ndarray) -> Grasp:
+        """The same at rows of time."""
+        intended = (None, None) if self.arm is None else self.arm.intended(time)
+        return self.act(self.pushed(time), *intended, configuration, rates)
+
     def energy(self, time: np.ndarray, configuration: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """Energy of the arm's mass and spring. (m,) [J]"""
-        grasp = self.act(time, configuration, rates)
+        grasp = self.acting(time, configuration, rates)
         wound = grasp.powers().wound
         if grasp.inertia is None:
             return wound
@@ -228,8 +231,8 @@ class Hand:
     ) -> np.ndarray:
         """Force between hand and handle, on the handle, as a sensor there measures it. (m, d) [N]"""
         if self.arm is None:
-            return self._pushed(time)
-        force = self.act(time, configuration, rates).force
+            return self.pushed(time)
+        force = self.acting(time, configuration, rates).force
         held = self.grip.at(configuration, rates)
         return force - self.arm.mass * (np.matmul(held.jacobian, accelerations[..., None])[..., 0] + held.bias())
 

@@ -105,16 +105,21 @@ class Load:
         raise NotImplementedError
 
     def twist_of(self, pose: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        """Twist from the time derivative of the pose. (c,)"""
+        """Twist from the time derivative of the pose. (..., c)"""
         return rate
+
+    def changes(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+        """Time derivative of the pose at rows. (m, c)"""
+        return twist
 
     def apart(self, pose: np.ndarray, goal: np.ndarray) -> np.ndarray:
         """Twist that leads from a pose to another in unit time. (c,)"""
         return goal - pose
 
-    def along(self, motion: VectorHistory, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Pose and twist of a motion at a time."""
-        pose, rate = motion(time), motion.rate(time)
+    def along(self, motion: VectorHistory, *times: float) -> tuple[np.ndarray, np.ndarray]:
+        """Poses and twists of a motion at times: rows, but of a single time one row alone."""
+        poses, rates = ([at(time) for time in times] for at in (motion, motion.rate))
+        pose, rate = (np.array(rows) if len(times) > 1 else rows[0] for rows in (poses, rates))
         return pose, self.twist_of(pose, rate)
 
     def grip(self, coordinates: int) -> Grip:
@@ -192,7 +197,8 @@ class LeggedMechanics(_OnLinks):
     """[m s^-1]"""
     cylinder_bearings: CylinderBearings | None = None
     losses: tuple[str, ...] = ("creep", "slip", "spin", "rolling", "bearing", "guideway")
-    _surface: float = field(init=False, default=0.0)
+    surface_speed: float = field(init=False, default=0.0)
+    """Of the cylinder at its set speed. [m s^-1]"""
     _rollers: float = field(init=False, default=0.0)
     """Torque on the cylinder of all backing rollers. [N m]"""
 
@@ -200,7 +206,7 @@ class LeggedMechanics(_OnLinks):
         """Compute what does not change."""
         creep.law_in_motion(self.transmission.creep_law)
         object.__setattr__(self, "losses", (*self.losses, *self.load.losses))
-        object.__setattr__(self, "_surface", float(self.transmission.cylinder_radius * abs(self.set_speed)))
+        object.__setattr__(self, "surface_speed", float(self.transmission.cylinder_radius * abs(self.set_speed)))
         bearings, element = self.cylinder_bearings, self.transmission
         if bearings is None:
             return
@@ -235,7 +241,7 @@ class LeggedMechanics(_OnLinks):
         """Inertia with that of the links, and kinematics."""
         link, moved, forces = self.load.on_links(configuration, rates[:, :-1], self.link_mass)
         d, m = moved.shape[-1], len(rates)
-        inertia, bias = np.zeros((m, d + 1, d + 1)), np.zeros((m, d + 1))
+        inertia, bias = np.zeros_like(rates, shape=(m, d + 1, d + 1)), np.zeros_like(rates, shape=(m, d + 1))
         inertia[:, :d, :d], inertia[:, d, d], bias[:, :d] = moved, self.cylinder_inertia, forces
         return Place(link.changes, inertia, bias, link)
 
@@ -247,7 +253,7 @@ class LeggedMechanics(_OnLinks):
         spin = -turning if wheel.turns_with_spin else None
         carrier = (link.speed, -radius * rates[:, -1:] + 0.0 * link.speed)
         heading = (np.sin(angles), np.cos(angles))
-        found = wheel.act(carrier, heading, spin=spin, surface_speed=self._surface, stick_speed=self.stick_speed)
+        found = wheel.act(carrier, heading, spin=spin, surface_speed=self.surface_speed, stick_speed=self.stick_speed)
         rubbing = coulomb(link.speed, self.guideway_friction, self.stick_speed)
         on_links = found.x - rubbing
         generalised = np.empty_like(rates)

@@ -35,10 +35,8 @@ def contact_losses(by_wheel: dict[str, np.ndarray], slip_demand: np.ndarray) -> 
     """Losses of all wheels, with the creep of those that slide as "slip". (m,) each [W]"""
     found = {name: loss.sum(axis=-1) for name, loss in by_wheel.items()}
     slides = slip_demand > 1.0
-    found["slip"] = 0.0 * found["creep"]
-    if slides.any():
-        found["slip"] = np.sum(np.where(slides, by_wheel["creep"], 0.0), axis=-1)
-        found["creep"] = found["creep"] - found["slip"]
+    found["slip"] = np.sum(np.where(slides, by_wheel["creep"], 0.0), axis=-1)
+    found["creep"] = found["creep"] - found["slip"]
     return found
 
 

@@ -187,6 +187,23 @@ class Inputs:
         return Inputs(self.currents.copy(), self.steering.copy(), self.turning.copy(), self.links.copy())
 
 
+class Outside(NamedTuple):
+    """What acts on a machine from outside at m rows of time, where there is any."""
+
+    pushed: np.ndarray | None = None
+    """What a user or load without a hand exerts on the coordinates. (m, N)"""
+    force: np.ndarray | None = None
+    """On the handle, beside that of an arm. (m, d) [N]"""
+    intended: np.ndarray | None = None
+    """Where an arm wants the handle to be. (m, d) [m]"""
+    intending: np.ndarray | None = None
+    """Its rate. (m, d) [m s^-1]"""
+    angles: np.ndarray | None = None
+    """Prescribed steering. (m, s) [rad]"""
+    turning: np.ndarray | None = None
+    """Its rate. (m, s) [rad s^-1]"""
+
+
 class _Acting(NamedTuple):
     """What acts on a machine at m rows, from which powers and energies follow."""
 
@@ -272,7 +289,7 @@ class System:
         return Inputs(np.zeros(motors), np.zeros(steered), np.zeros(steered), links)
 
     def steering(
-        self, time: np.ndarray, state: np.ndarray, turning: np.ndarray | None = None
+        self, outside: Outside, state: np.ndarray, turning: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Angles and rates of the steered axes, (m, s) each; `turning` are the rates of those that turn as commanded. [rad],
         [rad s^-1]"""
@@ -282,14 +299,31 @@ class System:
         if self.prescribed_steering:
             angles = state[:, second:third]
             return angles, 0.0 * angles + (0.0 if turning is None else turning)
-        if self.angles is None:
+        if outside.angles is None or outside.turning is None:
             return np.zeros((len(state), len(self.mechanics.steered))), np.zeros(())
-        prescribed = self.angles
+        return outside.angles, outside.turning
+
+    def outside(self, time: np.ndarray) -> Outside:
+        """What acts from outside at rows of time."""
+        steered = self.servo is None and not self.prescribed_steering and self.angles is not None
+        hand = self.hand
+        intended = (None, None) if hand is None or hand.arm is None else hand.arm.intended(time)
+        return Outside(
+            pushed=None if self.wrench is None else self.user(time),
+            force=None if hand is None else hand.pushed(time),
+            intended=intended[0],
+            intending=intended[1],
+            **(self._prescribed(time) if steered else {}),
+        )
+
+    def _prescribed(self, time: np.ndarray) -> dict[str, np.ndarray]:
+        """Prescribed angles and their rates."""
+        prescribed: Any = self.angles
         now, ahead, behind = (
             at_times(lambda one, off=off: np.asarray(prescribed(one + off), dtype=float), time)
             for off in (0.0, _STEP, -_STEP)
         )
-        return now, (ahead - behind) / (2.0 * _STEP)
+        return {"angles": now, "turning": (ahead - behind) / (2.0 * _STEP)}
 
     def user(self, time: np.ndarray) -> np.ndarray:
         """What a user or load without a hand exerts on all coordinates: the opposite of the wrench. (m, N)"""
@@ -299,33 +333,33 @@ class System:
             found[:, : wrench.shape[-1]] = -wrench
         return found
 
-    def pushed(self, time: np.ndarray, state: np.ndarray) -> np.ndarray | None:
-        """The same at rows of states; None without a user. (m, N)"""
-        return None if self.wrench is None else self.user(time)
-
     def rates(self, inputs: Inputs, time: np.ndarray, state: np.ndarray) -> Rates:
         """Derivatives of states; powers of sources and losses, stored energy and demands on request."""
+        return self.moved(inputs, self.outside(time), state)
+
+    def moved(self, inputs: Inputs, outside: Outside, state: np.ndarray) -> Rates:
+        """As `rates`, with what acts from outside."""
         first, second, _ = self.places
         c, nu = state[:, :first], state[:, first:second]
-        angles, turning = self.steering(time, state, inputs.turning)
+        angles, turning = self.steering(outside, state, inputs.turning)
         place = self.mechanics.at(c, nu)
         forces = self.mechanics.act(place, nu, angles, turning)
         total, inertia = forces.generalised - place.bias, place.inertia
         electric: list[Powers] = []
         grasp, gearing = None, None
-        pushed = self.pushed(time, state)
+        pushed = outside.pushed
         if pushed is not None:
-            total += pushed
+            total = total + pushed
         if self.hand is not None:
-            grasp = self.hand.act(time, c, nu)
-            total += grasp.generalised
+            grasp = self.hand.act(outside.force, outside.intended, outside.intending, c, nu)
+            total = total + grasp.generalised
             if grasp.inertia is not None:
                 inertia = inertia + grasp.inertia
         if self.links is not None:
             link = place.kinematics
             onto, powers = self.links.act(inputs.links, link.speed)
             electric.append(powers)
-            total += np.matmul(onto[:, None, :], link.jacobian)[:, 0]
+            total = total + np.matmul(onto[:, None, :], link.jacobian)[:, 0]
         if self.motor is None:
             accelerations = np.linalg.solve(inertia, total[..., None])[..., 0]
         else:
@@ -336,7 +370,7 @@ class System:
             inertia = inertia.copy()
             inertia[:, columns, columns] += self.motor.inertia
             accelerations, gearing = self._driven(self.motor, inertia, total, torque, nu[:, columns])
-        derivative = np.empty(state.shape)
+        derivative = np.empty_like(state)
         derivative[:, :first], derivative[:, first:second] = place.changes, accelerations
         if self.servo is not None:
             torque, powers = self.servo.act(inputs.steering, turning)
@@ -371,7 +405,7 @@ class System:
             known["steering"] = (forces.resisting * turning).sum(axis=-1)
         else:
             stored = stored + 0.5 * self.servo.inertia * (turning * turning).sum(axis=-1)
-        passed = np.zeros((len(nu), len(self.sources) + len(self.losses)))
+        passed = np.zeros_like(nu, shape=(len(nu), len(self.sources) + len(self.losses)))
         for column, name in enumerate((*self.sources, *self.losses)):
             if name in known:
                 passed[:, column] = known[name]
@@ -385,7 +419,7 @@ class System:
         if not motor.loaded:
             return np.linalg.solve(inertia, total[..., None])[..., 0], None
         columns = list(motor.coordinates)
-        sides = np.zeros((*total.shape, 1 + len(columns)))
+        sides = np.zeros_like(total, shape=(*total.shape, 1 + len(columns)))
         sides[:, :, 0] = total
         sides[:, columns, range(1, 1 + len(columns))] = 1.0
         found = np.linalg.solve(inertia, sides)

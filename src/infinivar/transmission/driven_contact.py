@@ -34,6 +34,9 @@ exact rolling contact. [-]"""
 _SPOT = 1e-12
 """Rolling speed over the speed at which the patch slides or turns, below which it turns on the spot. [-]"""
 
+_STILL = 1e-40
+"""Square of a creep speed that is none: with it, forces have slopes at rest. [m^2 s^-2]"""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DrivenContact(RollingContact):
@@ -86,9 +89,8 @@ class DrivenContact(RollingContact):
         rolling = self._rolling(xp, dx, dy, v, psi if spin is None else spin, stick_speed)
         turns = self.turns_with_spin and spin is not None
         linear_x, linear_y = self._ratio(xp, groups, psi, rolling, turns) * dx, dy
-        size = xp.sqrt(linear_x * linear_x + linear_y * linear_y)
-        moves = size > 0
-        way_x, way_y = (xp.where(moves, one / xp.where(moves, size, 1.0), 0.0) for one in (linear_x, linear_y))
+        size = xp.sqrt(linear_x * linear_x + linear_y * linear_y + _STILL)
+        way_x, way_y = linear_x / size, linear_y / size
         if turns:
             along, across, moment, demand = self._with_spin_law(xp, groups, size, way_y, rolling, v, psi)
         else:

@@ -204,7 +204,7 @@ class Platform:
         # n/n_z, so that the last component is 1.
         over = 1.0 / rise
         nx, ny = x * over, y * over
-        jacobian = np.empty((*rise.shape, 6))
+        jacobian = np.empty_like(rise, shape=(*rise.shape, 6))
         jacobian[..., 0], jacobian[..., 1], jacobian[..., 2] = nx, ny, 1.0
         jacobian[..., 3] = arm[1] - arm[2] * ny
         jacobian[..., 4] = arm[2] * nx - arm[0]

@@ -247,7 +247,7 @@ class SphericalIVT:
         """
         frames = self._frames
         heading, slope = frames.headings(steering_angle), frames.heading_slopes(steering_angle)
-        turning = slope * np.asarray(steering_rate, dtype=float)[..., None]
+        turning = slope * np.asanyarray(steering_rate)[..., None]
         forces, exerted, shaft, _ = spherical_solve.forces_at(frames, heading, rates, stick_speed, turning)
         losses = {
             name: forces.losses.get(name, 0.0 * forces.x) + shaft.get(name, 0.0)

@@ -14,6 +14,7 @@ from infinivar._core.fields import check_number, given
 from infinivar.analysis.marching import March, Record
 from infinivar.analysis.sessions.session_result import Session, touches
 from infinivar.errors import ParameterError, require
+from infinivar.machines.compiled import Motion, compiled_motion, derivative_of
 from infinivar.machines.control import loops as control
 from infinivar.machines.control.controller import Plant, begun
 from infinivar.machines.control.sampling import Sensing, check_rate
@@ -62,6 +63,8 @@ class Setup:
     title: str = ""
     grip: Grip = field(init=False)
     system: System = field(init=False)
+    motion: Motion | None = field(init=False)
+    """Of the system, where it is compiled."""
     state: np.ndarray = field(init=False)
     """At the start, before the controller commands anything."""
 
@@ -81,6 +84,7 @@ class Setup:
         self.grip = mechanics.grip(self.handle)
         start = _row("pose", self.pose, self.machine.home)
         self.system = self._moved(mechanics, start)
+        self.motion = compiled_motion(self.system)
         self.state = self._at_start(start)
 
     def _check(self) -> None:
@@ -132,7 +136,7 @@ class Setup:
         system, period, state = self.system, self.sensing.period, self.state.copy()
         guided = GuidedController(
             loops=control.begun_loops(system, self.machine.control, state, period),
-            sensors=Sensors(self.sensing, system),
+            sensors=Sensors(self.sensing, system, self.motion),
             law=begun(self.controller, Plant(machine=self.machine, system=system, grip=self.grip, period=period)),
         )
         first = guided.start(state)
@@ -158,6 +162,7 @@ class Setup:
         guided, state = self._begun()
         return March(
             system=self.system,
+            motion=self.motion,
             state=state,
             controller=guided,
             period=self.sensing.period,
@@ -191,7 +196,7 @@ class Setup:
         c, nu = found.states[:, :first], found.states[:, first:second]
         held = self.grip.at(c, nu)
         velocity = np.einsum("mdn,mn->md", held.jacobian, nu)
-        forces = _felt(self.system, found, inputs)
+        forces = _felt(self.system, self.motion, found, inputs)
         columns = {}
         for place, axis in enumerate(self.grip.axes):
             columns[f"handle_{axis}_m"] = held.position[:, place]
@@ -330,7 +335,7 @@ def _user(user: Any, intention: History | None, force: History | None, home: np.
     return {"force": pushing, "arm": arm}
 
 
-def _felt(system: System, found: Record, inputs: Sequence[Any]) -> np.ndarray:
+def _felt(system: System, motion: Motion | None, found: Record, inputs: Sequence[Any]) -> np.ndarray:
     """Force of the user on the handle at the results. (t, d)"""
     first, second, _ = system.places
     c, nu = found.states[:, :first], found.states[:, first:second]
@@ -338,7 +343,7 @@ def _felt(system: System, found: Record, inputs: Sequence[Any]) -> np.ndarray:
     assert hand is not None
     acceleration = np.zeros_like(nu)
     if hand.arm is not None:
+        derivative = derivative_of(system, motion)
         for row, (one, time) in enumerate(zip(inputs, found.time, strict=True)):
-            rates = system.rates(one, np.array([time]), found.states[row : row + 1])
-            acceleration[row] = rates.derivative[0, first:second]
+            acceleration[row] = derivative(one, float(time), found.states[row])[first:second]
     return hand.felt(found.time, c, nu, acceleration)

@@ -3,7 +3,7 @@
    rates; the difference of one step and two halves is the error. Energies are states on which no rate depends: once the stages
    are known, they need no iteration. Source: hairer1996, section IV.8. */
 
-enum { STAGES = 3, SIZE = STAGES * STATES, ALL = STATES + POWERS, MOST_ITERATIONS = 8, MOST_STEPS = 100000 };
+enum { STAGES = 3, SIZE = STAGES * STATES, ALL = STATES + POWERS, END = ALL + SIZE, MOST_ITERATIONS = 8, MOST_STEPS = 100000 };
 
 static const double nodes[STAGES] = {0.15505102572168219018, 0.64494897427831780982, 1.0};
 static const double weights[STAGES][STAGES] = {
@@ -24,6 +24,34 @@ typedef struct {
     const double *p, *k, *first, *last, *first_rate, *last_rate;
     double begin, end;
 } piece;
+
+/* Steps taken, if anyone asks: begin, end, states before, states at the stages, and energies after each. Where there is no room
+   for more, the last one takes the place of the one before. */
+typedef struct {
+    int count, most;
+    double *rows;
+} record;
+
+enum { KEPT = 2 + ALL + SIZE };
+
+static void kept(record *each, double begin, double end, const double *before, const double *found)
+{
+    if (each && each->most > 0) {
+        double *row = each->rows + (each->count < each->most ? each->count : each->most - 1) * KEPT;
+        each->count++;
+        row[0] = begin;
+        row[1] = end;
+        for (int i = 0; i < STATES; i++) {
+            row[2 + i] = before[i];
+        }
+        for (int i = 0; i < SIZE; i++) {
+            row[2 + STATES + i] = found[ALL + i];
+        }
+        for (int i = 0; i < POWERS; i++) {
+            row[2 + STATES + SIZE + i] = found[STATES + i];
+        }
+    }
+}
 
 /* Inputs and their rates: the cubic through both ends of a piece. */
 static void inputs_at(const piece *one, double time, double *u, double *du)
@@ -99,7 +127,7 @@ static void solved(const double *a, const int *pivots, double *b)
     }
 }
 
-/* One step from x, which are states and energies; 0 if the iteration does not converge. Changes are measured in units of the
+/* One step from x, which are states and energies, to the next, with the states at the stages behind them; 0 if the iteration does not converge. Changes are measured in units of the
    tolerances.
 
    missed, if not null: by how much the polynomial misses the rates and powers at the begin, where it has no point: it would step
@@ -175,6 +203,9 @@ static int stepped(const piece *one, double time, double width, const double *x,
                 }
                 next[i] = x[i] + (i < STATES ? z[(STAGES - 1) * STATES + i] : sum);
             }
+            for (int i = 0; i < SIZE; i++) {
+                next[ALL + i] = x[i % STATES] + z[i];
+            }
             for (int i = 0; missed && i < ALL; i++) {
                 double miss = start[i];
                 for (int stage = 0; stage < STAGES; stage++) {
@@ -196,11 +227,12 @@ static int stepped(const piece *one, double time, double width, const double *x,
 
    count: pieces; times: count + 1; inputs and their rates: (count + 1) x INPUTS; x: the states and the energies of sources and
    losses at the first time; absolute: their tolerances; rows: count x ALL, filled; width: the step to try first, and the one to
-   go on with. */
-int advance(const double *p, const double *k, int count, const double *times, const double *inputs, const double *input_rates,
-            const double *x, double relative, const double *absolute, double *width, double *rows)
+   go on with; each: null, or where to keep the steps. */
+static int advanced(const double *p, const double *k, int count, const double *times, const double *inputs,
+                    const double *input_rates, const double *x, double relative, const double *absolute, double *width,
+                    double *rows, record *each)
 {
-    double now[ALL], whole[ALL], half[ALL], two[ALL], unit[ALL];
+    double now[ALL], whole[END], half[END], two[END], unit[ALL];
     int steps = 0;
     for (int i = 0; i < ALL; i++) {
         now[i] = x[i];
@@ -246,7 +278,14 @@ int advance(const double *p, const double *k, int count, const double *times, co
                 const double next = taken * (more < 4.0 ? more : 4.0);
                 *width = last && next < *width ? *width : next; /* a step cut short by the end says nothing of longer ones */
             }
-            time = last ? one.end : time + taken;
+            const double reached = last ? one.end : time + taken;
+            if (found == two) {
+                kept(each, time, time + 0.5 * taken, now, half);
+                kept(each, time + 0.5 * taken, reached, half, two);
+            } else {
+                kept(each, time, reached, now, whole);
+            }
+            time = reached;
             for (int i = 0; i < ALL; i++) {
                 now[i] = found[i];
             }
@@ -256,6 +295,12 @@ int advance(const double *p, const double *k, int count, const double *times, co
         }
     }
     return 0;
+}
+
+int advance(const double *p, const double *k, int count, const double *times, const double *inputs, const double *input_rates,
+            const double *x, double relative, const double *absolute, double *width, double *rows)
+{
+    return advanced(p, k, count, times, inputs, input_rates, x, relative, absolute, width, rows, 0);
 }
 
 void rates_at(const double *p, const double *k, const double *x, const double *u, const double *du, double *f)

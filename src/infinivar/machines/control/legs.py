@@ -251,7 +251,7 @@ class _Admittance:
         return self.mechanics.load.apart(pose, self.pose)
 
     def _changes(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-        return self.mechanics.load.at(pose[None], twist[None]).changes[0]
+        return self.mechanics.load.changes(pose[None], twist[None])[0]
 
     def _moved(self, pose: np.ndarray, step: np.ndarray) -> np.ndarray:
         """A pose after a small twist in unit time."""
@@ -279,7 +279,7 @@ class _Admittance:
             return np.zeros(len(forces))
         wheel = self.mechanics.transmission.wheel
         most = _NEVER_SLIPS * wheel.slip_force
-        creepage = wheel.creepage(np.clip(-forces, -most, most), groups=wheel.groups(abs(surface)))
+        creepage = wheel.creepage(np.clip(-forces, -most, most), groups=wheel.groups(self.mechanics.surface_speed))
         return math.copysign(1.0, surface) * np.arctan(np.asarray(creepage))
 
     def _cylinder_speed(self, speed: np.ndarray, forces: np.ndarray) -> float:

@@ -260,18 +260,17 @@ def following_pose(
     largest : float          Angle to which the wheels can be steered. [rad]
     """
 
-    def planned(time: float) -> np.ndarray:
-        pose, twist = load.along(motion, time)
-        return load.at(pose[None], twist[None]).speed[0]
-
     def law(time: float, c: np.ndarray, nu: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        pose, twist = load.along(motion, time)
-        jacobian = load.at(c[None], nu[None, :-1]).jacobian[0]
+        before, after = around(motion, time)
+        poses, twists = load.along(motion, time, before, after)
+        pose, twist = poses[0], twists[0]
+        # As the machine is, and as planned before and after.
+        link = load.at(np.stack([c, *poses[1:]]), np.stack([nu[:-1], *twists[1:]]))
+        jacobian = link.jacobian[0]
         off = load.apart(c, pose)
         turning = turning_speed(float(nu[-1]), set_speed)
         slope = -(jacobian @ (twist + gain * off)) / (radius * turning)
-        before, after = around(motion, time)
-        acceleration = (planned(after) - planned(before)) / (after - before)
+        acceleration = (link.speed[2] - link.speed[1]) / (after - before)
         change = -(acceleration + gain * (jacobian @ (twist - nu[:-1]))) / (radius * turning)
         goal = np.clip(np.arctan(slope), -largest, largest)
         return goal, np.where(np.abs(goal) < largest, change / (1.0 + slope * slope), 0.0)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from infinivar.machines.compiled import Motion, derivative_of
 from infinivar.machines.control.controller import Law, Measured, checked
 from infinivar.machines.control.loops import Commands, Loops
 from infinivar.machines.control.sampling import Sensing
-from infinivar.machines.system import Inputs, System
+from infinivar.machines.system import Inputs, Outside, System
 
 
 @dataclass(slots=True)
@@ -36,6 +37,9 @@ class Sensors:
 
     sensing: Sensing
     system: System
+    motion: Motion | None = None
+    """Of the system, where it is compiled."""
+    derivative: Callable[[Inputs, float, np.ndarray], np.ndarray] = field(init=False)
     steps: np.ndarray = field(init=False)
     """Resolution of each component of the configuration. (c,)"""
     stepped: bool = field(init=False)
@@ -48,6 +52,7 @@ class Sensors:
     def __post_init__(self) -> None:
         """Begin without memory."""
         sensing = self.sensing
+        self.derivative = derivative_of(self.system, self.motion)
         names = self.system.mechanics.configuration
         self.steps = np.array(
             [sensing.position_resolution if name.endswith("_m") else sensing.angle_resolution for name in names]
@@ -67,7 +72,7 @@ class Sensors:
         first, second, _ = system.places
         c, nu = state[:first], state[first:second]
         position = quantised(c, self.steps) if self.stepped else c
-        angles, turning = (row[0] for row in system.steering(np.array([time]), state[None]))
+        angles, turning = (row[0] for row in system.steering(Outside(), state[None]))
         heading = angles
         if sensing.steering_resolution > 0.0:
             heading = quantised(angles, np.full(len(angles), sensing.steering_resolution))
@@ -95,13 +100,12 @@ class Sensors:
         )
 
     def _force(self, time: float, state: np.ndarray, c: np.ndarray, nu: np.ndarray, inputs: Inputs) -> np.ndarray:
-        system, hand = self.system, self.system.hand
+        hand = self.system.hand
         assert hand is not None
         now, first = np.array([time]), len(c)
         acceleration = np.zeros((1, len(nu)))
         if hand.arm is not None:
-            derivative = system.rates(inputs, now, state[None]).derivative
-            acceleration = derivative[:, first : first + len(nu)]
+            acceleration = self.derivative(inputs, time, state)[None, first : first + len(nu)]
         force = hand.felt(now, c[None], nu[None], acceleration)[0]
         if self.sensing.force_noise > 0.0:
             force = force + self.sensing.force_noise * self.noise.standard_normal(len(force))

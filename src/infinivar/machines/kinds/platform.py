@@ -134,14 +134,18 @@ class PlatformLoad(Load):
         position, rotation = pose[:, :3], pose[:, 3:]
         turn = rotation_matrix(rotation)
         moves = self.platform.moving(position, turn, twist)
-        changes = np.concatenate([twist[:, :3], rotation_rate(rotation, twist[:, 3:])], axis=-1)
+        changes = self.changes(pose, twist)
         demand = np.stack([moves.reach, self.platform.travel_demand(moves.link_position)], axis=-1)
         body = rigid_body(self.mass, self.inertia, turn, twist)
         return LinkMotion(moves.jacobian, moves.link_speed, moves.bias, changes, body, demand, moves.link_position)
 
     def twist_of(self, pose: np.ndarray, rate: np.ndarray) -> np.ndarray:
         """With the angular velocity of the rotation vector."""
-        return np.concatenate([rate[:3], angular_velocity(pose[3:], rate[3:])])
+        return np.concatenate([rate[..., :3], angular_velocity(pose[..., 3:], rate[..., 3:])], axis=-1)
+
+    def changes(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+        """With the rate of the rotation vector."""
+        return np.concatenate([twist[:, :3], rotation_rate(pose[:, 3:], twist[:, 3:])], axis=-1)
 
     def apart(self, pose: np.ndarray, goal: np.ndarray) -> np.ndarray:
         """With the turn between the rotations."""

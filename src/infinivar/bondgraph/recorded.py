@@ -1,0 +1,216 @@
+"""Arrays of numbers on a tape: functions of NumPy arrays are recorded as they stand, element by element.
+
+Sums, products and copies are NumPy's own, on arrays of objects. What decides by a value is recorded as a choice, and systems of
+linear equations are solved without pivots, so that their matrices must be symmetric and positive definite.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from infinivar.bondgraph.tape import OPERATIONS, Number, Tape, TapeNamespace, Value
+
+_DIRECT = (np.add, np.subtract, np.multiply, np.matmul, np.negative, np.positive)
+"""NumPy's own on arrays of objects."""
+
+_NAMES = {
+    "absolute": "abs",
+    "arccos": "acos",
+    "arcsin": "asin",
+    "arctan": "atan",
+    "arctan2": "atan2",
+    "bitwise_and": "and",
+    "bitwise_or": "or",
+    "divide": "truediv",
+    "equal": "eq",
+    "greater": "gt",
+    "greater_equal": "ge",
+    "invert": "not",
+    "less": "lt",
+    "less_equal": "le",
+    "logical_and": "and",
+    "logical_not": "not",
+    "logical_or": "or",
+    "not_equal": "ne",
+    "power": "pow",
+}
+"""Operations of a tape by the names of NumPy's functions, where they differ."""
+
+
+class Recorded(np.ndarray):
+    """An array whose elements are floats and values of one tape."""
+
+    tape: Tape
+
+    def __new__(cls, tape: Tape, elements: Any) -> Recorded:
+        """Elements in nested sequences."""
+        found = np.array(elements, dtype=object).view(cls)
+        found.tape = tape
+        return found
+
+    def __array_finalize__(self, other: Any) -> None:
+        """Views and copies share the tape."""
+        self.tape = getattr(other, "tape", None)  # type: ignore[assignment]
+
+    def __array_namespace__(self, api_version: str | None = None) -> RecordedNamespace:  # type: ignore[override]
+        """Array namespace of this class, as the Python array API requires."""
+        return RecordedNamespace(self.tape)
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, out: Any = None, **options: Any) -> Any:
+        """Record a function of NumPy."""
+        tape = next(one.tape for one in inputs if isinstance(one, Recorded))
+        if ufunc in _DIRECT:
+            found = getattr(ufunc, method)(*(_plain(one) for one in inputs), **options)
+        elif method == "__call__":
+            found = _each(functools.partial(_recorded, tape, ufunc.__name__), *map(_objects, inputs))
+        else:
+            raise TypeError(f"the tape has no {ufunc.__name__}.{method}")
+        made = Recorded(tape, found)
+        if out is None:
+            return made
+        out[0][...] = made
+        return out[0]
+
+    def __array_function__(self, function: Any, types: Any, inputs: Any, options: Any) -> Any:
+        """Choices and linear equations are recorded; all else rearranges elements."""
+        own = {np.where: _where, np.linalg.solve: _solve, np.clip: _clip}.get(function)
+        if own is not None:
+            return Recorded(self.tape, own(self.tape, *inputs, **options))
+        found = super().__array_function__(function, types, inputs, options)
+        return Recorded(self.tape, found) if isinstance(found, np.ndarray) and found.dtype == object else found
+
+
+class RecordedNamespace:
+    """The functions of the Python array API that formulas use, on arrays of a tape."""
+
+    __name__ = "tape"
+    float64 = int64 = float
+    pi, inf, nan = math.pi, math.inf, math.nan
+
+    def __init__(self, tape: Tape) -> None:
+        """Record on a tape."""
+        self._tape, self._scalars = tape, TapeNamespace(tape)
+
+    @property
+    def settled(self) -> Value:
+        """As on scalars."""
+        return self._scalars.settled
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        """Function of scalars, of each element, or one that rearranges elements."""
+        if name not in OPERATIONS and name not in ("clip", "maximum", "minimum", "hold"):
+            return getattr(np, name)
+        function = getattr(self._scalars, name)
+        if name == "hold":
+            return function
+        return lambda *arrays: Recorded(self._tape, _each(function, *map(_objects, arrays)))
+
+    def asarray(self, value: Any, dtype: Any = None) -> Any:
+        """The same."""
+        return value
+
+    def astype(self, value: Any, dtype: Any) -> Any:
+        """The same: whole numbers are kept as floats."""
+        return value
+
+    def take(self, table: Any, place: Any, axis: int | None = None) -> Any:
+        """Elements of a table, or of an array that does not change, or those of any array at places that do not change."""
+        if axis is not None:
+            return np.take(table, np.asarray(place, dtype=int), axis=axis)
+        return Recorded(self._tape, _each(lambda one: self._scalars.take(table, one), _objects(place)))
+
+    def broadcast_arrays(self, *arrays: Any) -> tuple[Recorded, ...]:
+        """All in one shape."""
+        return tuple(Recorded(self._tape, one) for one in np.broadcast_arrays(*map(_objects, arrays)))
+
+    def all(self, array: Any) -> Number:
+        """Whether a condition holds everywhere."""
+        return functools.reduce(functools.partial(self._tape.record, "and"), np.ravel(_objects(array)).tolist())
+
+    def loop(
+        self, step: Callable[..., tuple[Sequence[Any], Any]], starts: Sequence[Any], steps: int
+    ) -> tuple[Recorded, ...]:
+        """Repeat a step on arrays until it ends for all elements, at most `steps` times."""
+        wide = np.broadcast_arrays(*map(_objects, starts))
+        shape, size = wide[0].shape, wide[0].size
+
+        def arrays(values: Sequence[Number]) -> list[Recorded]:
+            return [
+                Recorded(self._tape, np.reshape(np.array(values[at : at + size], dtype=object), shape))
+                for at in range(0, len(values), size)
+            ]
+
+        def flat(some: Sequence[Any]) -> list[Number]:
+            return [one for each in some for one in np.broadcast_to(_objects(each), shape).ravel().tolist()]
+
+        def each(*values: Number) -> tuple[list[Number], Number]:
+            new, ends = step(*arrays(values))
+            return flat(new), ends if isinstance(ends, bool) else self.all(ends)
+
+        return tuple(arrays(self._tape.loop(each, flat(wide), steps)))
+
+
+def _objects(value: Any) -> np.ndarray:
+    return np.asarray(value, dtype=object)
+
+
+def _plain(value: Any) -> Any:
+    return _objects(value) if isinstance(value, (np.ndarray, Value)) else value
+
+
+def _each(function: Callable[..., Number], *arrays: np.ndarray) -> np.ndarray:
+    """A function of scalars on arrays that broadcast."""
+    wide = np.broadcast_arrays(*arrays)
+    found = np.empty(wide[0].shape, dtype=object)
+    for place in np.ndindex(found.shape):
+        found[place] = function(*(one[place] for one in wide))
+    return found
+
+
+def _recorded(tape: Tape, name: str, *values: Number) -> Number:
+    if name == "square" or (name == "power" and not isinstance(values[1], Value) and values[1] == 2):
+        return values[0] * values[0]
+    if name in ("maximum", "minimum"):
+        return getattr(TapeNamespace(tape), name)(*values)
+    return tape.record(_NAMES.get(name, name), *values)
+
+
+def _where(tape: Tape, condition: Any, yes: Any, no: Any) -> np.ndarray:
+    return _each(functools.partial(tape.record, "where"), *map(_objects, (condition, yes, no)))
+
+
+def _clip(tape: Tape, values: Any, low: Any, high: Any) -> np.ndarray:
+    return _each(TapeNamespace(tape).clip, *map(_objects, (values, low, high)))
+
+
+def _solve(tape: Tape, matrix: Any, right: Any) -> np.ndarray:
+    """Solutions of linear equations with symmetric positive definite matrices, by the factors ``L D L^T``. (..., n, k)"""
+    shape = np.broadcast_shapes(np.shape(matrix)[:-2], np.shape(right)[:-2])
+    matrix = np.broadcast_to(_objects(matrix), (*shape, *np.shape(matrix)[-2:]))
+    found = np.array(np.broadcast_to(_objects(right), (*shape, *np.shape(right)[-2:])))
+    for place in np.ndindex(shape):
+        lower, diagonal = _factors(matrix[place])
+        x = found[place]
+        for row in range(len(x)):
+            x[row] = x[row] - sum(lower[row][i] * x[i] for i in range(row))
+        for row in reversed(range(len(x))):
+            x[row] = x[row] / diagonal[row] - sum(lower[i][row] * x[i] for i in range(row + 1, len(x)))
+    return found
+
+
+def _factors(matrix: np.ndarray) -> tuple[list[list[Number]], list[Number]]:
+    """L, below its diagonal of ones, and D of a symmetric matrix."""
+    lower: list[list[Number]] = []
+    diagonal: list[Number] = []
+    for row in range(len(matrix)):
+        scaled: list[Number] = []
+        for column in range(row):
+            scaled.append(matrix[row, column] - sum(scaled[i] * lower[column][i] for i in range(column)))
+        lower.append([one / by for one, by in zip(scaled, diagonal, strict=True)])
+        diagonal.append(matrix[row, row] - sum(one * by for one, by in zip(scaled, lower[row], strict=True)))
+    return lower, diagonal
