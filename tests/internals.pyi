@@ -41,6 +41,7 @@ from infinivar.analysis.compare import work_through
 from infinivar.analysis.cycles import cylinder_policy, performance
 from infinivar.analysis.cycles.cylinder_policy import RANGE as POLICY_RANGE
 from infinivar.analysis.cycles.cylinder_policy import schedule as policy_schedule
+from infinivar.analysis.cycles.duty_cycle import warmed
 from infinivar.analysis.cycles.mixed_use import mixed_use
 from infinivar.analysis.cycles.performance import demands as cycle_demands
 from infinivar.analysis.cycles.shaking import amplitude as shaking_amplitude
@@ -113,6 +114,11 @@ from infinivar.calibration import reduce as reduced_data
 from infinivar.calibration import transmission as calibration_model
 from infinivar.calibration.dynamometer import Dynamometer, read_dynamometer
 from infinivar.calibration.fit import fit as fit_problem
+from infinivar.calibration.measured.actuator import BACKDRIVE
+from infinivar.calibration.measured.heating import temperatures as heated_temperatures
+from infinivar.calibration.measured.law import At as MeasuredAt
+from infinivar.calibration.measured.sets import read_rows as read_measured_rows
+from infinivar.calibration.measured.sets import read_set, shipped_sets
 from infinivar.calibration.options import CalibrateOptions, RigOptions
 from infinivar.calibration.problem import Problem
 from infinivar.calibration.transmission import COLUMNS as CALIBRATION_COLUMNS
@@ -139,14 +145,16 @@ from infinivar.contact.friction import STICK_SPEED as FRICTION_STICK_SPEED
 from infinivar.contact.friction import coulomb
 from infinivar.displays.handle_session import PARTS as SESSION_PARTS
 from infinivar.displays.handle_session import cobotic_part, geared_part
-from infinivar.displays.kinds import _Contact as DisplayContact
+from infinivar.displays.pair import CONVENTIONAL as CONVENTIONAL_ROUND
 from infinivar.displays.pair import display_choices
 from infinivar.displays.passivity_check import (
     general_required_damping,
     required_damping,
+    required_friction,
+    virtual_coupling,
     wall_transfer,
 )
-from infinivar.displays.rounds import CONVENTIONAL as CONVENTIONAL_ROUND
+from infinivar.displays.plants import Contact as DisplayContact
 from infinivar.displays.rounds import DISPLAYS as DISPLAY_ROUNDS
 from infinivar.displays.rounds import RESTING, STOPPED, TURNING, round_of
 from infinivar.displays.sampled_loop import impedance, run_in_time, sampled_loop
@@ -278,7 +286,9 @@ from infinivar.parts.bearing import Series as BearingSeries
 from infinivar.parts.gear_friction import friction_budget, stribeck_friction
 from infinivar.parts.gear_friction import terms as gear_friction_terms
 from infinivar.parts.gear_law import Torsion
+from infinivar.parts.heat import warm as warm_motor
 from infinivar.parts.heat_steps import over as heat_over
+from infinivar.parts.heat_steps import rates as heat_rates
 from infinivar.parts.heat_steps import windings as heat_windings
 from infinivar.parts.shaft_bearings import WheelLoad, spread
 from infinivar.parts.strain_wave import strain_wave_friction
@@ -303,6 +313,7 @@ from infinivar.report import page as report_page
 from infinivar.report import saving as report_saving
 from infinivar.report import video
 from infinivar.report.calibration import save_data as save_calibration_data
+from infinivar.report.measured import rows as rows_of_measured
 from infinivar.report.motion_summary import rows as motion_summary_rows
 from infinivar.report.output import all_or_nothing
 from infinivar.report.output import claimed as claimed_output

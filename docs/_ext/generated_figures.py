@@ -209,6 +209,20 @@ def draw_measurements(app) -> None:
     style.write(measurements.draw_gears(), folder / "gear_friction", ("svg",))
 
 
+def draw_measured_sets(app) -> None:
+    """Draw the shipped measured sets, and write their table."""
+    from infinivar.calibration import measured_report
+    from infinivar.calibration.measured.sets import read_set, shipped_sets
+    from infinivar.figures import style
+    from infinivar.report.measured import table
+
+    folder = Path(app.srcdir) / "reference" / "generated"
+    found = [measured_report(name) for name in shipped_sets() if read_set(name).rows is not None]
+    (folder / "measured_table.md").write_text(table(found), "utf-8")
+    for one in found:
+        style.write(one.plot(), folder / f"measured_{one.set.name}", ("svg",))
+
+
 DRAWINGS = (
     draw,
     draw_sphere,
@@ -219,6 +233,7 @@ DRAWINGS = (
     draw_machine_run,
     draw_motion,
     draw_measurements,
+    draw_measured_sets,
 )
 
 

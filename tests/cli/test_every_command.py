@@ -38,6 +38,7 @@ COMMANDS = {
     "graph": (["graph", "hand_controller", "motor2-gear4"], "Wrote graph.svg"),
     "export": (["export", "hand_controller", "motor2-gear4", "--as", "fmu3"], "Wrote out/motor2_gear4.fmu"),
     "rig": (["rig", "hand_controller", "--ratios", "8", "--loads", "0.5"], "runs written to rig.csv"),
+    "measured": (["measured", "list"], "screws_and_worm"),
     "calibrate": (["calibrate", "bench.csv", "--study", "bench.toml", "--drive", "joint"], "torque_constant = "),
     "reproduce": (["reproduce", "--figure", "7"], "claim"),
     "schema": (["schema"], '"$schema"'),

@@ -758,7 +758,7 @@ def test_the_command_writes_what_the_function_does(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"kind": "fmu4"}, "kind must be one of fmu2, fmu3, c, got 'fmu4'"),
+        ({"kind": "fmu4"}, "kind must be one of fmu2, fmu3, c, mujoco, got 'fmu4'"),
         ({"drive": "cobotic"}, "drive"),
         ({"drive": loaded("six_leg_display").drives["one-motor"]}, "machine"),
         ({"scenario": "shake"}, "scenario"),

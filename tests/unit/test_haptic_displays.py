@@ -267,6 +267,10 @@ def test_laws_of_guidance_at_their_ends():
         ({"samples_late": 2}, r"samples_late must be one of 0, 1"),
         ({"rate_feedforward": "yes"}, r"rate_feedforward must be true or false"),
         ({"drive": None}, r"drive must be a CoboticDrive, got None"),
+        ({"viscous_friction": 1.0}, r"viscous_friction does not apply"),
+        ({"structure_stiffness": 0.0}, r"structure_stiffness must be > 0 N/m"),
+        ({"sensor_stiffness": -1.0}, r"sensor_stiffness must be > 0 N/m"),
+        ({"structure_damping": -1.0}, r"structure_damping must be >= 0 N s/m"),
     ],
 )
 def test_malformed_admittance_displays(admittance, wrong, message):
@@ -285,8 +289,8 @@ def test_drives_that_are_no_displays(drives, admittance, geared):
     with pytest.raises(iv.ParameterError, match=r"drive\.output must have no springs or linkage"):
         replace(admittance, drive=replace(drives["cobotic"], output=spring))
     drive = drives["motor2-gear4"]
-    with pytest.raises(iv.ParameterError, match=r"drive\.gearhead\.stiffness must be left out"):
-        replace(geared, drive=replace(drive, gearhead=replace(drive.gearhead, stiffness=50.0)))
+    with pytest.raises(iv.ParameterError, match="filter_frequency is missing: the force sensor of a geared drive"):
+        iv.displays.AdmittanceDisplay(drive=drive, virtual_mass=1.0)
     with pytest.raises(iv.ParameterError, match="along a line"):
         replace(geared, drive=replace(drive, pulley=None, shaft=iv.parts.Shaft(), guideway=iv.parts.Guideway()))
     with pytest.raises(iv.ParameterError, match="rotor_inertia is missing"):
@@ -329,7 +333,8 @@ def test_unknown_arms():
             "steering_bandwidth must be <= a tenth of sample_rate",
         ),
         ({"virtual_mass": "many", "wall_stiffness": [1.0, 2.0]}, "over.virtual_mass must be a real number or an array"),
-        ({"viscous_friction": [1.0, 2.0], "wall_stiffness": [1.0, 2.0]}, "unknown parameter 'viscous_friction'"),
+        ({"viscous_friction": [1.0, 2.0], "wall_stiffness": [1.0, 2.0]}, "viscous_friction does not apply"),
+        ({"force_gain": [1.0, 2.0], "wall_stiffness": [1.0, 2.0]}, "unknown parameter 'force_gain'"),
     ],
 )
 def test_malformed_maps(admittance, over, message):

@@ -92,6 +92,9 @@ MAKE = {
     "DisplayComparison": lambda folder: iv.displays.compare_displays(
         iv.displays.DisplayPair(cobotic=LEG, conventional=SEPARATE), axes=(1,)
     ),
+    "DirectionLimits": lambda folder: iv.displays.worst_direction(
+        iv.displays.AdmittanceDisplay(drive=LEG, virtual_mass=1.0, filter_frequency=100.0), np.eye(2), ARM
+    ),
     "Doubt": lambda folder: iv.doubt(_sized(folder), builds=16),
     "GuidanceLimits": lambda folder: iv.displays.guidance_limits(LEG, speed=0.3, push=20.0),
     "Hanging": lambda folder: iv.compare(machines(), quick=True).hangs_on,
@@ -104,6 +107,7 @@ MAKE = {
     "MachineComparison": lambda folder: compare_machines(machines()),
     "MachinePoint": lambda folder: LEGS.operate(HOME, wrench=100.0 * RISING, twist=RISING),
     "MachineRun": lambda folder: machine_runs.run("planar"),
+    "MeasuredReport": lambda folder: iv.calibration.measured_report("robot_motors"),
     "MechanismPoint": lambda folder: CART.mechanism.solve(
         heading=[0.0, 0.0, 0.0], rates={"x": 0.5}, applied={"y": 0.0, "angle": 0.0}
     ),

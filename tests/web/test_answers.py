@@ -170,6 +170,76 @@ def test_the_glance_says_when_none_leads(opened_study):
     assert answered("glance", sessions).header["rows"] == []
 
 
+def changed(sent, changes):
+    """A request with other values in its tables."""
+    made = copy.deepcopy(sent)
+    for one in changes:
+        inside = made["tables"]
+        for key in one["at"][:-1]:
+            inside = inside.setdefault(key, {})
+        inside[one["at"][-1]] = float(one["text"]) if one["text"].replace(".", "", 1).isdigit() else one["text"]
+    return made
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "drive", "stated"),
+    [
+        ("hand_controller", "motor1-gear1", {}),
+        ("hand_controller", "motor1-gear2", {}),
+        ("hand_controller", "motor1-gear3", {}),
+        ("hand_controller", "motor2-gear4", {"requirement": {"force": "80 N"}}),
+        ("hand_controller", "cobotic", {"requirement": {"power": "20 W"}}),
+        ("ankle_walking", "geared", {}),
+        ("knee_walking", "geared", {"requirement": {"force": "260 N"}}),
+        ("reach_and_hold", "geared", {"requirement": {"force": "60 N"}}),
+    ],
+)
+def test_what_would_mend_a_drive_does(name, drive, stated):
+    """The whole comparison of the changed tables finds the drive able, which the search does not ask."""
+    sent = answered("shipped", {"which": name}).header
+    for table, values in stated.items():
+        sent["tables"][table] = {**sent["tables"].get(table, {}), **values}
+
+    def able(request):
+        return next(row["able"] for row in answered("glance", request).header["rows"] if row["name"] == drive)
+
+    assert not able(sent)
+    rows = answered("mend", {**sent, "drive": drive}).header["rows"]
+    assert rows
+    assert len({json.dumps(row) for row in rows}) == len(rows)
+    for changes in rows[:3]:
+        assert able(changed(sent, changes))
+        if len(changes) == 1:
+            continue
+        # None of several changes is idle.
+        for left in changes:
+            assert not able(changed(sent, [one for one in changes if one is not left]))
+
+
+def test_the_torque_that_mends_a_geared_drive_is_that_of_its_limit(opened_study):
+    (changes,) = answered("mend", {**opened_study, "drive": "motor1-gear3"}).header["rows"]
+    limit = iv.compare(iv.load_study("hand_controller"), quick=True).results["motor1-gear3"].tightest
+    (torque,) = changes
+    assert torque["label"] == "Motor › Continuous torque"
+    assert float(torque["text"].split()[0]) == pytest.approx(
+        26.3 / limit.value, rel=0.06
+    )  # friction grows with rated torque
+
+
+def test_what_would_mend_a_point(opened_study):
+    sent = {**opened_study, "drive": "motor2-gear4", "speed": 0.3, "force": 60.0}
+    rows = answered("mend", sent).header["rows"]
+    for changes in rows:
+        point = answered("point", changed(sent, changes)).header
+        assert point["feasible"]
+    assert not answered("point", sent).header["feasible"]
+    assert answered("mend", {**sent, "force": 20.0}).header["reason"] == "Nothing: it is within all limits."
+    machine = answered("shipped", {"which": "planar_cart"}).header
+    name = next(iter(machine["tables"]["drives"]))
+    assert answered("mend", {**machine, "drive": name}).header["rows"] == []
+
+
 def test_tasks_are_those_of_the_comparison():
     shipped = answered("shipped", {"which": "two_joint_arm"}).header
     found = answered("tasks", shipped).header

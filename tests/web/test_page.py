@@ -66,6 +66,19 @@ def test_the_answer_stands_above_the_maps(page):
     page.page.locator("#panel-balance strong", has_text="Motor 2, 4:1").wait_for()
 
 
+def test_two_clicks_make_a_drive_feasible_and_one_undoes_it(page):
+    page.opened("hand_controller")
+    answer = page.by_id("glance")
+    answer.get_by_role("button", name="Motor 1, 4:1").click()
+    answer.get_by_role("button", name="What would mend it?").click()
+    answer.get_by_role("button", name="Apply").first.click()
+    row = answer.locator("tbody tr", has_text="Motor 1, 4:1")
+    row.locator(".yes").wait_for()
+    page.page.keyboard.press("Control+z")
+    row.locator("span.no").wait_for()
+    page.settled()
+
+
 def test_a_slider_moves_the_numbers_to_those_of_the_public_functions(page, tmp_path):
     before = page.efficiency(COBOTIC)
     page.slide("Preload", 800)

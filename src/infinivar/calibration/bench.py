@@ -32,6 +32,8 @@ class Parameter(NamedTuple):
     """Whether the model divides by it, so that a fit keeps it well above zero."""
     most: float = math.inf
     """Value that a fit stays below. [SI]"""
+    least: float = 0.0
+    """Value that a fit stays above. [SI]"""
 
 
 class Error(NamedTuple):
@@ -85,6 +87,8 @@ class Bench(Frozen, ABC):
     """Signals whose expected readings depend on a law that may be bent."""
     shared_errors: ClassVar[bool] = False
     """Whether an error of one sensor is in the expected readings of several signals."""
+    alike: ClassVar[bool] = False
+    """Whether the sensors of all signals are alike, so that what the model leaves of each has one weight."""
 
     signals: tuple[str, ...]
     read: np.ndarray

@@ -90,12 +90,15 @@ class Problem(Frozen):
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Bounds of the unknowns: parameters are positive, divisors well above zero, with room for a step of differences.
+        """Bounds of the unknowns: most parameters are positive, divisors well above zero, with room for a step of differences.
 
         Errors stay where the model is valid, as a fit with the wrong law could try a negative preload.
         """
         fitted = [self.data.parameters[name] for name in self.names]
-        least = [1e-3 if one.divides else 2.0 * STEP for one in fitted]
+        least = [
+            1e-3 if one.divides else one.least / scale + 2.0 * STEP
+            for one, scale in zip(fitted, self.scales, strict=True)
+        ]
         most = [one.most / scale for one, scale in zip(fitted, self.scales, strict=True)]
         stated = self.data.errors(self.rig)
         ends = [stated.get(name, Error(1.0)) for name in self.errors]
@@ -206,7 +209,9 @@ class Problem(Frozen):
         return replace(self, whitening=None)
 
     def heard(self, noise: np.ndarray) -> Problem:
-        """The problem with other noise."""
+        """The problem with other noise; the same for signals of sensors that are alike."""
+        if self.data.alike:
+            noise = np.full(noise.shape, np.sqrt(np.mean(np.square(noise))))
         return replace(self, noise=np.maximum(noise, _LEAST * _size(self.data)))
 
     def decorrelated(self, off: np.ndarray) -> Problem:

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from infinivar import __version__
-from infinivar.cli import catalogue, files, motions, rigs, runs, sessions, studies, sweeps
+from infinivar.cli import catalogue, files, measured, motions, rigs, runs, sessions, studies, sweeps
 from infinivar.console import run, say
 
 app = typer.Typer(
@@ -28,6 +28,7 @@ for command in (
 ):
     app.command()(command)
 app.add_typer(catalogue.app, name="catalogue")
+app.add_typer(measured.app, name="measured")
 app.add_typer(sweeps.app, name="sweep")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -25,10 +25,22 @@ _WIDTH = 13
 @with_options
 def motion(
     options: MotionOptions,
-    file: Annotated[Path, typer.Argument(help="Recording: CSV, OpenSim .sto or .mot, or Parquet.", show_default=False)],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="Recording: CSV, OpenSim .sto or .mot, Parquet, or arrays of MuJoCo, .npz.", show_default=False
+        ),
+    ],
     load_mass: Annotated[
         str | None,
         typer.Option("--load-mass", help='Mass of the load, for the power, such as "0.8 kg" or "0.1 kg m^2".'),
+    ] = None,
+    model: Annotated[
+        Path | None, typer.Option("--model", help="Model of MuJoCo that an .npz file belongs to, MJCF or MJB.")
+    ] = None,
+    joint: Annotated[
+        str | None,
+        typer.Option("--joint", help="Name of the joint of that model; its motion is written as a recording."),
     ] = None,
     out: Out = Path("out"),
     as_json: Json = False,
@@ -36,19 +48,44 @@ def motion(
     """Show what is understood of a recorded motion.
 
     Columns, units, sampling, gaps, whether it closes, cutoff, spectrum, power and strides; write a page with plots.
+    Of a trajectory in MuJoCo, also write the motion of one joint as a recording that a study can read.
     """
     from infinivar.analysis.motion_summary import inspect_motion
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
 
+    given = options.arguments()
     with claimed(out):
         try:
-            found = inspect_motion(file, **options.arguments(), load_mass=_load_mass(load_mass)[0])
+            recording = _of_joint(file, model, joint, out, given)
+            found = inspect_motion(recording, **given, load_mass=_load_mass(load_mass)[0])
         except ParameterError as problem:
             raise InputError(f"{printable(file)}: {problem}") from problem
         _check_load_mass(load_mass, about_a_joint=found.axis.rotary)
         files = save(found, out)
-    end(found.to_dict, _lines(found), files, as_json=as_json)
+    written = [] if recording == file else [recording]
+    end(
+        found.to_dict,
+        _lines(found),
+        [*files, *written],
+        as_json=as_json,
+        beside=(f"Recording: {one}" for one in written),
+    )
+
+
+def _of_joint(file: Path, model: Path | None, joint: str | None, out: Path, given: dict[str, Any]) -> Path:
+    """The recording: of a trajectory in MuJoCo that of a joint, written first, with the columns that are chosen for it."""
+    from infinivar.motion.files.joints import joint_recording
+
+    if file.suffix.lower() != ".npz":
+        option = "--model" if model is not None else "--joint" if joint is not None else None
+        if option is not None:
+            raise InputError(f"{option} applies to a trajectory in MuJoCo, a file .npz; got {printable(file)}")
+        return file
+    if model is None or joint is None:
+        raise InputError(f"{printable(file)}: state the model with --model FILE.xml, and its joint with --joint NAME")
+    name = "".join(one if one.isalnum() or one in "-_" else "_" for one in joint)
+    return joint_recording(file, model, joint, out / f"{name}.csv", columns=given.pop("columns", None))
 
 
 def _load_mass(text: str | None) -> tuple[float, bool]:

@@ -303,7 +303,7 @@ def export(
             "--as",
             metavar="FORMAT",
             help="fmu2 or fmu3: an FMU of FMI 2.0 or 3.0, for Model Exchange and Co-Simulation; c: C99 sources, of the plant and "
-            "of what a controller needs.",
+            "of what a controller needs; mujoco: an actuator as a plugin of MuJoCo, with models.",
             show_default=False,
         ),
     ],
@@ -317,7 +317,7 @@ def export(
     ] = None,
     out: Out = Path("out"),
 ) -> None:
-    """Write the plant of a drive for other programs.
+    """Write the plant of a drive for other programs, or an actuator of MuJoCo.
 
     An FMU needs no Python; it holds a binary for this platform if a C compiler is found, and sources.
     Inputs are the motors' currents and the force on the load: the plant has no controllers.

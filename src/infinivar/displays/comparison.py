@@ -1,4 +1,4 @@
-"""The same session at the handle on a cobotic and on a conventional display: energy, force, stiffness, mass felt, heat.
+"""The same session at the handle on a cobotic and on conventional displays: energy, force, stiffness, mass felt, heat.
 
 Values that no source states are varied one at a time. A statement is undecidable where the variants that meet the requirement
 disagree.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from infinivar._core.arrays import shown
 from infinivar._core.described import derived, finite, reported
 from infinivar._core.fields import check_instance
 from infinivar._core.result import Result, result
+from infinivar._core.text import joined
 from infinivar.analysis.hanging import Hanging, Judged, decided_again
 from infinivar.analysis.shared_motor import SharedMotor, share_motor
 from infinivar.displays.handle_session import (
@@ -27,8 +28,8 @@ from infinivar.displays.handle_session import (
     geared_part,
 )
 from infinivar.displays.kinds import AdmittanceDisplay, ImpedanceDisplay
-from infinivar.displays.pair import YES_OR_NO, DisplayPair
-from infinivar.displays.rounds import CONVENTIONAL, DISPLAYS, RUN_UP, TURNING, round_of
+from infinivar.displays.pair import CONVENTIONAL, YES_OR_NO, DisplayPair
+from infinivar.displays.rounds import RUN_UP, TURNING, WAYS, round_of
 from infinivar.displays.stability import MASSES, WALLS, least_stable_mass, stiffest_wall
 from infinivar.errors import ParameterError, require
 from infinivar.motion.users import ArmModel
@@ -40,37 +41,41 @@ MARGIN = 1.1
 
 @result
 class DisplayComparison(Result):
-    """A session on both displays, as returned by `compare_displays`; V variants, 4 displays, N numbers of axes.
+    """A session on all displays, as returned by `compare_displays`; V variants, D ways and displays, N numbers of axes.
+
+    Of the force, mass and stiffness there is one of the cobotic display and one of each conventional one: C = D - 2.
 
     Attributes
     ----------
     session : HandleSession
     arm : str                      Whose arm.
     assuming : V texts             What is assumed; the first is as shown.
-    displays : 4 texts             `DISPLAYS`.
+    displays : D texts             Three ways to run the cobotic display, the conventional display, and its rivals.
+    differences : texts            What is not the same for every display, beside its drive.
     axes : (N,) int
     parts : 6 texts                Parts of the session, and the run-ups of the cylinder.
-    energy : (V, 4, N, 6) float    From the supply in one round, nan where a wheel would slip. [J]
+    energy : (V, D, N, 6) float    From the supply in one round, nan where a wheel would slip. [J]
     steering : (V, N) float        Of that, for steering. [J]
-    user : (V, 4, N) float         From the user in one round. [J]
-    winding : (V, 4, N) float      Heat in the winding of the hottest motor, mean of a round. [W]
-    heating : (V, 4, N) float      Root mean square of current over continuous current, of the motor nearest to it. [-]
-    feasible : (V, 4, N) bool      Whether force and speed required are reached, all limits kept, and free motion is stable.
+    user : (V, D, N) float         From the user in one round. [J]
+    winding : (V, D, N) float      Heat in the winding of the hottest motor, mean of a round. [W]
+    heating : (V, D, N) float      Root mean square of current over continuous current, of the motor nearest to it. [-]
+    feasible : (V, D, N) bool      Whether force and speed required are reached, all limits kept, and free motion is stable.
+    limit : (V, D, N) texts        What is exceeded where it is not; "" elsewhere.
     stop : (V, N) float            Time at rest from which it saves energy to stop the cylinder. [s]
-    largest_force : (V, 2) float   Cobotic, conventional: of an axis, at which wheels slip, and which the motor can hold. [N]
-    least_force : (V, 2) float     Friction that the user feels. The cobotic display moves by its force sensor, whose noise is not
-        modelled: 0. [N]
-    least_mass : (V, 2) float      Felt in free motion: the least stable virtual mass with a margin of 1.1 and the handle; the
+    largest_force : (V, C) float   Of an axis, at which wheels slip, and which the motor can hold. [N]
+    least_force : (V, C) float     Friction that the user feels; with a force sensor its noise. [N]
+    least_mass : (V, C) float      Felt in free motion: the least stable virtual mass with a margin of 1.1 and the handle; the
         reflected mass and the handle. nan if none is stable. [kg]
-    largest_mass : (V, 2) float    Felt; inf if any virtual mass above the least is stable. [kg]
-    stiffness : (V, 2) float       Of the stiffest stable wall, over a margin of 1.1. [N m^-1]
-    margin : (V, 2) float          Virtual mass of the session over the least stable one; stable beyond 1; inf without one. [-]
+    largest_mass : (V, C) float    Felt; inf if any virtual mass above the least is stable. [kg]
+    stiffness : (V, C) float       Of the stiffest stable wall, over a margin of 1.1, at the handle. [N m^-1]
+    margin : (V, C) float          Virtual mass of the session over the least stable one; stable beyond 1; inf without one. [-]
     """
 
     session: HandleSession
     arm: str = reported()
     assuming: tuple[str, ...] = reported()
     displays: tuple[str, ...] = reported()
+    differences: tuple[str, ...] = reported()
     axes: np.ndarray = reported()
     parts: tuple[str, ...] = reported()
     energy: np.ndarray = reported("J", convert=finite)
@@ -79,6 +84,7 @@ class DisplayComparison(Result):
     winding: np.ndarray = reported("W", convert=finite)
     heating: np.ndarray = reported("1", convert=finite, key="heating_1")
     feasible: np.ndarray = reported()
+    limit: np.ndarray = reported()
     stop: np.ndarray = reported("s", convert=finite)
     largest_force: np.ndarray = reported("N", convert=finite)
     least_force: np.ndarray = reported("N", convert=finite)
@@ -89,31 +95,42 @@ class DisplayComparison(Result):
 
     @property
     def total(self) -> np.ndarray:
-        """Energy of a round. (V, 4, N) [J]"""
+        """Energy of a round. (V, D, N) [J]"""
         return np.sum(self.energy, axis=-1)
 
-    def cheaper(self, display: str = TURNING) -> tuple[str, ...]:
+    @property
+    def conventionals(self) -> tuple[str, ...]:
+        """The conventional display and its rivals."""
+        return self.displays[len(WAYS) :]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Displays, whatever the cobotic one's cylinder does. C texts"""
+        return ("cobotic", *self.conventionals)
+
+    def cheaper(self, display: str = TURNING, rival: str = CONVENTIONAL) -> tuple[str, ...]:
         """Which display draws less energy at each number of axes.
 
         Parameters
         ----------
-        display : str   How the cobotic display is run, one of `DISPLAYS`.
+        display : str   How the cobotic display is run, one of the first three of `displays`.
+        rival : str     A conventional display.
 
         Returns
         -------
-        N texts   "cobotic", "conventional", or "undecidable" if variants that meet the requirement disagree. If a display exceeds
-            a limit as shown, "cobotic alone" or "conventional alone" for the other one, or "neither".
+        N texts   "cobotic", the name of the rival, or "undecidable" if variants that meet the requirement disagree. If a display
+            exceeds a limit as shown, "cobotic alone" or "conventional alone" for the other one, or "neither".
         """
-        place, other = self._place(display), len(self.displays) - 1
+        place, other = self._place(display), self._rival(rival)
         found = []
         for count in range(len(self.axes)):
             sound = self.feasible[:, place, count] & self.feasible[:, other, count]
             wins = (self.total[:, place, count] < self.total[:, other, count])[sound]
             if not sound[0]:
                 mine, theirs = self.feasible[0, place, count], self.feasible[0, other, count]
-                found.append("cobotic alone" if mine else "conventional alone" if theirs else "neither")
+                found.append("cobotic alone" if mine else f"{rival} alone" if theirs else "neither")
             else:
-                found.append(("cobotic" if wins[0] else "conventional") if np.all(wins == wins[0]) else "undecidable")
+                found.append(("cobotic" if wins[0] else rival) if np.all(wins == wins[0]) else "undecidable")
         return tuple(found)
 
     def range_of(self, values: np.ndarray, feasible: np.ndarray | None = None) -> tuple[float, float, float]:
@@ -122,11 +139,11 @@ class DisplayComparison(Result):
         kept = np.asarray(values)[sound]
         return (float(values[0]), *((float(np.min(kept)), float(np.max(kept))) if kept.size else (math.nan, math.nan)))
 
-    def flips(self, display: str, axes: int) -> tuple[str, ...]:
+    def flips(self, display: str, axes: int, rival: str = CONVENTIONAL) -> tuple[str, ...]:
         """Variants that meet the requirement and reverse which display draws less than with what is shown."""
-        place, count = self._place(display), self._count(axes)
-        both = self.feasible[:, place, count] & self.feasible[:, -1, count]
-        wins = self.total[:, place, count] < self.total[:, -1, count]
+        place, count, other = self._place(display), self._count(axes), self._rival(rival)
+        both = self.feasible[:, place, count] & self.feasible[:, other, count]
+        wins = self.total[:, place, count] < self.total[:, other, count]
         return tuple(
             name for name, win, sound in zip(self.assuming, wins, both, strict=True) if sound and win != wins[0]
         )
@@ -136,13 +153,13 @@ class DisplayComparison(Result):
 
         Parameters
         ----------
-        display : str   How the cobotic display is run, one of `DISPLAYS`.
+        display : str   How the cobotic display is run, one of the first three of `displays`.
         axes : int      One of those compared.
         """
         place, count = self._place(display), self._count(axes)
 
         def judged(variant: int) -> dict[str, Judged]:
-            each = {"cobotic": place, "conventional": len(self.displays) - 1}
+            each = {"cobotic": place, **{name: self._rival(name) for name in self.conventionals}}
             return {
                 name: Judged(bool(self.feasible[variant, row, count]), (float(self.total[variant, row, count]),))
                 for name, row in each.items()
@@ -153,13 +170,13 @@ class DisplayComparison(Result):
             for variant, name in enumerate(self.assuming)
             if (words := _choice_words(name)) is not None
         ]
-        titles = {"cobotic": f"cobotic, {display}", "conventional": CONVENTIONAL}
+        titles = {"cobotic": f"cobotic, {display}", **{name: name for name in self.conventionals}}
         return decided_again(judged(0), answered, titles, f"energy of a round, {_axes_words(axes)}", "J")
 
     @derived()
     def verdict(self) -> str:
         """One-sentence answer: which display draws less energy, by number of axes and by what the cylinder does."""
-        said = [f"{name}: {_grouped(self.axes, self.cheaper(name))}" for name in self.displays[:-1]]
+        said = [f"{name}: {_grouped(self.axes, self.cheaper(name))}" for name in WAYS]
         return f"Less energy in a round of {plain(self.session.round_time)} s: {'; '.join(said)}."
 
     @derived()
@@ -172,7 +189,8 @@ class DisplayComparison(Result):
                 for row, name in enumerate(self.displays)
             ]
             said.append(f"{_axes_words(count)}: {', '.join(each)}")
-        meets = np.any(self.feasible[:, 0] & self.feasible[:, -1], axis=-1)
+        first = len(WAYS)
+        meets = np.any(self.feasible[:, 0] & self.feasible[:, first], axis=-1)
         for title, values, scale, unit in (
             ("largest force of an axis", self.largest_force, 1.0, "N"),
             ("friction felt", self.least_force, 1.0, "N"),
@@ -181,13 +199,13 @@ class DisplayComparison(Result):
         ):
             each = [
                 f"{name} {_span(*self.range_of(scale * values[:, side], meets), unit)}"
-                for side, name in enumerate(("cobotic", "conventional"))
+                for side, name in enumerate(self.names)
             ]
             said.append(f"{title}: {', '.join(each)}")
         count = self.user.shape[-1] - 1
         given = [
             f"{name} {_span(*self.range_of(np.round(self.user[:, row, count], 9) + 0.0, self.feasible[:, row, count]), 'J')}"
-            for row, name in ((0, "cobotic"), (-1, "conventional"))
+            for row, name in ((0, "cobotic"), *enumerate(self.conventionals, first))
         ]
         said.append(f"work of the user, {_axes_words(int(self.axes[-1]))}: {', '.join(given)}")
         return tuple(said)
@@ -195,18 +213,19 @@ class DisplayComparison(Result):
     @derived()
     def _hangs_on(self) -> dict[str, dict[int, Hanging]]:
         """Of each way to run the cobotic display, by number of axes."""
-        return {
-            name: {count: self.hangs_on(name, count) for count in np.asarray(self.axes).tolist()}
-            for name in self.displays[:-1]
-        }
+        return {name: {count: self.hangs_on(name, count) for count in np.asarray(self.axes).tolist()} for name in WAYS}
 
     @derived()
     def _cheaper(self) -> dict[str, tuple[str, ...]]:
-        return {name: self.cheaper(name) for name in self.displays[:-1]}
+        return {name: self.cheaper(name) for name in WAYS}
 
     def _place(self, display: str) -> int:
-        require(display in self.displays[:-1], "display", repr(display), f"one of {', '.join(self.displays[:-1])}")
+        require(display in WAYS, "display", repr(display), f"one of {', '.join(WAYS)}")
         return self.displays.index(display)
+
+    def _rival(self, name: str) -> int:
+        require(name in self.conventionals, "rival", repr(name), f"one of {', '.join(self.conventionals)}")
+        return self.displays.index(name)
 
     def _count(self, axes: int) -> int:
         known = np.asarray(self.axes).tolist()
@@ -218,17 +237,17 @@ def compare_displays(
     pair: DisplayPair,
     session: HandleSession | None = None,
     *,
-    arm: ArmModel | None = None,
+    arm: ArmModel | Sequence[ArmModel] | None = None,
     axes: Sequence[int] = (1, 2, 3, 4, 5, 6),
     variants: Mapping[str, DisplayPair] | None = None,
 ) -> DisplayComparison:
-    """Compare the same session on a cobotic and on a conventional display.
+    """Compare the same session on a cobotic display, on a conventional one, and on its rivals.
 
     Parameters
     ----------
-    pair : DisplayPair               As shown.
+    pair : DisplayPair               As shown, with the rivals.
     session : HandleSession          By default one with all parts.
-    arm : ArmModel                   For stability; by default "vanbeek2015".
+    arm : ArmModel or several        For stability; of several, as grips of one user are, the worst; by default "vanbeek2015".
     axes : (N,) int                  Numbers of axes, rising.
     variants : text to DisplayPair   With other values of what is assumed, such as `assumed_variants`.
 
@@ -247,7 +266,8 @@ def compare_displays(
     arm = ArmModel.named("vanbeek2015") if arm is None else arm
     check_instance("pair", pair, DisplayPair)
     check_instance("session", session, HandleSession)
-    if not isinstance(arm, ArmModel):
+    hands = (arm,) if isinstance(arm, ArmModel) else tuple(arm) if isinstance(arm, Sequence) else ()
+    if not hands or not all(isinstance(hand, ArmModel) for hand in hands):
         raise ParameterError(f"arm must be an ArmModel, got {shown(arm)}")
     counts = np.asarray(axes)
     whole = counts.ndim == 1 and counts.size > 0 and counts.dtype.kind == "i"
@@ -258,16 +278,24 @@ def compare_displays(
     pairs = {"as shown": pair, **({} if variants is None else dict(variants))}
     for name, one in pairs.items():
         check_instance(f"variants.{name}", one, DisplayPair)
+        same = tuple(one.rivals) == tuple(pair.rivals)
+        require(same, f"variants.{name}.rivals", ", ".join(one.rivals) or "none", "those of the pair")
     measured: dict[Any, tuple[float, float]] = {}
     each = [round_of(one, session, counts.tolist()) for one in pairs.values()]
-    felt = [_felt(one, session, arm, measured) for one in pairs.values()]
+    felt = [_felt(one, session, hands, measured) for one in pairs.values()]
     for one, of in zip(each, felt, strict=True):
-        one["feasible"][:-1] &= of["margin"][0] > 1.0
+        for row in range(one["limit"].shape[0]):
+            side = max(0, row - len(WAYS) + 1)
+            exceeded = _unfelt(session, {name: values[side] for name, values in of.items()})
+            here = one["limit"][row]
+            here[here == ""] = exceeded
+        one["feasible"], one["limit"] = one["limit"] == "", one["limit"].astype(str)
     return DisplayComparison(
         session=session,
-        arm=arm.name,
+        arm=joined([hand.name for hand in hands], "or"),
         assuming=tuple(pairs),
-        displays=DISPLAYS,
+        displays=(*WAYS, *pair.conventionals),
+        differences=pair.differences,
         axes=counts,
         parts=(*PARTS, RUN_UP),
         **{name: np.array([one[name] for one in each]) for name in each[0]},
@@ -275,44 +303,73 @@ def compare_displays(
     )
 
 
+def _unfelt(session: HandleSession, felt: Mapping[str, float]) -> str:
+    """What a display exceeds of what the user may feel; "" if nothing. An unstable mass is beyond any."""
+    if not felt["margin"] > 1.0:
+        return "stability in free motion"
+    if session.largest_friction is not None and not felt["least_force"] <= session.largest_friction:
+        return "friction felt"
+    if session.largest_mass is not None and not felt["least_mass"] <= session.largest_mass:
+        return "mass felt"
+    return ""
+
+
 def _felt(
-    pair: DisplayPair, session: HandleSession, arm: ArmModel, known: dict[Any, tuple[float, float]]
-) -> dict[str, tuple[float, float]]:
-    """Force, mass and stiffness of an axis of both displays."""
-    mine, other = pair.admittance(session.felt_mass), pair.impedance()
-    motors = pair.motors
-    least, wall = _remembered(known, _loop(mine, arm), lambda: _admitted(pair, arm))
-    _, other_wall = _remembered(known, _loop(other, arm), lambda: (0.0, stiffest_wall(other, arm)))
-    reflected = other.reflected_mass + pair.handle_mass
-    rubbing = sum(motors.frictions) * (1.0 - pair.compensation)
-    return {
-        "largest_force": (
-            float(pair.cobotic.transmission.slip_force),
-            motors.gain * float(pair.conventional.motor.continuous_current),
-        ),
-        "least_force": (0.0, rubbing),
-        "least_mass": (MARGIN * least + pair.handle_mass, reflected),
-        "largest_mass": (math.inf if least < MASSES[1] else math.nan, reflected),
-        "stiffness": (wall / MARGIN, other_wall / MARGIN),
-        "margin": ((session.felt_mass - pair.handle_mass) / least, math.inf),
-    }
+    pair: DisplayPair, session: HandleSession, hands: tuple[ArmModel, ...], known: dict[Any, tuple[float, float]]
+) -> dict[str, tuple[float, ...]]:
+    """Force, mass and stiffness of an axis of each display, the cobotic one first."""
+    each = [_measured(pair.admittance, pair, session, hands, known, float(pair.cobotic.transmission.slip_force))]
+    for name, rival in pair.conventionals.items():
+        motors = rival.motors
+        strength = motors.gain * float(rival.drive.motor.continuous_current)
+        makes = partial(pair.rival, name)
+        each.append(_measured(makes, pair, session, hands, known, strength))
+    return {name: tuple(one[name] for one in each) for name in each[0]}
 
 
-def _admitted(pair: DisplayPair, arm: ArmModel) -> tuple[float, float]:
-    """Least stable virtual mass, and the stiffest stable wall with that mass and its margin."""
-    least = least_stable_mass(replace(pair, wall_damping=0.0).admittance(1.0), arm)
+def _measured(
+    makes: Callable[[float], AdmittanceDisplay | ImpedanceDisplay],
+    pair: DisplayPair,
+    session: HandleSession,
+    hands: tuple[ArmModel, ...],
+    known: dict[Any, tuple[float, float]],
+    strength: float,
+) -> dict[str, float]:
+    """Of one display, made from a virtual mass."""
+    display = makes(session.felt_mass)
+    found = {"largest_force": strength}
+    if isinstance(display, ImpedanceDisplay):
+        _, wall = _remembered(
+            known, _loop(display, hands), lambda: (0.0, float(np.min([stiffest_wall(display, hand) for hand in hands])))
+        )
+        mass = display.reflected_mass + pair.handle_mass
+        felt = {"least_mass": mass, "largest_mass": mass, "margin": math.inf}
+    else:
+        least, wall = _remembered(known, _loop(display, hands), lambda: _admitted(makes, hands))
+        felt = {
+            "least_mass": MARGIN * least + pair.handle_mass,
+            "largest_mass": math.inf if least < MASSES[1] else math.nan,
+            "margin": (session.felt_mass - pair.handle_mass) / least,
+        }
+    return {**found, "least_force": display.least_force, **felt, "stiffness": display.at_handle(wall / MARGIN)}
+
+
+def _admitted(makes: Callable[[float], Any], hands: tuple[ArmModel, ...]) -> tuple[float, float]:
+    """Least virtual mass that is stable in every hand, and the stiffest stable wall with that mass and its margin."""
+    least = float(np.max([least_stable_mass(makes(1.0).softest(), hand) for hand in hands]))
     if not math.isfinite(least):
         return math.nan, math.nan
-    return least, stiffest_wall(pair.admittance(MARGIN * least), arm, between=WALLS)
+    return least, float(np.min([stiffest_wall(makes(MARGIN * least), hand, between=WALLS) for hand in hands]))
 
 
-def _loop(display: AdmittanceDisplay | ImpedanceDisplay, arm: ArmModel) -> Any:
+def _loop(display: AdmittanceDisplay | ImpedanceDisplay, hands: tuple[ArmModel, ...]) -> Any:
     """What the stability of a display depends on: most variants change something else."""
-    plant = display.plant(arm)
-    controller = display.servo if isinstance(display, AdmittanceDisplay) else display.force_per_current
-    surface = display.surface_speed if isinstance(display, AdmittanceDisplay) else 0.0
-    matrices = tuple(part.tobytes() if isinstance(part, np.ndarray) else part for part in plant)
-    return matrices, display.drive.control, controller, surface, display.wall_damping
+    moves = isinstance(display, AdmittanceDisplay)
+    controller = (display.servo, display.surface_speed) if moves else display.force_per_current
+    plants = [display.plant(hand) for hand in hands]
+    matrices = tuple(part.tobytes() if isinstance(part, np.ndarray) else part for plant in plants for part in plant)
+    same = (display.handle_mass, display.wall_damping, display.samples_late)
+    return matrices, display.drive.control, controller, same
 
 
 def _remembered(known: dict[Any, Any], key: Any, compute: Callable[[], tuple[float, float]]) -> tuple[float, float]:

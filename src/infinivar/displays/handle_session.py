@@ -70,6 +70,12 @@ class HandleSession:
     )
     required_force: float = quantity("N", Ge(0), "That both displays must be able to hold on each axis", default=50.0)
     required_speed: float = quantity("m/s", Ge(0), "Of an axis without load, that both must reach", default=1.05)
+    largest_friction: float | None = quantity(
+        "N", Ge(0), "Friction that the user may feel at most; default: any", default=None
+    )
+    largest_mass: float | None = quantity(
+        "kg", Gt(0), "Least mass felt that a display must reach; default: any", default=None
+    )
     required_speed_at_force: float = quantity(
         "m/s", Ge(0), "That all axes must reach at once under the required force", default=0.0
     )
@@ -248,8 +254,9 @@ def geared_part(
     handle_mass: float,
     compensation: float = 0.0,
     friction_helps: bool = False,
+    force_control: bool = False,
 ) -> PartPower:
-    """Mean powers of a display with a geared drive for each axis, which renders forces without a force sensor.
+    """Mean powers of a display with a drive of fixed ratio for each axis, which renders forces.
 
     Parameters
     ----------
@@ -261,6 +268,8 @@ def geared_part(
     compensation : float        Share of the constant friction that is fed forward along the motion.
     friction_helps : bool       Whether friction of the drive carries its part of a force at rest. By default the motor carries it
         all, as a load that moves by a hair takes friction away.
+    force_control : bool        Whether a force sensor makes it move as the mass of the session: its motor and not the user then
+        overcomes friction and inertia.
 
     Returns
     -------
@@ -269,9 +278,12 @@ def geared_part(
     Source: faulring2006, section VI-C and Fig 14, at the currents of an impedance display; `LinkMotors.act`.
     """
     motors = LinkMotors(drive=drive, stick_speed=_STICK)
-    course = session.course(part, felt_mass=0.0)
+    course = session.course(part, felt_mass=None if force_control else 0.0)
     speed, rendered = np.asarray(course.speed), -np.asarray(course.force)
     friction = sum(motors.frictions)
+    if force_control:
+        rendered = rendered + (motors.moved_mass + handle_mass) * np.asarray(course.acceleration)
+        compensation = 1.0
     if friction_helps and part in HELD:
         rendered = np.maximum(rendered - friction, 0.0)
     current = (rendered + compensation * friction * np.sign(speed)) / motors.gain

@@ -20,7 +20,8 @@ from annotated_types import Ge, Gt
 from infinivar._core.described import at, derived, finite, reported
 from infinivar._core.fields import check_number
 from infinivar._core.result import Result, result
-from infinivar.displays.kinds import AdmittanceDisplay, Display, Held
+from infinivar.displays.kinds import AdmittanceDisplay, Display
+from infinivar.displays.plants import Held
 from infinivar.displays.sampled_loop import (
     arm_impedance,
     check_moving,
@@ -67,7 +68,11 @@ class ZWidth(Result):
     softest, stiffest : (n,) complex   Force over speed at the handle, at the fundamental. [N s m^-1]
     least_mass : float            Virtual mass of the softest one, the least stable one times the margin; nan for an impedance
         display, which feels as its reflected mass. [kg]
-    wall : float                  Stiffness of the stiffest one, the stiffest stable one over the margin. [N m^-1]
+    wall : float                  Stiffness of the stiffest one, the stiffest stable one over the margin; at the handle, in series
+        with structure and sensor. [N m^-1]
+    least_force : float           Below which nothing is felt: noise of the force sensor, or friction without one. [N]
+    counted : float               Wall damping beyond which encoder counts chatter at that wall; inf with an exact encoder, or if
+        no friction is stated. [N s m^-1]
     limited : bool                Whether stability limits the wall; else it is the stiffest one searched.
     margin : float                [-]
     """
@@ -79,6 +84,8 @@ class ZWidth(Result):
     stiffest: np.ndarray
     least_mass: float = reported("kg", convert=finite)
     wall: float = reported("N/m", attribute="wall_N_m")
+    least_force: float = reported("N")
+    counted: float = reported("N s/m", convert=finite, key="largest_wall_damping_by_counts_Ns_m")
     limited: bool = reported()
     margin: float = reported("1", attribute="margin")
 
@@ -105,6 +112,15 @@ class ZWidth(Result):
         """Stiffness whose impedance is the imaginary part of the stiffest one. (n,) [N m^-1]"""
         return -np.imag(self.stiffest) * (2.0 * np.pi * self.frequency)
 
+    def floor(self, speed: float) -> np.ndarray:
+        """Softest impedance felt at an amplitude of the speed [m s^-1]: not below the least force over it. (n,) [N s m^-1]
+
+        A constant friction f has the fundamental 4 f/pi; noise counts as it is.
+        """
+        check_number("speed", speed, "m/s", Gt(0))
+        scale = 4.0 / math.pi if self.display == "ImpedanceDisplay" else 1.0
+        return np.maximum(np.abs(self.softest), scale * self.least_force / speed)
+
     @property
     def decades(self) -> np.ndarray:
         """Width: decades between both magnitudes, negative where they have changed places. (n,) [-]"""
@@ -124,9 +140,10 @@ class ZWidth(Result):
         end = plain(self.crossing, 3) if math.isfinite(self.crossing) else ""
         up_to = f"the width ends at {end} Hz" if end else f"no end up to {plain(float(self.frequency[-1]), 3)} Hz"
         limit = "" if self.limited else ", which stability does not limit"
+        floor = f"; nothing is felt below {plain(self.least_force, 2)} N" if self.least_force else ""
         return (
             f"With {self.held}: {plain(float(self.mass_felt[0]), 3)} kg to {wall} at {lowest} Hz "
-            f"({self.decades[0]:.1f} decades{limit}); {up_to}."
+            f"({self.decades[0]:.1f} decades{limit}); {up_to}{floor}."
         )
 
 
@@ -183,10 +200,21 @@ def z_width(
         softest=impedance(softest, frequency, held),
         stiffest=impedance(stiffest, frequency, held),
         least_mass=least,
-        wall=most / margin,
+        wall=display.at_handle(most / margin),
+        least_force=display.least_force,
+        counted=_counted(display, most / margin),
         limited=most < WALLS[1],
         margin=float(margin),
     )
+
+
+def _counted(display: Display, wall: float) -> float:
+    """Largest wall damping that encoder counts permit. [N s m^-1]
+
+    Source: `required_friction`, solved for B.
+    """
+    count, friction = display.encoder_resolution, display.coulomb_friction
+    return max(0.0, display.period * (friction / count - 0.5 * wall)) if count and friction else math.inf
 
 
 def swept_impedance(display: Display, held: Held, frequency: float, *, force: float = 1.0) -> complex:

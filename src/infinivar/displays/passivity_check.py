@@ -8,7 +8,8 @@ passivity is equivalent to
 .. math:: b > \frac{T}{2}\,\frac{1}{1 - \cos\omega T}\,\mathrm{Re}\left\{(1 - e^{-j\omega T}) H(e^{j\omega T})\right\},
     \qquad 0 \le \omega \le \pi/T .
 
-For a wall of stiffness K and damping B that is never late, this is :math:`b > KT/2 + |B|`. The mass does not matter.
+For a wall of stiffness K and damping B that is never late, this is :math:`b > KT/2 + |B|`. The mass does not matter. Behind a
+structure that is not rigid the condition at the drive suffices; where it is not met, a negative real part at the handle decides.
 
 **Admittance display.** A virtual mass M that follows the force with the lag :math:`\tau` has the impedance
 :math:`Z = j\omega M e^{j\omega\tau}`, whose real part :math:`-\omega M \sin\omega\tau` is negative for all
@@ -82,6 +83,64 @@ def required_damping(stiffness: float, damping: float, period: float, late: int 
     if damping > 0.0 and across < 4.0 * damping:
         return 0.5 * across + across * across / (8.0 * damping) + damping
     return 1.5 * across - damping
+
+
+def required_friction(stiffness: float, damping: float, period: float, resolution: float) -> float:
+    r"""Coulomb friction that a plant needs so that a wall of whole encoder counts is passive.
+
+    .. math:: f > \Delta\left(\frac{K}{2} + \frac{B}{T}\right)
+
+    A handle that moves to and fro across the edge of a count gains :math:`K\Delta + 2B\Delta/T` per travel each time, and
+    friction takes 2f. A wall whose damping is nearer to :math:`T(f/\Delta - K/2)` chatters, however light the hand.
+
+    Parameters
+    ----------
+    stiffness : float    K, >= 0. [N m^-1]
+    damping : float      B, of a backward difference, >= 0. [N s m^-1]
+    period : float       T, > 0. [s]
+    resolution : float   Delta, travel of one count, >= 0. [m]
+
+    Returns
+    -------
+    float   [N]
+
+    Source: abbott2005 for B = 0, together with `required_damping`; with B the same cycle, which is necessary (the effect is
+    that measured by colgate1994; diolaiti2006 has the regions that are stable all the same).
+    """
+    check_number("stiffness", stiffness, "N/m", Ge(0))
+    check_number("damping", damping, "N s/m", Ge(0))
+    check_number("period", period, "s", Gt(0))
+    check_number("resolution", resolution, "m", Ge(0))
+    return resolution * (0.5 * stiffness + damping / period)
+
+
+def virtual_coupling(damping: float, period: float, late: int = 0) -> tuple[float, float]:
+    r"""Stiffest spring and its damper between a display and any passive virtual object, so that the display is passive.
+
+    With :math:`k = KT/2` and :math:`a = k + B`, an object of any passive impedance needs
+    :math:`b > \max_w 4w\,(a^2(1-w) + k^2 w)/a` over :math:`0 \le w \le 1` if the controller is one sample late, which is least
+    for :math:`a = \sqrt 3\,k`, and :math:`b > a` if it is not.
+
+    Parameters
+    ----------
+    damping : float   b, viscous friction of the display, >= 0. [N s m^-1]
+    period : float    T, > 0. [s]
+    late : int        Samples by which the controller is late, 0 or 1.
+
+    Returns
+    -------
+    stiffness, damping : float   K and B of the coupling. [N m^-1], [N s m^-1]
+
+    Source: the coupling of colgate1995 and adams1999, for all passive objects by the disc of impedances that they give together
+    with it, in the general condition of colgate1997.
+    """
+    check_number("damping", damping, "N s/m", Ge(0))
+    check_number("period", period, "s", Gt(0))
+    require(late in (0, 1), "late", late, "0 or 1")
+    if late == 0:
+        return 2.0 * damping / period, 0.0
+    stiffness = 4.0 * damping / (3.0 * math.sqrt(3.0) * period)
+    return stiffness, (math.sqrt(3.0) - 1.0) * 0.5 * stiffness * period
 
 
 def general_required_damping(transfer: Callable[[np.ndarray], np.ndarray], period: float) -> tuple[float, float]:
@@ -174,6 +233,18 @@ def _of_impedance(display: ImpedanceDisplay) -> Passivity:
     reason = f"viscous friction of {plain(b, 3)} N s/m {sign} {plain(needed, 3)} N s/m, {form}"
     if b == 0.0 and not passive:
         reason += "; the drive has Coulomb friction only, which is left out"
+    friction = required_friction(*wall, period, display.encoder_resolution)
+    if friction > display.coulomb_friction:
+        reason += f"; encoder counts of {plain(1e6 * display.encoder_resolution, 3)} um need {plain(friction, 3)} N of friction, "
+        reason += f"there is {plain(display.coulomb_friction, 3)} N"
+        passive = False
+    elif math.isfinite(display.series_stiffness):
+        reason += ", at the drive; structure, sensor and handle beyond are passive"
+        if not passive and display.handle_mass > 0.0:
+            real = np.real(impedance(display, np.geomspace(_LOWEST, _HIGHEST, _POINTS) / period))
+            passive = None if np.min(real) >= 0.0 else False
+            reason += f"; the least real part of the impedance is {plain(float(np.min(real)), 3)} N s/m"
+            reason += ", which is negative" if passive is False else ""
     return Passivity(
         display="ImpedanceDisplay", passive=passive, reason=reason, required=needed, available=b, frequency=frequency
     )

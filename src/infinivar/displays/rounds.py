@@ -1,4 +1,4 @@
-"""One round of a session on both displays: energy by part and run-ups, heat and limits, for some numbers of axes."""
+"""One round of a session on every display: energy by part and run-ups, heat and limits, for some numbers of axes."""
 
 from __future__ import annotations
 
@@ -18,17 +18,20 @@ from infinivar.displays.handle_session import (
     geared_part,
     stopped_part,
 )
-from infinivar.displays.pair import DisplayPair
+from infinivar.displays.pair import CONVENTIONAL, DisplayPair, Rival
 from infinivar.drivetrain.drive import motor_side
 from infinivar.limits import Limit
 from infinivar.machines.many_legs import LeggedDrive
 
-TURNING, STOPPED, RESTING, CONVENTIONAL = "cylinder turning", "stopped while idle", "stopped at rest", "conventional"
-
-DISPLAYS = (TURNING, STOPPED, RESTING, CONVENTIONAL)
-"""Three ways to run the cobotic display, and the conventional one. *At rest*: while idle and while a constant force is held."""
+TURNING, STOPPED, RESTING = "cylinder turning", "stopped while idle", "stopped at rest"
 
 _STOPS: Mapping[str, tuple[str, ...]] = {TURNING: (), STOPPED: ("idle",), RESTING: ("idle", "hold")}
+
+WAYS = tuple(_STOPS)
+"""Three ways to run the cobotic display. *At rest*: while idle and while a constant force is held."""
+
+DISPLAYS = (*WAYS, CONVENTIONAL)
+"""Of a pair without further rivals."""
 
 RUN_UP = "run-up"
 
@@ -45,52 +48,54 @@ def round_of(pair: DisplayPair, session: HandleSession, counts: Sequence[int]) -
     session : HandleSession
     counts : (N,) int   Numbers of axes.
     """
-    shape = (len(DISPLAYS), len(counts))
+    rivals = pair.conventionals
+    displays = (*WAYS, *rivals)
+    shape = (len(displays), len(counts))
     energy = np.zeros((*shape, len(PARTS) + 1))
     user, winding, heating = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    feasible, steering, stop = np.zeros(shape, dtype=bool), np.zeros(len(counts)), np.zeros(len(counts))
+    limit, steering, stop = np.full(shape, "", dtype=object), np.zeros(len(counts)), np.zeros(len(counts))
     shares, time = session.shares, session.round_time
-    resting, able = stopped_part(pair.cobotic), _able(pair, session)
+    resting, able = stopped_part(pair.cobotic), _unable(pair, session)
     for place, count in enumerate(counts):
         started = _started(pair, count, 1.0)
         slower, turning = _turning(pair, session, count)
-        geared = {
-            part: geared_part(
-                pair.conventional,
-                session,
-                part,
-                axes=count,
-                handle_mass=pair.handle_mass,
-                compensation=pair.compensation,
-                friction_helps=pair.friction_helps,
-            )
-            for part in PARTS
-        }
         stop[place] = started / (turning["idle"].supply - resting.supply)
         steering[place] = sum(time * shares[part] * turning[part].steering for part in PARTS if shares[part] > 0.0)
-        for row, display in enumerate(DISPLAYS):
+        together = _together(pair, session, count)
+        for row, display in enumerate(displays):
+            cobotic = display in _STOPS
             stops = _STOPS.get(display, ())
-            found = geared if display == CONVENTIONAL else turning | dict.fromkeys(stops, resting)
-            amplifiers = count if display == CONVENTIONAL else count + 1
-            cells = _round(found, shares, time, pair.standby_power * amplifiers)
+            found = (
+                turning | dict.fromkeys(stops, resting)
+                if cobotic
+                else {part: _of_rival(pair, rivals[display], session, part, count) for part in PARTS}
+            )
+            cells = _round(found, shares, time, pair.standby_power * (count + cobotic))
             # One run-up for each part at rest; a session that is nothing but rest never runs up.
             stopped = [part for part in stops if 0.0 < shares[part] < 1.0]
             restarted = started * len(stopped) if sum(shares[part] for part in stopped) < 1.0 else 0.0
-            if display != CONVENTIONAL:
+            if cobotic:
                 kept = [slower[part] for part in PARTS if shares[part] > 0.0 and part not in stops]
                 restarted += _quickened(pair, count, kept)
             energy[row, place] = [*cells["energy"], restarted]
             user[row, place], winding[row, place] = cells["user"], cells["winding"]
             heating[row, place] = math.sqrt(cells["heating"])
-            meets = able[display == CONVENTIONAL] and _together(pair, session, count)[display == CONVENTIONAL]
-            feasible[row, place] = meets and cells["tightest"] <= 1.0 and cells["heating"] <= 1.0
+            who = "cobotic" if cobotic else display
+            reasons = (
+                (able[who], able[who]),
+                ("force and speed of all axes at once", not together[who]),
+                (cells["limit"], cells["tightest"] > 1.0),
+                ("motor continuous torque", cells["heating"] > 1.0),
+            )
+            limit[row, place] = next((words for words, exceeded in reasons if exceeded), "")
     return {
         "energy": energy,
         "steering": steering,
         "user": user,
         "winding": winding,
         "heating": heating,
-        "feasible": feasible,
+        "feasible": limit == "",
+        "limit": limit,
         "stop": stop,
     }
 
@@ -129,11 +134,24 @@ def _quickened(pair: DisplayPair, count: int, factors: Sequence[float]) -> float
     return sum(max(0.0, after - before) for before, after in zip(energies, (*energies[1:], energies[0]), strict=True))
 
 
-def _together(pair: DisplayPair, session: HandleSession, count: int) -> tuple[bool, bool]:
-    """Whether all axes of either display reach the speed required under the force required, at once and for any time."""
+def _of_rival(pair: DisplayPair, rival: Rival, session: HandleSession, part: str, count: int) -> PartPower:
+    return geared_part(
+        rival.drive,
+        session,
+        part,
+        axes=count,
+        handle_mass=pair.handle_mass,
+        compensation=pair.compensation,
+        friction_helps=pair.friction_helps,
+        force_control=rival.force_control,
+    )
+
+
+def _together(pair: DisplayPair, session: HandleSession, count: int) -> dict[str, bool]:
+    """Whether all axes of each display reach the speed required under the force required, at once and for any time."""
     speed, force = session.required_speed_at_force, session.required_force
     if not speed:
-        return True, True
+        return dict.fromkeys(("cobotic", *pair.conventionals), True)
     leg = pair.cobotic
     drag, _ = leg.guideway.operate(force=force, speed=speed, preload=leg.transmission.unbalanced_preload)
     element = leg.transmission.deliver(cylinder_speed=leg.cylinder_speed, link_speed=speed, link_force=force + drag)
@@ -145,21 +163,26 @@ def _together(pair: DisplayPair, session: HandleSession, count: int) -> tuple[bo
         output_speed=np.asarray(float(leg.cylinder_speed)),
     )
     demands = {**element.utilisation, **side.utilisation}
-    return (
-        all(float(np.asarray(demand)) <= 1.0 for demand in demands.values()),
-        bool(pair.conventional.operate(speed=speed, force=force).limit == Limit.OK),
-    )
+    return {
+        "cobotic": all(float(np.asarray(demand)) <= 1.0 for demand in demands.values()),
+        **{
+            name: bool(one.drive.operate(speed=speed, force=force).limit == Limit.OK)
+            for name, one in pair.conventionals.items()
+        },
+    }
 
 
-def _able(pair: DisplayPair, session: HandleSession) -> tuple[bool, bool]:
-    """Whether an axis of either display reaches the force and the speed required."""
-    fast = [
-        bool(drive.operate(speed=session.required_speed, force=0.0).limit == Limit.OK)
-        for drive in (pair.cobotic, pair.conventional)
-    ]
-    holding = pair.motors.gain * pair.conventional.motor.continuous_current
-    strong = [float(pair.cobotic.transmission.slip_force), float(holding)]
-    return fast[0] and strong[0] > session.largest_force, fast[1] and strong[1] >= session.largest_force
+def _unable(pair: DisplayPair, session: HandleSession) -> dict[str, str]:
+    """What an axis of each display does not reach of force and speed required; "" if it reaches both."""
+    drives = {"cobotic": pair.cobotic, **{name: one.drive for name, one in pair.conventionals.items()}}
+    strong = {"cobotic": float(pair.cobotic.transmission.slip_force) > session.largest_force}
+    for name, one in pair.conventionals.items():
+        strong[name] = one.motors.gain * float(one.drive.motor.continuous_current) >= session.largest_force
+    found = {}
+    for name, drive in drives.items():
+        fast = drive.operate(speed=session.required_speed, force=0.0).limit == Limit.OK
+        found[name] = "" if fast and strong[name] else "largest force of an axis" if fast else "speed of an axis"
+    return found
 
 
 def _round(found: Mapping[str, PartPower], shares: Mapping[str, float], time: float, standby: float) -> dict[str, Any]:
@@ -174,5 +197,10 @@ def _round(found: Mapping[str, PartPower], shares: Mapping[str, float], time: fl
         "user": time * mean("user"),
         "winding": max(mean("winding"), mean("steering_winding")),
         "heating": max(mean("heating"), mean("steering_heating")),
-        "tightest": max(power.tightest if math.isfinite(power.supply) else math.inf for power in kept.values()),
+        "tightest": max(map(_tightest, kept.values())),
+        "limit": Limit(max(kept.values(), key=_tightest).limit).words,
     }
+
+
+def _tightest(power: PartPower) -> float:
+    return power.tightest if math.isfinite(power.supply) else math.inf

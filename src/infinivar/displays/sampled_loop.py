@@ -15,13 +15,14 @@ Source: franklin1998, zero-order hold and sampled-data response.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from infinivar._core.arrays import real_array
-from infinivar.displays.kinds import Display, Held, Plant, Sensed
+from infinivar.displays.kinds import Display
+from infinivar.displays.plants import Held, Plant, Sensed
 from infinivar.errors import ParameterError, require
 from infinivar.motion.users import ArmModel
 
@@ -228,6 +229,8 @@ class Steps(NamedTuple):
     """Of the plant. (n, states)"""
     current: np.ndarray
     """Held over the step that ends there. (n,) [A]"""
+    observed: np.ndarray
+    """Energy that the motor of an impedance display has taken, by its encoder, at the samples. (samples + 1,) [J]"""
 
 
 def run_in_time(
@@ -237,10 +240,14 @@ def run_in_time(
     samples: int,
     force: np.ndarray | None = None,
     within: int = 8,
+    *,
+    passivity_control: bool = False,
+    seed: int = 0,
 ) -> Steps:
     """Step a display through time: plant by an implicit Runge-Kutta method, controller sample by sample.
 
-    Nothing here is that of the eigenvalues but the equations themselves: no matrix exponential, no closed loop.
+    Nothing here is that of the eigenvalues but the equations themselves: no matrix exponential, no closed loop. Position is known
+    in whole counts, the force with its noise, and Coulomb friction acts on the drive after each step.
 
     Parameters
     ----------
@@ -250,6 +257,9 @@ def run_in_time(
     force : (samples within 2,) float
         Force on the handle at a third and at the end of each step; none by default. [N]
     within : int                  Steps in a sample, > 0.
+    passivity_control : bool      Whether a passivity controller brakes an impedance display by the energy that it has given more
+        than taken, as observed at its encoder.
+    seed : int                    Of the noise.
 
     Returns
     -------
@@ -258,10 +268,16 @@ def run_in_time(
     Raises
     ------
     ParameterError
-        If the start or the force is of another length.
+        If the start or the force is of another length, or an admittance display is to have a passivity controller.
 
-    Source: hairer1996, Radau IIA of order 3: stiffly accurate, as the creep of the contact needs.
+    Source: hairer1996, Radau IIA of order 3: stiffly accurate, as the creep of the contact needs; hannaford2002, with the force
+    held over a sample times the travel in it as energy, which is exact.
     """
+    if passivity_control and not hasattr(display, "force_per_current"):
+        raise ParameterError(
+            "passivity_control does not apply to an AdmittanceDisplay: its motor does not act on the handle"
+        )
+    noise = np.random.default_rng(seed)
     plant, step = display.plant(held), display.period / within
     n = len(plant.states)
     state = real_array("start", start)
@@ -271,20 +287,60 @@ def run_in_time(
         raise ParameterError(f"force must have {2 * samples * within} values, got {pushes.shape}")
     pushes = pushes.reshape(samples * within, 2)
     moved = _radau(plant, step)
-    memory, waiting = np.zeros(len(display.memory)), 0.0
+    rub = _rubbing(display, plant, step)
+    memory, waiting, acting = np.zeros(len(display.memory)), 0.0, 0.0
     states, currents = np.empty((samples * within + 1, n)), np.zeros(samples * within + 1)
     states[0], before = state, 0.0 if force is None else float(pushes[0, 0])
-    at = 0
-    for _ in range(samples):
-        kept, computed = display.act(memory, Sensed(*(plant.sensed @ state + plant.passed * before)))
+    gain = getattr(display, "force_per_current", 0.0)
+    observed, last, at = np.zeros(samples + 1), float((plant.sensed @ state)[1]), 0
+    for sample in range(samples):
+        seen = _seen(display, plant.sensed @ state + plant.passed * before, noise)
+        travel, last = (seen.position - last if sample else 0.0), seen.position
+        observed[sample] = observed[max(sample - 1, 0)] - gain * acting * travel
+        kept, computed = display.act(memory, seen)
         memory = np.array(kept)
         acting, waiting = (waiting, float(computed)) if display.samples_late else (float(computed), 0.0)
+        if passivity_control and observed[sample] < 0.0 and travel:
+            # At most what stops drive and handle within a sample.
+            most = (display.drive_mass + display.handle_mass) * abs(travel) / display.period**2
+            acting -= min(-observed[sample] / abs(travel), most) * np.sign(travel) / gain
         for _ in range(within):
-            state = moved @ np.concatenate([state, [acting], pushes[at]])
+            state = rub(moved @ np.concatenate([state, [acting], pushes[at]]))
             at += 1
             states[at], currents[at] = state, acting
         before = float(pushes[at - 1, 1])
-    return Steps(np.arange(samples * within + 1) * step, states, currents)
+    seen = _seen(display, plant.sensed @ state + plant.passed * before, noise)
+    observed[-1] = observed[-2] - gain * acting * (seen.position - last)
+    return Steps(np.arange(samples * within + 1) * step, states, currents, observed)
+
+
+def _seen(display: Display, exact: np.ndarray, noise: np.random.Generator) -> Sensed:
+    """What the controller gets of what is there: whole counts, and a force with noise."""
+    found, count = Sensed(*exact), display.encoder_resolution
+    if count:
+        found = found._replace(position=count * np.floor(found.position / count))
+    if display.force_noise:
+        found = found._replace(force=found.force + display.force_noise * noise.standard_normal())
+    return found
+
+
+def _rubbing(display: Display, plant: Plant, step: float) -> Callable[[np.ndarray], np.ndarray]:
+    """What Coulomb friction leaves of a state: the drive is slowed, at most to rest."""
+    hung = "v_drive_m_s" in plant.states
+    name = "v_drive_m_s" if hung else "v_m_s"
+    if not display.coulomb_friction or name not in plant.states:
+        return lambda state: state
+    place = plant.states.index(name)
+    mass = display.drive_mass if hung else 1.0 / plant.force[place]
+    most = display.coulomb_friction * step / mass
+
+    def rub(state: np.ndarray) -> np.ndarray:
+        lost = min(max(state[place], -most), most)
+        state[place] -= lost
+        state[place - 1] -= 0.5 * step * lost  # as a constant force within the step, so that what sticks does not creep
+        return state
+
+    return rub
 
 
 def _radau(plant: Plant, step: float) -> np.ndarray:

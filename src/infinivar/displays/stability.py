@@ -16,7 +16,8 @@ from infinivar._core.arrays import real_array
 from infinivar._core.described import derived, finite, reported
 from infinivar._core.fields import with_values
 from infinivar._core.result import Result, result
-from infinivar.displays.kinds import AdmittanceDisplay, Display, Held, ImpedanceDisplay
+from infinivar.displays.kinds import AdmittanceDisplay, Display, ImpedanceDisplay
+from infinivar.displays.plants import Held
 from infinivar.displays.sampled_loop import NEUTRAL, growths, sampled_loop
 from infinivar.errors import ParameterError, nearest, require
 from infinivar.motion.users import ArmModel
@@ -34,6 +35,9 @@ _UNITS = {
     "handle_mass": "kg",
     "filter_frequency": "Hz",
     "force_gain": "1",
+    "structure_stiffness": "N/m",
+    "structure_damping": "N s/m",
+    "sensor_stiffness": "N/m",
     **_LOOP,
 }
 
@@ -243,7 +247,8 @@ def stiffest_wall(display: Display, held: Held, between: tuple[float, float] = W
 
     Returns
     -------
-    float   [N m^-1]; the largest one searched if all are stable, nan if the smallest is not.
+    float   Of the wall at the drive; at the handle it is ``display.at_handle`` of that. [N m^-1]; the largest one searched if all
+        are stable, nan if the smallest is not.
 
     Raises
     ------

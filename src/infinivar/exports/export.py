@@ -1,4 +1,4 @@
-"""Write a drive's plant as an FMU or as C."""
+"""Write a drive's plant as an FMU or as C, or the drive as an actuator of MuJoCo."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ from infinivar.drivetrain.drive import check_drive, refuse_machine
 from infinivar.errors import ParameterError, path_of, require
 from infinivar.exports.description import build_description, model_description, token
 from infinivar.exports.laws import law_files
+from infinivar.exports.mujoco import mujoco_files
 from infinivar.exports.plant import Plant, Role, plant
 from infinivar.motion.scenario import Scenario, check_scenario
 from infinivar.report.output import all_files_or_none
 from infinivar.study.provenance import Provenance
 
-FORMATS = ("fmu2", "fmu3", "c")
-"""What a plant is written as."""
+FORMATS = ("fmu2", "fmu3", "c", "mujoco")
+"""What a drive is written as."""
 
 _VERSIONS = {"fmu2": "2.0", "fmu3": "3.0"}
 _FIRST_DAY = (1980, 1, 1, 0, 0, 0)
@@ -84,13 +85,15 @@ def export(
     drive : CoboticDrive or ConventionalDrive   With the inertias that motion requires.
     kind : str             "fmu2" or "fmu3": an FMU for Model Exchange and Co-Simulation, NAME.fmu; "c": NAME.c, a program that
         runs it, NAME_main.c, and its arguments, NAME.md; for controllers NAME_laws.c, NAME_laws.h and their test; and with
-        the extra `compiled` NAME_binaries.zip, its libraries.
+        the extra `compiled` NAME_binaries.zip, its libraries;
+        "mujoco": an actuator as a plugin of MuJoCo, NAME.so, its source, NAME_mujoco.c, and MJCF: NAME_actuator.xml, to include
+        in a model that has a joint NAME, and NAME.xml, a model that runs at once.
     out : str or Path      Folder; created if missing.
     name : str             Of the files, in letters, digits, "-" and "_"; and owner of the drive's values in `sources`.
     title : str            Of the model. Default: `name`.
     scenario : Scenario    States what the amplifier imposes (a current, or a voltage through its current loop), whether the
         load is pushed or moved, its mass, and where the motion starts. Default: currents, a load that a force pushes, at
-        rest, with the cylinder at its speed.
+        rest, with the cylinder at its speed. Does not apply to "mujoco".
     load_mass : float      Mass of the load of the default scenario, or its moment of inertia. [kg] or [kg m^2]
     sources : iterable of Provenance   Such as ``study.provenance``: where the values of parameters come from.
 
@@ -104,7 +107,7 @@ def export(
     ParameterError
         If the drive is a machine of several coordinates, or lacks a value that motion requires.
     InputError
-        If a law has no C, or a file cannot be written.
+        If a law has no C, or a file cannot be written; for "mujoco", if MuJoCo or a C compiler is missing.
 
     Source: fmi2014, fmi2022.
     """
@@ -113,14 +116,17 @@ def export(
     check_drive(drive, "drive")
     if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
         raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
-    if scenario is None:
-        scenario = _usual(drive, load_mass)
-    check_scenario(scenario)
     identifier = re.sub(r"\W", "_", name, flags=re.ASCII)[:48]
     identifier = identifier if identifier[:1].isalpha() else f"drive_{identifier}"
-    own = [row for row in sources if row.owner == name]
-    made = plant(drive, scenario, identifier, title or name, own)
-    content, notes = _source(made, drive) if kind == "c" else _fmu(made, _VERSIONS[kind])
+    if kind == "mujoco":
+        require(scenario is None, "scenario", "one", "left out: MuJoCo has the load and the motion")
+        content, notes = mujoco_files(drive, identifier, load_mass)
+    else:
+        used = _usual(drive, load_mass) if scenario is None else scenario
+        check_scenario(used)
+        own = [row for row in sources if row.owner == name]
+        made = plant(drive, used, identifier, title or name, own)
+        content, notes = _source(made, drive) if kind == "c" else _fmu(made, _VERSIONS[kind])
     folder = path_of(out, "out")
     with all_files_or_none(*(folder / file for file in content)) as files:
         for file in files:

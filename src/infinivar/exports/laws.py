@@ -25,7 +25,7 @@ _FASTEST, _SLOWEST, _STRONGEST, _WEAKEST = 2.0, 1e-3, 2e3, 1e-3
 """Between these lie speed and force of the test: the largest, halved until they are within limits. [m s^-1], [N]"""
 
 _STEADY = {"position": "m", "speed": "m/s", "force": "N"}
-_MOTION = {
+COURSE = {
     "position": "m",
     "speed": "m/s",
     "acceleration": "m/s^2",
@@ -39,6 +39,7 @@ _MOTION = {
     "force_third": "N/s^3",
     "force_fourth": "N/s^4",
 }
+"""Values of a course at an instant, with their units along a line."""
 _ORDERS = {"fifth": 5, "sixth": 6, "force_third": 5, "force_fourth": 6}
 """Order of a drive from which on it asks for an input."""
 _MEANING = {
@@ -88,7 +89,7 @@ def laws(drive: Any) -> list[Law]:
     """The functions of a drive: `steady` and `follow`."""
     orders = orders_of(drive)
     rotary = drive.axis.rotary
-    moving = {name: unit for name, unit in _MOTION.items() if _ORDERS.get(name, 0) <= orders}
+    moving = {name: unit for name, unit in COURSE.items() if _ORDERS.get(name, 0) <= orders}
     units = {"load_mass": "kg m^2" if rotary else "kg"}
 
     def of(inputs: Mapping[str, str]) -> dict[str, str]:
@@ -97,17 +98,18 @@ def laws(drive: Any) -> list[Law]:
 
     def steady(**values: Any) -> dict[str, Any]:
         point = operated(drive, **values)
-        return _results(point, {limit.name: demand for limit, demand in point.utilisation.items()})
+        return results_of(point, {limit.name: demand for limit, demand in point.utilisation.items()})
 
     def follow(load_mass: Any, **values: Any) -> dict[str, Any]:
         point = followed(drive, Course(**values), load_mass=load_mass)
         demands = {f"{limit.name}_{part}": demand for (limit, part), demand in point.utilisation.items()}
-        return _results(point, demands)
+        return results_of(point, demands)
 
     return [Law("steady", of(_STEADY), steady), Law("follow", {**of(moving), **units}, follow)]
 
 
-def _results(point: Any, demands: Mapping[str, Any]) -> dict[str, Any]:
+def results_of(point: Any, demands: Mapping[str, Any]) -> dict[str, Any]:
+    """Results of a point by name."""
     return {
         "power_in_W": point.power_in,
         **dict(point.states),
@@ -134,7 +136,7 @@ def law_files(drive: Any, name: str) -> dict[str, str]:
         If a law of another package decides by a value, or calls what C has not.
     """
     found = laws(drive)
-    recorded = {law.name: _recorded(law) for law in found}
+    recorded = {law.name: record(law) for law in found}
     guard = f"{name.upper()}_H"
     header = [f"#ifndef {guard}", f"#define {guard}", "", *_REAL, ""]
     body = [f'#include "{name}.h"', "", "#include <float.h>", "#include <tgmath.h>", ""]
@@ -145,19 +147,16 @@ def law_files(drive: Any, name: str) -> dict[str, str]:
     ]
     for law in found:
         tape, results = recorded[law.name]
-        inputs = [f"{name}_{law.name}_{_identifier(one)}" for one in law.inputs]
-        outputs = [f"{name}_{law.name}_{_identifier(one)}" for one in results]
+        inputs = [f"{name}_{law.name}_{identifier(one)}" for one in law.inputs]
+        outputs = [f"{name}_{law.name}_{identifier(one)}" for one in results]
         header += [f"/* {_MEANING[law.name]} */", "enum {"]
         header += [f"    {one.upper()}, /* {unit} */" for one, unit in zip(inputs, law.inputs.values(), strict=True)]
         header += [f"    {name.upper()}_{law.name.upper()}_INPUTS", "};", "", "enum {"]
         header += [f"    {one.upper()}_OUT," for one in outputs]
         header += [f"    {name.upper()}_{law.name.upper()}_OUTPUTS", "};", ""]
         header += [f"void {name}_{law.name}(const real *u, real *y);", ""]
-        body += [*table_of(tape, f"{law.name}_data"), f"void {name}_{law.name}(const real *u, real *y)", "{"]
-        body += [f"    const real *p = {law.name}_data;", "    int known = 1;", "    (void)p; (void)settled;"]
-        counts = [f"{name.upper()}_{law.name.upper()}_{what}" for what in ("INPUTS", "OUTPUTS")]
-        body += _UNKNOWN.format(*counts).splitlines()
-        body += [*statements(tape, list(results.values()), "y"), "}", ""]
+        counts = (f"{name.upper()}_{law.name.upper()}_INPUTS", f"{name.upper()}_{law.name.upper()}_OUTPUTS")
+        body += function(f"void {name}_{law.name}", f"{law.name}_data", tape, results, "real", counts)
     header += ["#ifdef __cplusplus", "}", "#endif", "", "#endif", ""]
     return {
         f"{name}.h": "\n".join(header),
@@ -166,13 +165,42 @@ def law_files(drive: Any, name: str) -> dict[str, str]:
     }
 
 
-def _recorded(law: Law) -> tuple[Tape, dict[str, Number]]:
+def function(
+    head: str, data: str, tape: Tape, results: Mapping[str, Number], real: str, counts: tuple[str, str]
+) -> list[str]:
+    """Lines of a C function that computes results of a tape, after its data, from the inputs.
+
+    Parameters
+    ----------
+    head : str                    Type and name of the function, such as "static void law".
+    data : str                    Name of the data.
+    tape, results                 As `record` gives them.
+    real : str                    Type of the arguments.
+    counts : tuple of str         Names of the numbers of inputs and outputs.
+    """
+    return [
+        *table_of(tape, data),
+        f"{head}(const {real} *u, {real} *y)",
+        "{",
+        f"    const {real} *p = {data};",
+        "    int known = 1;",
+        "    (void)p; (void)settled;",
+        *_UNKNOWN.format(*counts).splitlines(),
+        *statements(tape, list(results.values()), "y"),
+        "}",
+        "",
+    ]
+
+
+def record(law: Law) -> tuple[Tape, dict[str, Number]]:
+    """The tape of a law, and its results on the tape by name."""
     tape = Tape({})
     values = {one: tape.input("inputs", place) for place, one in enumerate(law.inputs)}
     return tape, law.evaluate(**values)
 
 
-def _identifier(name: str) -> str:
+def identifier(name: str) -> str:
+    """A name in letters, digits and underscores."""
     return re.sub(r"\W+", "_", name)
 
 

@@ -85,7 +85,7 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
     """
     loop = closed_loop(drive, scenario)
     graph = loop.graph
-    with _naming_laws():
+    with naming_laws():
         made = model(graph)
     symbols = graph.parameters
     parameters = {symbol: parameter.value for symbol, parameter in symbols.items()}
@@ -110,7 +110,7 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
     ]
     ports = list(_ports(graph, made, found))
     single = [2 * len(made.bonds) + place for place, _ in signals] + [place for place, _ in ports]
-    with _naming_laws():
+    with naming_laws():
         code = c_code(made, parameters, functools.partial(_outputs, made, single))
     tables = {symbol for _, held in code.tape.held for symbol in held}
     stated = _stated(drive, scenario, graph, sources)
@@ -139,7 +139,7 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
 
 
 @contextlib.contextmanager
-def _naming_laws() -> Iterator[None]:
+def naming_laws() -> Iterator[None]:
     """Report a law that decides by values, or calls what no other program has, as an input error."""
     try:
         yield

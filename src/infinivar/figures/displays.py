@@ -1,4 +1,4 @@
-"""Energy of a session on a cobotic and on a conventional display, by part and number of axes."""
+"""Energy of a session on a cobotic display and on conventional ones, by part and number of axes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def data(found: DisplayComparison) -> dict[str, Any]:
     Returns
     -------
     dict
-        axes (N,); parts; displays; energy (4, N, 6) as shown [J]; low, high (4, N): of the variants that meet the requirement,
+        axes (N,); parts; displays; energy (D, N, 6) as shown [J]; low, high (D, N): of the variants that meet the requirement,
         nan where none does [J].
     """
     total = np.where(found.feasible, found.total, np.nan)
@@ -67,7 +67,7 @@ def draw_all(found: DisplayComparison) -> Figure:
     """Draw the figure: a panel for each way to run a display."""
     numbers = data(found)
     with style.styled():
-        made, panels = style.figure(9.0, 3.6, 1, len(numbers["displays"]), sharey=True)
+        made, panels = style.figure(2.25 * len(numbers["displays"]), 3.6, 1, len(numbers["displays"]), sharey=True)
         for place, ax in enumerate(np.atleast_1d(panels)):
             draw(ax, numbers, place)
         panels[0].set_ylabel(f"energy of a round of {found.session.round_time:g} s [J]")

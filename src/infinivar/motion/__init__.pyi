@@ -1,4 +1,5 @@
 from .course import Course
+from .files.joints import joint_recording
 from .files.table import RecordedTable
 from .forces import ConstantForce, SinusoidalForce, StepForce
 from .gait import Running, Walking
@@ -72,4 +73,5 @@ __all__ = [
     "Walking",
     "Waypoints",
     "Wrench",
+    "joint_recording",
 ]

@@ -22,8 +22,8 @@ from infinivar.analysis.shared_motor import share_motor
 from infinivar.displays.comparison import MARGIN, DisplayComparison, compare_displays
 from infinivar.displays.handle_session import HandleSession, cobotic_part, geared_part
 from infinivar.displays.kinds import AdmittanceDisplay, ImpedanceDisplay
-from infinivar.displays.pair import FACTOR, DisplayPair, assumed_variants
-from infinivar.displays.rounds import CONVENTIONAL, DISPLAYS, RESTING, STOPPED, TURNING, round_of
+from infinivar.displays.pair import CONVENTIONAL, FACTOR, DisplayPair, assumed_variants, display_choices, usual_rivals
+from infinivar.displays.rounds import DISPLAYS, RESTING, STOPPED, TURNING, round_of
 from infinivar.displays.stability import largest_force_gain, stiffest_wall
 from infinivar.errors import require
 from infinivar.motion.users import ArmModel
@@ -126,6 +126,7 @@ def display_claims(
         (f"arm {words}", compare_displays(pair, session, arm=one, axes=(1,))) for words, one in _arms(arm, factor)
     ]
     rivals = _rivals(pair, arm, float(found.least_mass[0, 0]))
+    beside = _beside(pair, session, arm)
     chosen = {name: round_of(pair, one, (1, _SIX)) for name, one in _sessions(session, factor)}
     requested = {
         "H1": _holding(meets, session, _SIX),
@@ -133,8 +134,8 @@ def display_claims(
         "H3": _session(found, _SIX, chosen),
         "H4": _session(found, 1, chosen),
         "H5": _clutched(meets, session),
-        "H6": _backdrivable(found, others, meets, rivals),
-        "H7": _range(found, others, rivals),
+        "H6": _backdrivable(found, others, meets, rivals, beside),
+        "H7": _range(found, others, rivals, beside),
         "H8": _infinite(found),
         "H9": _motors(pair, drives["cobotic-b"]),
     }
@@ -285,8 +286,9 @@ def _rivals(pair: DisplayPair, arm: ArmModel, least_mass: float) -> list[_Rival]
     """That shown and others: without gear but with a larger motor, and with a force sensor as in the cobotic display."""
 
     def walls(display: AdmittanceDisplay | ImpedanceDisplay) -> np.ndarray:
-        """Stiffest wall without damping, and with any."""
-        found = [stiffest_wall(replace(display, wall_damping=damping), arm) for damping in (0.0, *_DAMPING)]
+        """Stiffest wall with the damping shown, and with any."""
+        dampings = (pair.wall_damping, *_DAMPING)
+        found = [stiffest_wall(replace(display, wall_damping=damping), arm) for damping in dampings]
         return np.array([found[0], np.nanmax(found)])
 
     ours = walls(pair.admittance(least_mass - pair.handle_mass)) / least_mass
@@ -305,11 +307,47 @@ def _rivals(pair: DisplayPair, arm: ArmModel, least_mass: float) -> list[_Rival]
     return found
 
 
+_OF_EVERY = ("damping of the walls", "structure of every display")
+"""Choices that concern what is felt, alike in every display."""
+
+
+class _Beside(NamedTuple):
+    """The cobotic display beside a conventional one of the same handle, sensor, damping, structure and delay."""
+
+    words: str
+    masses: tuple[float, float]
+    """Least mass felt, cobotic and conventional. [kg]"""
+    walls: tuple[float, float]
+    """Stiffest wall at the handle. [N m^-1]"""
+
+    @property
+    def ratio(self) -> float:
+        """Of stiffest wall over least mass. [-]"""
+        return self.walls[0] / self.walls[1] * self.masses[1] / self.masses[0]
+
+
+def _beside(pair: DisplayPair, session: HandleSession, arm: ArmModel) -> list[_Beside]:
+    """Rivals as shown, and each conventional display with another damping or structure of all."""
+    wide = replace(pair, rivals=usual_rivals(pair.conventional))
+    choices = {name: one for name, one in display_choices(wide).items() if name.startswith(_OF_EVERY)}
+    found = compare_displays(wide, session, arm=arm, axes=(1,), variants=choices)
+    rows = []
+    for place, name in enumerate(found.assuming):
+        for side, rival in enumerate(found.names[1:], 1):
+            words = [] if rival == CONVENTIONAL else [f"beside: {rival}"]
+            words += [name] if place else []
+            masses, walls = (tuple(one[place, [0, side]].tolist()) for one in (found.least_mass, found.stiffness))
+            if words and np.all(np.isfinite([*masses, *walls])):
+                rows.append(_Beside(", ".join(words), masses, walls))
+    return rows
+
+
 def _backdrivable(
     found: DisplayComparison,
     others: list[tuple[str, DisplayComparison]],
     meets: Mapping[str, DisplayPair],
     rivals: list[_Rival],
+    beside: list[_Beside],
 ) -> Finding:
     """Least mass felt, against that of the conventional display."""
 
@@ -338,6 +376,10 @@ def _backdrivable(
         for rival in rivals
         if rival.words
     ]
+    for one in beside:
+        mine, other = one.masses
+        made = Found(mine, f"below {other:.2f} kg, of the conventional display", yes(mine < other))
+        variants.append(row("choice", one.words, made))
     why = (
         f"With {found.arm} it lets feel {shown.computed:.2f} kg, and with the wheel decoupled {mass:.2f} kg and {drag:.2f} N of "
         f"friction. The conventional display reflects {reflected:.2f} kg and rubs with {rubbing:.1f} N, less what it feeds "
@@ -351,7 +393,12 @@ def _ratios(one: DisplayComparison, place: int) -> np.ndarray:
     return one.stiffness[place] / one.least_mass[place]
 
 
-def _range(found: DisplayComparison, others: list[tuple[str, DisplayComparison]], rivals: list[_Rival]) -> Finding:
+def _range(
+    found: DisplayComparison,
+    others: list[tuple[str, DisplayComparison]],
+    rivals: list[_Rival],
+    beside: list[_Beside],
+) -> Finding:
     """Stiffest wall over least mass, cobotic over conventional."""
 
     def finding(one: DisplayComparison, place: int) -> Found:
@@ -363,7 +410,7 @@ def _range(found: DisplayComparison, others: list[tuple[str, DisplayComparison]]
     why = (
         f"Stiffest wall over least mass felt, relative to the conventional display: {mine:.1f} N/mm and "
         f"{found.least_mass[0, 0]:.2f} kg against {other:.2f} N/mm and {found.least_mass[0, 1]:.2f} kg, with {found.arm}. The "
-        "paper names no conventional display to compare with; neither wall is damped as shown."
+        "paper names no conventional display to compare with; both walls are damped alike, and no structure is stated."
     )
     variants = [row("value", name, one) for name, one in rest]
     for rival in rivals:
@@ -375,6 +422,9 @@ def _range(found: DisplayComparison, others: list[tuple[str, DisplayComparison]]
             if words:
                 made = Found(ratio, "above 1, of the conventional display", yes(ratio > 1.0))
                 variants.append(row("choice", ", ".join(words), made))
+    for one in beside:
+        made = Found(one.ratio, "above 1, of the conventional display", yes(one.ratio > 1.0))
+        variants.append(row("choice", one.words, made))
     return settle(shown, why, variants)
 
 

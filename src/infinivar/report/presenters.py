@@ -97,6 +97,10 @@ _TYPES: dict[str, dict[str, str]] = {
         "dataset": "report.datasets:trajectory",
         "table": "report.tables:trajectory",
     },
+    "calibration.measured.report.MeasuredReport": {
+        "plot": "figures.measured:draw_all",
+        "save": "report.measured:save",
+    },
     "calibration.result.GearedCalibration": {
         "plot": "figures.calibration:draw_geared",
         "save": "report.calibration:save",

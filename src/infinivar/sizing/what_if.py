@@ -299,7 +299,7 @@ def _to_win(design: SizedDrive, judge: Judge, aim: str, target: float) -> WhatIf
         done = judge(drive)
         return done.power, done.worst
 
-    changes = [_change(one, design.drive, measured, target, allowed) for one in levers(design, aim)]
+    changes = [nearest_change(one, design.drive, measured, target, allowed) for one in levers(design, aim)]
     return WhatIf(
         template=design.template,
         goal=aim,
@@ -335,11 +335,11 @@ def _to_be_feasible(design: SizedDrive, judge: Judge) -> WhatIf | None:
     drive = design.drive
     for _ in range(_PASSES):  # a value may shift what another limit needs
         for lever, measured in own:
-            change = allowed[lever.words] = _change(lever, drive, measured, math.inf, 1.0)
+            change = allowed[lever.words] = nearest_change(lever, drive, measured, math.inf, 1.0)
             drive = lever.made(drive, change.stated) if change.enough else drive
     remaining = {} if slips else judge(drive).exceeded
     others = [] if slips or not present.exceeded else levers(design, "feasible")
-    changes = [_change(one, design.drive, _of_all(judge), math.inf, 1.0) for one in others]
+    changes = [nearest_change(one, design.drive, _of_all(judge), math.inf, 1.0) for one in others]
     return WhatIf(
         template=design.template,
         goal="feasible",
@@ -377,7 +377,7 @@ def _of_all(judge: Judge) -> Measured:
     return lambda drive: (math.nan, judge(drive).worst)
 
 
-def _change(lever: Lever, drive: Any, measured: Measured, target: float, allowed: float) -> Change:
+def nearest_change(lever: Lever, drive: Any, measured: Measured, target: float, allowed: float) -> Change:
     """Nearest value of a lever at which the objective is at most the target, and demands at most what is allowed."""
     best = math.nan
 
@@ -443,10 +443,11 @@ def _at_edge(excess: Callable[[float], float], outside: float, inside: float) ->
 
 def _sorted(changes: Sequence[Change]) -> tuple[Change, ...]:
     """Those that are enough first, the nearest to the present value before the others."""
-    return tuple(sorted(changes, key=lambda one: (not one.enough, _distance(one))))
+    return tuple(sorted(changes, key=lambda one: (not one.enough, distance(one))))
 
 
-def _distance(change: Change) -> float:
+def distance(change: Change) -> float:
+    """How far a value is from the present one, as the logarithm of their ratio; infinite where that has none."""
     factor = change.factor
     if math.isnan(factor) or factor <= 0.0:
         return math.inf

@@ -21,6 +21,7 @@ ANSWERS: dict[str, str] = {
     "maps": "infinivar.web.answers.maps:maps",
     "judge": "infinivar.web.answers.maps:judge",
     "glance": "infinivar.web.answers.glance:glance",
+    "mend": "infinivar.web.answers.mend:mend",
     "options": "infinivar.web.answers.jobs:options",
     "tasks": "infinivar.web.answers.tasks:tasks",
     "export": "infinivar.web.answers.export:export",

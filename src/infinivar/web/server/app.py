@@ -40,7 +40,7 @@ BODY_SECONDS = 10.0
 LONG = frozenset({"judge", "contact", "motion", "plane", "export"})
 """Answers that may take seconds: they have processes of their own, so that maps do not wait for them."""
 
-WHOLE = frozenset({"glance", "tasks"})
+WHOLE = frozenset({"glance", "mend", "tasks"})
 """Answers that need the comparison of all drives or machines, which they share: no other answer waits for it."""
 
 GIVING = frozenset({"start", "shipped", "open"})

@@ -1,8 +1,9 @@
 // The answer at a glance, above the maps: a sentence, what it hangs on, and one row a drive or machine.
 import { byId, make } from "./dom.js";
+import { mendBox } from "./mend.js";
 
-/** Draw the answer `glance`; `onDrive(name)` is called with the row that is chosen. */
-export function drawGlance({ header, drive, onDrive }) {
+/** Draw the answer `glance`; `onDrive(name)` is called with the row that is chosen, `mend(name)` asks what would mend a drive. */
+export function drawGlance({ header, drive, onDrive, mend, apply }) {
   const holder = byId("glance");
   holder.hidden = !header.rows.length;
   if (holder.hidden) return;
@@ -14,10 +15,12 @@ export function drawGlance({ header, drive, onDrive }) {
     make("th", { scope: "row" }, make("div", {}, make("span", { className: one.able ? "yes" : "no", title: one.able ? "meets all that is required" : "does not meet all that is required" }, one.able ? "✓" : "✗"),
       make("button", { type: "button", title: one.title, data: { row: one.name }, on: { click: () => onDrive(one.name) } }, one.title))),
     make("td", { className: "number" }, one.shown), make("td", { className: "number more" }, one.best ? "best" : one.more),
-    make("td", {}, one.limit), make("td", { className: `number${one.margin < 1 ? " no" : ""}` }, one.margin_shown), weighed ? make("td", { className: "number" }, one.weighs) : null);
+    make("td", {}, one.limit), make("td", { className: `number${one.margin < 1 ? " no" : ""}` }, one.margin_shown), weighed ? make("td", { className: "number" }, one.weighs.replace("more than", ">")) : null);
   holder.replaceChildren(
     make("h2", { id: "glance-title", title: header.verdict }, header.headline),
     make("p", { className: header.decided ? "why" : "why open", title: "Without sampled builds and simulated motions, which “Compare all drives” adds" }, header.turned_by),
     make("div", { className: "wide" }, make("table", {}, make("thead", {}, make("tr", {}, ...heads.map((text, k) => make("th", { scope: "col", className: [1, 2, 4, 5].includes(k) ? "number" : "" }, text)))), make("tbody", {}, ...header.rows.map(row)))));
+  const chosen = header.rows.find((one) => one.name === drive);
+  if (chosen && !chosen.able && header.what === "Drive") holder.append(make("p", { className: "why" }, `${chosen.title} does not meet all that is required. `), mendBox({ ask: () => mend(chosen.name), apply }));
   if (focused) holder.querySelector(`[data-row="${CSS.escape(focused)}"]`)?.focus();
 }

@@ -50,7 +50,7 @@ let round = 0;
 tooltips();
 const fields = createFields({ store, onOwner: chooseOwner, onShow: showMap, onPart: choosePart });
 const plots = createMaps({ theme, onLook: look, onChoose: choose, onDrive: chooseDrive });
-const panes = createPanes({ theme, host: { call: transport.call, plain: transport.plain, choose: (point) => choose(point, view.drive), chooseTask, download, say } });
+const panes = createPanes({ theme, host: { call: transport.call, plain: transport.plain, choose: (point) => choose(point, view.drive), chooseTask, download, say, apply } });
 
 // What is not needed for the first maps is loaded after them.
 const dialogs = () => import("./dialogs.js");
@@ -160,7 +160,13 @@ async function askGlance() {
 
 async function showGlance() {
   const { drawGlance } = await import("./glance.js");
-  if (glanced !== null) drawGlance({ header: glanced, drive: view.drive, onDrive: chooseOwner });
+  if (glanced !== null) drawGlance({ header: glanced, drive: view.drive, onDrive: chooseOwner, apply, mend: (drive) => transport.call("mend", { ...payload(), drive }) });
+}
+
+/** Set the values of a change as one step, which one undo takes back. */
+function apply(changes) {
+  store.put(changes.reduce((tables, { at, text }) => withValue(tables, at, Number.isFinite(Number(text)) ? Number(text) : text), store.document.tables));
+  say("Applied. Undo takes it back.");
 }
 
 function status(text, busy, bad = false) {

@@ -1,12 +1,13 @@
 // The power balance from the supply to the load: a band as wide as the power, from which the losses branch off.
 import { make } from "../dom.js";
+import { mendBox } from "../mend.js";
 import { heading, numbers, onWidth, picture, replace, svg, terms, useStyles, withUnit } from "./shared.js";
 
 const BEND = 9;
 const ROW = 18;
 const BOX = 26;
 
-export function create(container) {
+export function create(container, host) {
   useStyles();
   const flow = make("div", { className: "flow" });
   const beside = make("div", { className: "beside" });
@@ -25,7 +26,10 @@ export function create(container) {
   return {
     update(model) {
       header = model.header;
-      head.replaceChildren(heading(header, header.verdict, header.feasible));
+      const { name, tables, drive, speed, force } = host.document;
+      const mendable = !header.feasible && header.parts === null && Number.isFinite(speed);
+      replace(head, heading(header, header.verdict, header.feasible),
+        mendable ? mendBox({ ask: () => host.call("mend", { name, tables, drive, speed, force }), apply: host.apply }) : null);
       draw();
       replace(beside, ...shares(header), make("h3", {}, "Operating point"), terms([...(header.flows.length ? sums(header) : []), ...header.state.filter(({ text }) => text !== "–")]));
       replace(below, ...parts(header));

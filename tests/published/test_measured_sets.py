@@ -1,0 +1,265 @@
+"""The shipped measured sets: fits of the program against a few lines of SciPy on the same rows, goals, and rows left out."""
+
+import csv
+import functools
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+from scipy.optimize import least_squares
+
+from infinivar.calibration import measured_report
+from internals import rows_of_measured as table_rows
+from internals import shipped_sets
+
+REFERENCE = Path(__file__).parents[3] / "shared" / "reference"
+needs_rows = pytest.mark.skipif(not REFERENCE.is_dir(), reason="needs the rows under the GPL")
+
+
+@functools.cache
+def report(name):
+    gpl = REFERENCE / f"actuator_{name}.csv"
+    return measured_report(name, rows=gpl if name.startswith("ak80") else None)
+
+
+@functools.cache
+def rows(file):
+    """Columns of a CSV file by the word before the unit."""
+    with Path(file).open(encoding="utf-8") as opened:
+        read = list(csv.DictReader(opened))
+    found = {}
+    for heading in read[0]:
+        texts = [row[heading] for row in read]
+        try:
+            found[heading.split(" ")[0]] = np.array([float(text) if text else np.nan for text in texts])
+        except ValueError:
+            found[heading.split(" ")[0]] = np.array(texts)
+    return found
+
+
+def shipped(name):
+    return rows(shipped_sets()[name] / "rows.csv")
+
+
+def part(name, word=""):
+    return next(one for one in report(name).parts if one.name == word)
+
+
+def agrees(found, expected):
+    """The other fit's values lie in the program's 95 % intervals."""
+    for name, value in expected.items():
+        low, high = found.fit.interval(name)
+        assert low <= value <= high, (name, value, low, high)
+
+
+def solved(residual, start):
+    return least_squares(residual, start, x_scale=np.maximum(np.abs(start), 1e-9)).x
+
+
+@pytest.mark.parametrize("motor", ["1", "2", "3"])
+def test_no_load_current_is_a_line(motor):
+    data = shipped("robot_motors")
+    mine = data["motor"] == float(motor)
+    line = np.polyfit(np.abs(data["speed"][mine]), data["current"][mine], 1)
+    found = part("robot_motors", motor)
+    agrees(found, {"motor_friction": 0.0514 * line[1], "motor_viscous": 0.0514 * line[0]})
+    off = data["current"][mine] - np.polyval(line, np.abs(data["speed"][mine]))
+    assert_allclose(found.residuals[0].rms, np.sqrt(np.mean(off**2)), rtol=1e-6)
+
+
+@pytest.mark.parametrize(("drive", "stribeck"), [("lead screw", 2), ("lead screw antibacklash", 0), ("worm", 2)])
+def test_friction_of_screws(drive, stribeck):
+    data = shipped("screws_and_worm")
+    mine = data["drive"] == drive
+    speed, way, torque = data["speed"][mine], data["direction"][mine], 1e-3 * data["torque"][mine]
+
+    def residual(x):
+        slow = np.exp(-speed / x[4]) if stribeck else 0.0
+        return 1e3 * (x[0] + x[1] * speed + x[2] * way + slow * (x[3] + way * x[5]) - torque)
+
+    names = ["friction", "viscous", "load", "friction_stribeck", "stribeck_speed", "load_stribeck"]
+    found = dict(zip(names, solved(residual, np.array([2e-3, 3e-5, 3e-4, 3e-4, 1.0, 1e-4])), strict=True))
+    agrees(part("screws_and_worm", drive), {name: found[name] for name in part("screws_and_worm", drive).fit.names})
+
+
+def test_waves_of_a_strain_wave_gear():
+    data = shipped("strain_wave_turn")
+    angle, way = np.radians(data["rotor_angle"]), data["direction"]
+    waves = {"mean": np.ones_like(angle), "mean_detent": way}
+    for count in range(1, 5):
+        waves |= {f"cos{count}": np.cos(count * angle), f"sin{count}": np.sin(count * angle)}
+    for count in range(1, 3):
+        waves |= {f"detent_cos{count}": way * np.cos(count * angle), f"detent_sin{count}": way * np.sin(count * angle)}
+    found = np.linalg.lstsq(np.stack(list(waves.values()), axis=1), data["torque"], rcond=None)[0]
+    agrees(part("strain_wave_turn"), dict(zip(waves, found, strict=True)))
+
+
+def test_heating_by_an_integrator():
+    """Day 1 with the fitted parameters, by an adaptive integrator at power interpolated between samples: within 0.1 K."""
+    one = part("motor_heating", "1")
+    values = {**one.rows.known(), **one.fit.values}
+    offsets = one.fit.unknowns[len(one.fit.names) :] * 4.0
+    data = shipped("motor_heating")
+    names = sorted(set(data["run"][data["day"] == 1].astype(int).astype(str)))
+    for place, name in enumerate(names):
+        mine = data["run"] == float(name)
+        time, power = data["time"][mine], data["power"][mine]
+        read = {key: data[key][mine] for key in ("winding", "body", "ambient")}
+
+        def slope(now, state, time=time, power=power, read=read, offset=offsets[place]):
+            winding, body, shown, felt = state
+            whole = np.interp(now - offset, time, power)
+            aside = min(whole, values["body_power"])
+            flow, ambient = (winding - body) / values["inner"], np.interp(now, time, read["ambient"])
+            return [
+                (whole - aside - flow) / values["winding_capacity"],
+                (aside + flow - (body - ambient) / values["outer"]) / values["body_capacity"],
+                (winding - shown) / values["winding_lag"],
+                (body - felt) / values["body_lag"],
+            ]
+
+        begin = [read["winding"][:4].mean(), read["body"][:4].mean()] * 2
+        along = solve_ivp(slope, time[[0, -1]], begin, t_eval=time, max_step=0.5, rtol=1e-6).y[2:]
+        used = one.rows.run == place
+        at = np.searchsorted(time, one.rows.known_columns["time"][used])
+        assert_allclose(one.expected[used] - 273.15, along.T[at], atol=0.1)
+
+
+@pytest.mark.parametrize("surface", ["brown", "gray", "green", "table"])
+def test_creep_of_omni_wheels(surface):
+    """Vermeulen and Johnson's law, or the linear one; where the program prefers exact rolling, or cannot identify the growth
+    with load, forces agree within a third of the residual."""
+    data = shipped("omni_wheels")
+    mine = data["surface"] == surface
+    creepage, load, along, across, force = (
+        data[name][mine] for name in ("creepage", "load", "along", "across", "force")
+    )
+    found = part("omni_wheels", surface)
+    linear = found.form.startswith("linear")
+
+    def expected(x):
+        force = x[0] * (load / 40.0) ** x[1] * creepage
+        most = abs(x[2]) * load
+        if not linear:
+            force = most * (1.0 - (1.0 - np.minimum(force / (3.0 * most), 1.0)) ** 3)
+        return force + x[3] * along - (x[4] * across if "rollers" in found.form else 0.0)
+
+    x = solved(lambda x: expected(x) - force, np.array([50.0, 0.1, 0.5, 2.0, 0.5]))
+    if "exact" not in found.form and "exponent" in found.fit.identifiable:
+        names = ["stiffness", "exponent", "friction", "drag", "help"]
+        agrees(found, {n: v for n, v in zip(names, x, strict=True) if n in found.fit.identifiable})
+    apart = expected(x) - found.expected[:, 0]
+    assert np.sqrt(np.mean(apart**2)) < found.residuals[0].rms / 3.0
+
+
+@needs_rows
+def test_constant_current_driving_and_driven():
+    """The friction solved by iteration; run c has a gain of its own, and its set point of 15 A is left out."""
+    data = rows(REFERENCE / "actuator_ak80_9_backdrive.csv")
+    used = np.abs(data["current_A"]) < 11.0
+    current, torque, way = data["current_A"][used], data["torque_out_Nm"][used], np.sign(data["speed_out_rad_s"][used])
+    of_c = data["run"][used] == "c"
+
+    def residual(x):
+        entering = np.where(of_c, x[5], x[0]) * current * (1.0 - x[4] * np.abs(current))
+        friction = 0.3
+        for _ in range(200):
+            friction = x[2] + x[3] * (np.abs(entering) + np.abs(entering - way * friction))
+        return entering + x[1] - way * friction - torque
+
+    x = solved(residual, np.array([0.8, 0.1, 0.25, 0.04, 0.004, 1.1]))
+    found = part("ak80_9_backdrive")
+    agrees(found, dict(zip(("torque_per_current", "offset", "friction", "load_share", "saturation"), x, strict=False)))
+    assert_allclose(found.residuals[0].rms, np.sqrt(np.mean(residual(x) ** 2)), rtol=0.01)
+    # The reason given for the missed goal: the torque ripples more than that.
+    error = (data["torque_sd_Nm"] / np.sqrt(data["samples"]))[used]
+    assert 0.02 < error.min() < error.max() < 0.17
+    assert 0.05 < np.sqrt(np.mean(error**2)) < 0.07
+
+
+@needs_rows
+def test_steady_current_and_power():
+    data = rows(REFERENCE / "actuator_ak80_9_steady.csv")
+    found = part("ak80_9_steady")
+    used = np.abs(data["speed_rad_s"]) >= 6.0
+    used[[line - 2 for line in (one.line for one in found.left_out)]] = False
+    speed, torque = 9.0 * data["speed_rad_s"][used], data["torque_Nm"][used] / 9.0
+    noise = found.fit.problem.noise
+
+    def residual(x):
+        current = (torque + x[2] / 9.0) / x[0]
+        power = x[1] * current**2 + x[0] * current * speed
+        return np.r_[(current - data["iq_A"][used]) / noise[0], (power - data["dq_power_W"][used]) / noise[1]]
+
+    x = solved(residual, np.array([0.08, 0.12, 1.5]))
+    agrees(found, dict(zip(("torque_constant", "resistance", "friction"), x, strict=True)))
+
+
+GOALS = {
+    "robot_motors": [True],
+    "strain_wave_turn": [True],
+    "omni_wheels": [True],
+    "motor_heating": [True, None],
+    "ak80_9_backdrive": [False],
+    "ak80_9_steady": [False, False],
+}
+"""Whether the goals are met; missed ones state the reason."""
+
+
+@pytest.mark.parametrize("name", GOALS)
+def test_goals(name):
+    if name.startswith("ak80") and not REFERENCE.is_dir():
+        pytest.skip("needs the rows under the GPL")
+    totals = report(name).totals
+    assert [one.met for one in totals] == GOALS[name]
+    assert all(one.reason for one in totals if one.met is False)
+
+
+def test_goals_of_screws():
+    met = {one.name: one.residuals[0].met for one in report("screws_and_worm").parts}
+    assert met == {"lead screw": True, "lead screw antibacklash": False, "worm": True}
+
+
+@pytest.mark.parametrize("name", ["robot_motors", "screws_and_worm", "strain_wave_turn", "omni_wheels"])
+def test_intervals_hold_what_was_left_out(name):
+    """90 to 98 % of the rows left out lie in the 95 % intervals from the other groups."""
+    assert all(0.90 <= one.coverage <= 0.98 for one in report(name).totals)
+
+
+def test_two_runs_are_too_few_for_intervals():
+    """Each run of the first day is predicted from one other, at another power: fewer than 90 % are held, and said to be."""
+    winding = report("motor_heating").totals[0]
+    assert 0.7 < winding.coverage < 0.9
+    assert winding.left_out_rms > 2.0 * winding.rms
+
+
+@pytest.mark.parametrize(
+    "name", ["robot_motors", "screws_and_worm", "strain_wave_turn", "omni_wheels", "motor_heating"]
+)
+def test_a_shipped_set_has_no_misread_rows(name):
+    assert report(name).sound
+
+
+def test_what_minutes_of_heating_do_not_show():
+    assert "outer" not in part("motor_heating", "2").fit.identifiable
+
+
+def test_each_set_names_source_and_licence():
+    for name in shipped_sets():
+        text = (shipped_sets()[name] / "measured.toml").read_text("utf-8")
+        assert 'licence = "' in text
+        assert (shipped_sets()[name] / "rows.csv").is_file() == ("GPL" not in text)
+        assert math.isfinite(len(text))
+
+
+@needs_rows
+@pytest.mark.parametrize("name", ["ak80_9_backdrive", "ak80_9_steady"])
+def test_the_page_states_these_residuals(name):
+    """Rows under the GPL are not there when the page is built: its lines on them are compared here."""
+    page = (Path(__file__).parents[2] / "docs" / "measurements.md").read_text("utf-8")
+    for cells in table_rows(report(name)):
+        kept = [*cells[:2], *cells[3:8], cells[8].split(":")[0]]
+        assert f"| {' | '.join(kept)} |" in page
