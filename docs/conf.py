@@ -27,6 +27,7 @@ extensions = [
     "generated_figures",
     "generated_pages",
     "house_docstrings",
+    "live_maps",
 ]
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
@@ -69,4 +70,4 @@ html_theme = "furo"
 html_title = f"infinivar {release}"
 html_show_copyright = False
 html_static_path = ["_static"]
-html_css_files = ["wrap.css"]
+html_css_files = ["wrap.css", "live-maps.css"]

@@ -29,6 +29,10 @@ os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
 if "INFINIVAR_TESTS_CACHE" not in os.environ:
     os.environ["INFINIVAR_TESTS_CACHE"] = tempfile.mkdtemp(prefix="infinivar-tests-")
     atexit.register(shutil.rmtree, os.environ["INFINIVAR_TESTS_CACHE"], ignore_errors=True)
+# zig's own libraries of each platform, which it builds once, for minutes.
+os.environ.setdefault(
+    "ZIG_GLOBAL_CACHE_DIR", str(Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "zig")
+)
 os.environ["XDG_CACHE_HOME"] = os.environ["INFINIVAR_TESTS_CACHE"]
 # Sets of parts of whoever runs the tests must not matter.
 os.environ["INFINIVAR_PARTS"] = str(Path(os.environ["INFINIVAR_TESTS_CACHE"]) / "parts")

@@ -324,5 +324,5 @@ def test_a_missing_compiler_is_said_once(monkeypatch, tmp_path, switch, said):
 
 
 def test_a_compiler_that_fails_is_none(monkeypatch):
-    monkeypatch.setattr(c_library, "compiler", lambda: shutil.which("false"))
+    monkeypatch.setattr(c_library, "compiler", lambda: (shutil.which("false"),))
     assert c_library.library("int nothing(void) { return 1; } /* never made */") is None

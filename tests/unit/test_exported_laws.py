@@ -36,7 +36,7 @@ def written(tmp_path_factory):
 
 def built(folder, real, *options):
     done = subprocess.run(
-        [compiler(), *STRICT, f"-DREAL={real}", *options, "-lm"], cwd=folder, capture_output=True, text=True
+        [*compiler(), *STRICT, f"-DREAL={real}", *options, "-lm"], cwd=folder, capture_output=True, text=True
     )
     assert not done.returncode, done.stderr
 

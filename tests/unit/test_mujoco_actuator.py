@@ -359,7 +359,7 @@ def test_sanitizers_find_nothing(sanitizers, tmp_path):
     source.write_text(MAIN.replace("NAME", name), "utf-8")
     flags = ["-std=gnu99", "-g", "-O1", "-Wall", "-Wextra", "-Werror", f"-fsanitize={sanitizers}", "-isystem"]
     plugin = [str(files[1]), str(library), f"-Wl,-rpath,{package}", "-lm", "-lpthread"]
-    made = [c_library.compiler(), *flags, str(package / "include"), str(source), *plugin, "-o", "run"]
+    made = [*c_library.compiler(), *flags, str(package / "include"), str(source), *plugin, "-o", "run"]
     done = subprocess.run(made, cwd=tmp_path, capture_output=True, text=True)
     if "cannot find" in done.stderr:
         pytest.skip(f"the compiler has no library of the sanitizer {sanitizers}")

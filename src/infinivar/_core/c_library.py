@@ -1,4 +1,4 @@
-"""Shared libraries made of C texts by the compiler of the system, and kept for the next time; none is needed to install."""
+"""Shared libraries made of C texts by the compiler of the system or zig's, kept for the next time; none is needed to install."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from infinivar._core import kept
+from infinivar._core import extras, kept
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-ffp-contract=off")
 """No contraction of products and sums: the same numbers as by single operations."""
@@ -22,17 +22,28 @@ FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-ffp-contract=off")
 SWITCH = "INFINIVAR_COMPILE"
 """Environment variable; 0 keeps every run in Python."""
 
+_LONGEST = 900.0
+"""Longest time of a call: zig builds the libraries of a platform at the first one, for minutes. [s]"""
 
-def compiler() -> str | None:
-    """Path of a C compiler: that of `CC`, or cc, gcc or clang; None without one."""
+
+def compiler() -> tuple[str, ...] | None:
+    """Command of a C compiler: that of `CC`, or cc, gcc or clang, else zig's; None without one."""
     if os.environ.get(SWITCH) == "0" or sys.platform == "win32":
         return None
-    return _found(os.environ.get("CC", ""))
+    own = _found(os.environ.get("CC", ""))
+    return zig() if own is None else (own,)
 
 
 @functools.cache
 def _found(own: str) -> str | None:
     return next((found for name in (own, "cc", "gcc", "clang") if name and (found := shutil.which(name))), None)
+
+
+def zig() -> tuple[str, ...] | None:
+    """Command of zig's C compiler, which compiles for every platform; None where the extra `compiled` is missing."""
+    if os.environ.get(SWITCH) == "0" or not extras.there("ziglang"):
+        return None
+    return sys.executable, "-m", "ziglang", "cc"
 
 
 def no_compiler() -> str | None:
@@ -47,35 +58,43 @@ def library(text: str, flags: tuple[str, ...] = FLAGS) -> ctypes.CDLL | None:
     """The library of a text, compiled unless it is known; None without a compiler, or where it cannot."""
     try:
         with tempfile.TemporaryDirectory() as folder:
-            made = _compiled(text, flags, Path(folder))
+            made = _compiled(compiler(), text, flags, Path(folder, "model.so"))
             return None if made is None else ctypes.CDLL(str(made))
     except OSError:
         return None
 
 
-def binary(text: str, *flags: str) -> bytes | None:
-    """Content of the library of a text, as `library`, compiled with flags."""
+def binary(text: str, name: str, *flags: str, target: str = "") -> bytes | None:
+    """Content of the library of a text, as `library`, compiled with flags, for a platform of zig or this one.
+
+    A file has the name of its library within it.
+    """
+    command = compiler() if not target else zig()
+    if command is not None and target:
+        command = *command, "-target", target
     try:
         with tempfile.TemporaryDirectory() as folder:
-            made = _compiled(text, flags, Path(folder))
+            made = _compiled(command, text, flags, Path(folder, name))
             return None if made is None else made.read_bytes()
     except OSError:
         return None
 
 
-def _compiled(text: str, flags: Sequence[str], folder: Path) -> Path | None:
+def _compiled(command: tuple[str, ...] | None, text: str, flags: Sequence[str], made: Path) -> Path | None:
     """File of the library of a text: the one that is kept, or else in a folder."""
-    own = compiler()
-    if own is None:
+    if command is None:
         return None
-    key = hashlib.sha256("\n".join([text, own, *flags, platform.machine()]).encode()).hexdigest()[:32]
-    known = kept.find(key, ".so")
+    if command[0] == sys.executable:  # the processor may be another one when a library that is kept is used
+        command = *command, "-mcpu=baseline"
+    key = hashlib.sha256("\n".join([text, *command, *flags, platform.machine()]).encode()).hexdigest()[:32]
+    known = kept.find(key, made.suffix)
     if known is not None:
         return known
-    source, made = folder / "model.c", folder / "model.so"
+    source = made.with_name("model.c")
     source.write_text(text, "utf-8")
     try:
-        subprocess.run([own, *flags, "-o", made, source, "-lm"], check=True, capture_output=True, timeout=120)
+        call = [*command, *flags, "-o", made, source, "-lm"]
+        subprocess.run(call, check=True, capture_output=True, timeout=_LONGEST)
     except subprocess.SubprocessError:
         return None
-    return kept.keep(key, ".so", made.read_bytes()) or made
+    return kept.keep(key, made.suffix, made.read_bytes()) or made

@@ -276,7 +276,7 @@ class TapeNamespace:
     """The functions of the Python array API that formulas use, on scalars of a tape."""
 
     __name__ = "tape"
-    float64 = int64 = float
+    float64 = int64 = int8 = float
     pi, inf, nan = math.pi, math.inf, math.nan
 
     def __init__(self, tape: Tape) -> None:

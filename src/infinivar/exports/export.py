@@ -12,7 +12,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from infinivar._core.c_library import FLAGS, binary, compiler
+from infinivar._core.c_library import FLAGS, binary, compiler, zig
+from infinivar._core.threads import in_order
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import check_drive, refuse_machine
@@ -33,8 +34,30 @@ _FIRST_DAY = (1980, 1, 1, 0, 0, 0)
 """Time of every file in an FMU, so that the same model gives the same bytes."""
 
 
-_SMALL = ("-O1", "-fvisibility=hidden", "-s")
-"""Flags of a compiler that is half as quick and makes a smaller file, of the interface's functions alone."""
+_SMALL = ("-O1", "-Wl,-s")
+"""Flags of a compiler that is half as quick and makes a smaller file."""
+
+_INTERFACE = ("-fvisibility=hidden",)
+"""Flag of a library that shows the interface's functions alone."""
+
+
+class Platform(NamedTuple):
+    """What zig and the versions of FMI call a platform, and the ending of its libraries; "" without a name."""
+
+    target: str
+    fmi2: str
+    fmi3: str
+    ending: str
+
+
+PLATFORMS = (
+    Platform("x86_64-linux-gnu.2.17", "linux64", "x86_64-linux", "so"),
+    Platform("aarch64-linux-gnu.2.17", "", "aarch64-linux", "so"),
+    Platform("x86_64-windows-gnu", "win64", "x86_64-windows", "dll"),
+    Platform("x86_64-macos", "darwin64", "x86_64-darwin", "dylib"),
+    Platform("aarch64-macos", "", "aarch64-darwin", "dylib"),
+)
+"""For these an FMU has binaries where zig is installed; else for this one."""
 
 
 class Exported(NamedTuple):
@@ -61,7 +84,8 @@ def export(
     ----------
     drive : CoboticDrive or ConventionalDrive   With the inertias that motion requires.
     kind : str             "fmu2" or "fmu3": an FMU for Model Exchange and Co-Simulation, NAME.fmu; "c": NAME.c, a program that
-        runs it, NAME_main.c, and its arguments, NAME.md; and for controllers NAME_laws.c, NAME_laws.h and their test;
+        runs it, NAME_main.c, and its arguments, NAME.md; for controllers NAME_laws.c, NAME_laws.h and their test; and with
+        the extra `compiled` NAME_binaries.zip, its libraries;
         "mujoco": an actuator as a plugin of MuJoCo, NAME.so, its source, NAME_mujoco.c, and MJCF: NAME_actuator.xml, to include
         in a model that has a joint NAME, and NAME.xml, a model that runs at once.
     out : str or Path      Folder; created if missing.
@@ -75,7 +99,8 @@ def export(
 
     Returns
     -------
-    Exported   Files, and notes: without a C compiler an FMU holds sources only.
+    Exported   Files, and notes: with the extra `compiled` an FMU holds binaries for Linux, Windows and macOS, with another
+        C compiler for this platform, without one sources only.
 
     Raises
     ------
@@ -141,33 +166,55 @@ def _fmu(made: Plant, version: str) -> tuple[Mapping[str, bytes], tuple[str, ...
         f"sources/{made.name}.c": text.encode(),
         **({"sources/buildDescription.xml": build_description(made, version)} if version == "3.0" else {}),
     }
-    place, notes = _place(version), ()
-    compiled = None if place is None else binary(text, *FLAGS, *_SMALL)
-    if compiled is None:
-        why = "the C compiler failed" if place else f"FMI {version} has no name for this platform"
-        why = "no C compiler" if compiler() is None else why
-        notes = (f"sources only ({why}): the importer must compile the FMU",)
-    else:
-        ending = "dylib" if sys.platform == "darwin" else "so"
-        files[f"binaries/{place}/{made.name}.{ending}"] = compiled
+    compiled, notes = _binaries(text, made.name, version, *_INTERFACE)
+    files |= compiled
+    return {f"{made.name}.fmu": _packed(files)}, notes
+
+
+def _packed(files: Mapping[str, bytes]) -> bytes:
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for file, content in sorted(files.items()):
             one = zipfile.ZipInfo(file, _FIRST_DAY)
             one.external_attr = 0o644 << 16
             archive.writestr(one, content, zipfile.ZIP_DEFLATED, 9)
-    return {f"{made.name}.fmu": packed.getvalue()}, notes
+    return packed.getvalue()
 
 
-def _place(version: str) -> str | None:
-    """Folder of a binary for this platform; None where the standard has no name for it."""
+def _binaries(text: str, name: str, version: str, *flags: str) -> tuple[dict[str, bytes], tuple[str, ...]]:
+    """Binaries by file: for every platform if there is zig, which gives the same everywhere, else for this one."""
+    own, every = _own(), zig() is not None
+
+    def named(one: Platform) -> str:
+        return one.fmi2 if version == "2.0" else one.fmi3
+
+    def compiled(one: Platform) -> bytes | None:
+        within = (f"-Wl,-install_name,@rpath/{name}.dylib",) if every and one.ending == "dylib" else ()
+        target = one.target if every else ""
+        return binary(text, f"{name}.{one.ending}", *FLAGS, *_SMALL, *flags, *within, target=target)
+
+    wanted = [one for one in (PLATFORMS if every else [own] if own else []) if named(one)]
+    found = {
+        f"binaries/{named(one)}/{name}.{one.ending}": content
+        for one, content in zip(wanted, in_order(compiled, wanted), strict=True)
+        if content is not None
+    }
+    if found and len(found) == len(wanted):
+        return found, ()
+    if found:
+        return found, (
+            f"binaries for {', '.join(sorted(file.split('/')[1] for file in found))} only: the C compiler failed",
+        )
+    why = "the C compiler failed" if wanted else f"FMI {version} has no name for this platform"
+    why = "no C compiler" if compiler() is None and not every else why
+    return {}, (f"sources only ({why}): the importer must compile the FMU",)
+
+
+def _own() -> Platform | None:
+    """This platform, if FMI has a name for it."""
     machine = {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
-    system = {"linux": "linux", "darwin": "darwin"}.get(sys.platform)
-    if system is None or machine not in ("x86_64", "aarch64"):
-        return None
-    if version == "3.0":
-        return f"{machine}-{system}"
-    return f"{system}64" if machine == "x86_64" else None
+    system = f"{machine}-{sys.platform}"
+    return next((one for one in PLATFORMS if one.fmi3 == system), None)
 
 
 _ARRAYS: tuple[tuple[str, str, Role], ...] = (
@@ -196,7 +243,12 @@ def _source(made: Plant, drive: Any) -> tuple[Mapping[str, bytes], tuple[str, ..
         ParameterError,
     ) as problem:  # the plant may have C where the motion has no formula
         notes = (f"without {made.name}_laws, the functions for a controller: {problem}",)
-    return {name: text.encode() for name, text in texts.items()}, notes
+    files = {name: text.encode() for name, text in texts.items()}
+    if zig() is not None:
+        compiled, more = _binaries(texts[f"{made.name}.c"], made.name, "3.0")
+        files |= {f"{made.name}_binaries.zip": _packed(compiled)} if compiled else {}
+        notes += more
+    return files, notes
 
 
 def _named(text: str, name: str) -> str:

@@ -108,7 +108,8 @@ def mujoco_files(drive: Any, name: str, load_mass: float | None) -> tuple[dict[s
     Source: todorov2012.
     """
     extras.check("mujoco", "robots", "--as mujoco")
-    if compiler() is None:
+    command = compiler()
+    if command is None:
         raise InputError(
             f"--as mujoco needs a C compiler: cc, gcc, clang or that of the variable CC, and {SWITCH} not 0"
         )
@@ -116,9 +117,11 @@ def mujoco_files(drive: Any, name: str, load_mass: float | None) -> tuple[dict[s
     with naming_laws():
         text, sensors = plugin_source(drive, name)
     linked = () if sys.platform == "darwin" else ("-Wl,--no-as-needed",)
-    compiled = binary(text, *FLAGS, "-fvisibility=hidden", "-isystem", str(headers), *linked, str(library))
+    compiled = binary(text, "model.so", *FLAGS, "-fvisibility=hidden", "-isystem", str(headers), *linked, str(library))
     if compiled is None:
-        raise InputError(f"--as mujoco: the C compiler {compiler()} failed with the headers of MuJoCo in {headers}")
+        raise InputError(
+            f"--as mujoco: the C compiler {' '.join(command)} failed with the headers of MuJoCo in {headers}"
+        )
     inertia, notes = _inertia(drive)
     if load_mass is None:
         notes = (

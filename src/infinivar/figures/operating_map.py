@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from infinivar._core.array_namespace import Array, namespace
 from infinivar.analysis.compare import Comparison
 from infinivar.analysis.robustness.verdicts import BAND, BuildsMap
 from infinivar.analysis.steady_map import SteadyMap
@@ -69,8 +70,7 @@ def data(steady: SteadyMap, requirement: Requirement | None) -> dict[str, Any]:
         quadrants required; largest_loss [W]: in the required region, 0 where none is drawn there.
     """
     within = steady.limit == Limit.OK
-    scale = 1e-9 * np.abs(steady.power_out)
-    spent = within & (steady.power_out < 0) & (steady.power_in >= -scale)
+    spent = spent_on_load(steady.limit, steady.power_in, steady.power_out)
     loss = np.where(spent, steady.power_in - steady.power_out, np.nan)
     required, outline, signs = spent, np.empty((0, 2)), []
     if requirement is not None:
@@ -89,6 +89,12 @@ def data(steady: SteadyMap, requirement: Requirement | None) -> dict[str, Any]:
         "signs": signs,
         "axis": steady.axis,
     }
+
+
+def spent_on_load(limit: Array, power_in: Array, power_out: Array) -> Array:
+    """Where a drive is within limits, the load drives, and the supply gets nothing back."""
+    xp = namespace(power_in, power_out)
+    return (limit == int(Limit.OK)) & (power_out < 0) & (power_in >= -1e-9 * xp.abs(power_out))
 
 
 def outline_of(requirement: Requirement) -> tuple[np.ndarray, list[tuple[int, int]]]:
