@@ -83,7 +83,7 @@ from infinivar.analysis.sessions.guides import Track as TrackGuideShape
 from infinivar.analysis.sessions.guides import guides_of
 from infinivar.analysis.sessions.measures import measures
 from infinivar.analysis.sessions.of_study import check_sessions
-from infinivar.analysis.sessions.session import Setup as session_setup
+from infinivar.analysis.sessions.session import Setup as SessionSetup
 from infinivar.analysis.sessions.session_result import touches
 from infinivar.analysis.shared_motor import run_up_energy
 from infinivar.analysis.simulate import Event as RunEvent

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from internals import SystemInputs, c_library, compiled_motion, inputs_of, machine_code, run_setup, session_setup
+from internals import SystemInputs, c_library, compiled_motion, inputs_of, machine_code, run_setup, SessionSetup
 from machine_runs import STEERING, planar, platform
 from machines import HEXAPOD, LEG, MACHINES, REAL_WHEEL, cart
 from made import loaded
@@ -27,7 +27,7 @@ def swung(time):
 
 
 SESSIONS = {
-    "cart pushed": lambda: session_setup(
+    "cart pushed": lambda: SessionSetup(
         machine=cart(REAL_WHEEL, steering=STEERING),
         task=iv.motion.VirtualPath(curve=iv.motion.ArcCurve(centre=[0.0, 0.0], radius=0.5)),
         user=lambda at: [-6.0 * np.sin(at), 6.0 * np.cos(at)],
@@ -35,33 +35,33 @@ SESSIONS = {
         rates=[0.0, 0.5, 0.0],
         duration=0.1,
     ),
-    "cart with ideal servos": lambda: session_setup(
+    "cart with ideal servos": lambda: SessionSetup(
         machine=cart(REAL_WHEEL, steering=STEERING),
         user=[5.0, 1.0],
         rates=[0.3, 0.0, 0.0],
         servos="ideal",
         duration=0.05,
     ),
-    "legs in a hand": lambda: session_setup(
+    "legs in a hand": lambda: SessionSetup(
         machine=HEXAPOD,
         controller=iv.machines.AdmittanceGuide(mass=2.0, damping=5.0),
         user=iv.motion.ArmModel.named("vanbeek2015"),
         intention=lambda at: HEXAPOD.home[:3] + swung(at),
         duration=0.03,
     ),
-    "slide at a wall": lambda: session_setup(
+    "slide at a wall": lambda: SessionSetup(
         machine=iv.machines.SlideMachine(leg=LEG, masses=[0.5, 0.7]),
         task=iv.motion.VirtualWall(surface=iv.motion.HalfSpace(point=[0.001, 0.0], direction=[-1.0, 0.0])),
         user=[20.0, 5.0],
         duration=0.05,
     ),
-    "slide pushed suddenly": lambda: session_setup(
+    "slide pushed suddenly": lambda: SessionSetup(
         machine=iv.machines.SlideMachine(leg=LEG, masses=[0.5]),
         task=iv.motion.Caster(),
         user=lambda at: [5.0 if at < 0.01234 else -8.0],
         duration=0.02,
     ),
-    "geared slide": lambda: session_setup(
+    "geared slide": lambda: SessionSetup(
         machine=iv.machines.GearedSlideMachine(drive=DRIVE, masses=[0.5]),
         task=iv.motion.Caster(),
         user=[20.0],
@@ -133,7 +133,7 @@ def test_machines_that_differ_in_numbers_share_a_library():
     """Their numbers are data."""
     wheel = replace(REAL_WHEEL, preload=431.0, creep_stiffness=2.1e4)
     codes = [
-        machine_code(session_setup(machine=cart(one, steering=STEERING), user=[1.0, 2.0], duration=0.1).system)
+        machine_code(SessionSetup(machine=cart(one, steering=STEERING), user=[1.0, 2.0], duration=0.1).system)
         for one in (REAL_WHEEL, wheel)
     ]
     assert codes[0].text == codes[1].text

@@ -77,7 +77,7 @@ _SMALLEST = 1e-12
 """Shortest step. [s]"""
 
 CALLS, CALLS_EACH = 20_000, 1_000
-"""Calls of the rates, or steps in C, in all that are few enough to go on, and more for each segment so far; usual are ten to fifty a segment."""
+"""Calls of the rates, or steps in C, that are few enough to go on, and as many more for each segment; ten to fifty are usual."""
 
 _GROWTH, _SHRINKING, _SAFETY = 6.0, 0.1, 0.9
 
