@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from internals import SystemInputs, c_library, compiled_motion, inputs_of, machine_code, run_setup, SessionSetup
+from internals import SessionSetup, SystemInputs, c_library, compiled_motion, inputs_of, machine_code, run_setup
 from machine_runs import STEERING, planar, platform
 from machines import HEXAPOD, LEG, MACHINES, REAL_WHEEL, cart
 from made import loaded
