@@ -197,8 +197,9 @@ static int stepped(const piece *one, double time, double width, const double *x,
    count: pieces; times: count + 1; inputs and their rates: (count + 1) x INPUTS; x: the states and the energies of sources and
    losses at the first time; absolute: their tolerances; rows: count x ALL, filled; width: the step to try first, and the one to
    go on with. */
-int advance(const double *p, const double *k, int count, const double *times, const double *inputs, const double *input_rates,
-            const double *x, double relative, const double *absolute, double *width, double *rows)
+static int advanced(const double *p, const double *k, int count, const double *times, const double *inputs,
+                    const double *input_rates, const double *x, double relative, const double *absolute, double *width,
+                    double *rows)
 {
     double now[ALL], whole[ALL], half[ALL], two[ALL], unit[ALL];
     int steps = 0;
@@ -258,6 +259,12 @@ int advance(const double *p, const double *k, int count, const double *times, co
     return 0;
 }
 
+int advance(const double *p, const double *k, int count, const double *times, const double *inputs, const double *input_rates,
+            const double *x, double relative, const double *absolute, double *width, double *rows)
+{
+    return advanced(p, k, count, times, inputs, input_rates, x, relative, absolute, width, rows);
+}
+
 void rates_at(const double *p, const double *k, const double *x, const double *u, const double *du, double *f)
 {
     motion(p, k, x, u, du, f);
@@ -271,4 +278,9 @@ void powers_at(const double *p, const double *k, const double *x, const double *
 void slopes_at(const double *p, const double *k, const double *x, const double *u, const double *du, double *j)
 {
     slopes(p, k, x, u, du, j);
+}
+
+void signals_at(const double *p, const double *k, const double *x, const double *u, const double *du, double *s)
+{
+    signals(p, k, x, u, du, s);
 }
