@@ -41,7 +41,7 @@ def recorded(made: Model, controller: Any, *, numbers_apart: bool = True) -> Rec
     Parameters
     ----------
     made : Model
-    controller : Any       With a formula `control(goal, measured, memory)`, the kind of its `goal`, and the names of its `outputs`.
+    controller : Any       With a formula `control(goal, measured, memory)`, the kind of its `goal`, and names of its `outputs`.
     numbers_apart : bool   Whether its numbers are left out of the text.
 
     Raises

@@ -52,9 +52,10 @@ def export(
     title: str = "",
     scenario: Scenario | None = None,
     load_mass: float | None = None,
+    closed: bool = False,
     sources: Iterable[Provenance] = (),
 ) -> Exported:
-    """Write the plant of a drive, without its controllers, for other programs.
+    """Write the plant of a drive, without its controllers or with them, for other programs.
 
     Parameters
     ----------
@@ -68,6 +69,8 @@ def export(
         load is pushed or moved, its mass, and where the motion starts. Default: currents, a load that a force pushes, at
         rest, with the cylinder at its speed.
     load_mass : float      Mass of the load of the default scenario, or its moment of inertia. [kg] or [kg m^2]
+    closed : bool          Whether the controllers of the scenario are part of it: they follow a goal, position, speed and
+        acceleration, which are inputs.
     sources : iterable of Provenance   Such as ``study.provenance``: where the values of parameters come from.
 
     Returns
@@ -94,7 +97,7 @@ def export(
     identifier = re.sub(r"\W", "_", name, flags=re.ASCII)[:48]
     identifier = identifier if identifier[:1].isalpha() else f"drive_{identifier}"
     own = [row for row in sources if row.owner == name]
-    made = plant(drive, scenario, identifier, title or name, own)
+    made = plant(drive, scenario, identifier, title or name, own, closed=closed)
     content, notes = _source(made, drive) if kind == "c" else _fmu(made, _VERSIONS[kind])
     folder = path_of(out, "out")
     with all_files_or_none(*(folder / file for file in content)) as files:
@@ -122,7 +125,12 @@ def _fmu(made: Plant, version: str) -> tuple[Mapping[str, bytes], tuple[str, ...
         f"static const int settable[] = {{{', '.join(settable) or '0'}}};",
     ]
     text = "\n".join(
-        [_named(made.text, made.name), *known, *map(_data, ("instance.c", f"fmi{version[0]}.c", "both.c"))]
+        [
+            _named(made.text, made.name),
+            made.control,
+            *known,
+            *map(_data, ("instance.c", f"fmi{version[0]}.c", "both.c")),
+        ]
     )
     files = {
         "modelDescription.xml": model_description(made, version, f"infinivar {__version__}"),
@@ -158,21 +166,25 @@ def _place(version: str) -> str | None:
     return f"{system}64" if machine == "x86_64" else None
 
 
-_ARRAYS: tuple[tuple[str, str, Role], ...] = (
-    ("x", "States", "state"),
-    ("f", "Derivatives of the states, from `rates_at`", "derivative"),
-    ("u", "Inputs", "input"),
-    ("du", "Rates of inputs", "rate"),
-    ("y", "Outputs, from `outputs_at`", "output"),
-    ("p", "Parameters; what follows them in the array are tables", "parameter"),
+_ARRAYS: tuple[tuple[str, str, tuple[Role, ...]], ...] = (
+    ("x", "States", ("state",)),
+    ("f", "Derivatives of the states, from `rates_at`", ("derivative",)),
+    ("u", "Inputs", ("input", "command")),
+    ("du", "Rates of inputs", ("rate",)),
+    ("y", "Outputs, from `outputs_at`", ("output",)),
+    ("goal", "Goal of the controller, after its time", ("goal",)),
+    ("p", "Parameters; what follows them in the array are tables", ("parameter",)),
 )
 """Arrays of the C functions, and the roles of their variables."""
 
 
 def _source(made: Plant, drive: Any) -> tuple[Mapping[str, bytes], tuple[str, ...]]:
+    own, main = ("", _data("main.c"))
+    if made.signals:
+        own, main = made.control + _data("control.c"), _data("main_loop.c")
     texts = {
-        f"{made.name}.c": _named(made.text + _data("plain.c"), made.name),
-        f"{made.name}_main.c": _data("main.c").replace("NAME", made.name),
+        f"{made.name}.c": _named(made.text + _data("plain.c") + own, made.name),
+        f"{made.name}_main.c": main.replace("NAME", made.name),
         f"{made.name}.md": "\n".join(_arguments(made)) + "\n",
     }
     notes: tuple[str, ...] = ()
@@ -189,7 +201,7 @@ def _source(made: Plant, drive: Any) -> tuple[Mapping[str, bytes], tuple[str, ..
 
 def _named(text: str, name: str) -> str:
     """C whose functions have the name of the plant before their own for a linker, so that several plants go together."""
-    functions = re.findall(r"^(?:void|int) (\w+)\(", text, re.MULTILINE)
+    functions = re.findall(r"^(?:void|int|double) (\w+)\(", text, re.MULTILINE)
     return "\n".join([*(f"#define {one} {name}_{one}" for one in functions), "", text])
 
 
@@ -197,8 +209,11 @@ def _arguments(made: Plant) -> Iterator[str]:
     """Yield the lines that describe the arguments of the C functions."""
     yield from (f"# {made.title}", "")
     yield from _data("arguments.md").replace("NAME", made.name).splitlines()
-    for array, title, role in _ARRAYS:
-        rows = [made.variables[place] for place in made.places(role)]
+    if made.signals:
+        yield from ("", "## Controller", "", *_data("control.md").replace("NAME", made.name).splitlines())
+        yield f"Signals, in this order: {', '.join(f'`{one}`' for one in made.signals)}."
+    for array, title, roles in _ARRAYS:
+        rows = [made.variables[place] for place in made.places(*roles)]
         if not rows:
             continue
         yield from ("", f"## {title}", "", "| | name | start | unit | meaning |", "| --- | --- | --- | --- | --- |")
