@@ -101,7 +101,8 @@ from infinivar.bondgraph import model as bond_graph_models
 from infinivar.bondgraph import solver as bond_graph_solver
 from infinivar.bondgraph.audit import CLOSURE as AUDIT_CLOSURE
 from infinivar.bondgraph.c_code import c_code
-from infinivar.bondgraph.compiled_step import _collocation as collocation_text
+from infinivar.bondgraph.compiled_step import recorded as recorded_controller
+from infinivar.bondgraph.compiled_step import run_text
 from infinivar.bondgraph.loops import LawValue
 from infinivar.bondgraph.loops import ordered as ordered_loops
 from infinivar.bondgraph.model import model as bond_graph_model

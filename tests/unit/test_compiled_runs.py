@@ -20,8 +20,9 @@ from internals import (
     c_library,
     casadi_namespace,
     closed_loop,
-    collocation_text,
     kept,
+    recorded_controller,
+    run_text,
     stepper,
 )
 from internals import bond_graph_solver as solving
@@ -60,6 +61,11 @@ def code_of(name):
     return made, parameters, c_code(made, parameters)
 
 
+def controller_of(name, made):
+    """C of the controller of a case."""
+    return recorded_controller(made, closed_loop(*case(name)).controller)
+
+
 def called(function, sizes, *arrays):
     """What a C function writes into an array of that size."""
     out = np.full(sizes, np.nan)
@@ -72,7 +78,7 @@ def test_rates_are_those_of_the_python_source_and_slopes_their_derivatives(name)
     """And powers: at random states, some at rest, some slipping: to rounding; the slopes as CasADi derives the same source."""
     casadi = pytest.importorskip("casadi")
     made, parameters, code = code_of(name)
-    library = c_library.library(code.text + collocation_text())
+    library = c_library.library(run_text(code, None))
     given = code.given(parameters)
     constants = called(library.constants, code.constants, given)
     expected = made.function("dynamics", FloatNamespace, parameters)
@@ -106,7 +112,7 @@ def test_the_text_is_clean_and_always_the_same(name, tmp_path):
     )
     assert code.text == other.text
     source = tmp_path / "model.c"
-    source.write_text(code.text + collocation_text(), "utf-8")
+    source.write_text(run_text(code, controller_of(name, made)), "utf-8")
     for compiler in filter(None, map(shutil.which, ("gcc", "clang"))):
         done = subprocess.run(
             [compiler, *WARNINGS, "-O1", "-c", source, "-o", tmp_path / "model.o"], capture_output=True, text=True
@@ -119,14 +125,23 @@ def test_no_call_does_what_c_does_not_define(name, tmp_path):
     """A hundred thousand random calls, an eighth of the values no numbers or huge, under the sanitizers of gcc."""
     if shutil.which("gcc") is None:
         pytest.skip("gcc has the sanitizers")
-    _, parameters, code = code_of(name)
-    numbers = ",".join(map(repr, code.given(parameters).tolist()))
+    made, parameters, code = code_of(name)
+    own = controller_of(name, made)
+    numbers, gains, data = (
+        ",".join(map(repr, one.tolist())) for one in (code.given(parameters), own.numbers, own.data)
+    )
     folder = Path(__file__).parents[1]
     hostile = "".join((folder / name).read_text("utf-8") for name in ("hostile_numbers.c", "hostile.c"))
     source, program = tmp_path / "model.c", tmp_path / "model"
-    source.write_text(code.text + collocation_text() + hostile, "utf-8")
+    source.write_text(run_text(code, own) + hostile, "utf-8")
     checks = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
-    numbers = (f"-DPARAMETERS={numbers}", f"-DCONSTANTS={code.constants}", "-DCALLS=100000")
+    numbers = (
+        f"-DPARAMETERS={numbers}",
+        f"-DGAINS={gains}",
+        f"-DDATA={data}",
+        f"-DCONSTANTS={code.constants}",
+        "-DCALLS=100000",
+    )
     subprocess.run(["gcc", "-std=c99", "-O1", *checks, *numbers, source, "-o", program, "-lm"], check=True)
     done = subprocess.run([program], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -227,21 +242,96 @@ def test_an_imposed_motion_has_the_energies_of_a_third_solver():
     assert run.closure < 1e-9
 
 
-def test_where_no_step_is_short_enough_the_other_solver_goes_on(monkeypatch):
-    """With states and energies where they are."""
-    expected, moved, _ = energies("geared, 4 Hz")
-    calls, own = [], step._Steps.__call__
+@pytest.mark.parametrize("name", ["geared, 4 Hz", "cobotic, 4 Hz"])
+def test_where_no_step_is_short_enough_the_other_solver_goes_on(monkeypatch, name):
+    """With states, energies and the controller's memory where they are: of every 30 segments the last is not compiled."""
+    expected, moved, _ = energies(name)
+    calls, own = [], step.Loop.__call__
 
-    def failing(self, *given):
-        calls.append(given)
-        rows, problem = own(self, *given)
-        return rows, problem or ("no step is short enough" if len(calls) % 3 == 0 else "")
+    def failing(self, segments, *given):
+        calls.append(len(segments.pieces))
+        if len(calls) % 2 == 0:
+            return 0, np.empty((0, 0)), np.empty((0, 0)), list(given[1]), list(given[2])
+        return own(self, segments.part(0, min(len(segments.pieces), 29)), *given)
 
-    monkeypatch.setattr(step._Steps, "__call__", failing)
-    found, _, run = energies("geared, 4 Hz")
+    monkeypatch.setattr(step.Loop, "__call__", failing)
+    found, _, run = energies(name)
+    assert len(calls) > 10
     assert run.outcome == ""
     assert run.closure < 1e-6
     assert np.max(np.abs(found - expected)) <= 1e-6 * moved
+
+
+class Foreign:
+    """A controller of which only its samples are known: it has no C."""
+
+    def __init__(self, controller):
+        self.sample_time, self.start, self.sample = controller.sample_time, controller.start, controller.sample
+
+
+def both_ways(drive, scenario):
+    """The run whose controller is compiled, and the one that calls it in Python at every sample."""
+    loop = closed_loop(drive, scenario)
+    times = np.linspace(0.0, scenario.duration, round(scenario.duration * 400) + 1)
+    given = {"inputs": loop.inputs, "initial": loop.initial, "closure": 1.0}
+    return [solve(loop.graph, times, controller=one, **given) for one in (loop.controller, Foreign(loop.controller))]
+
+
+def assert_same(found, expected):
+    """To rounding, which friction at reversals enlarges."""
+    assert found.outcome == expected.outcome == ""
+    for name, values in (*expected.states.items(), *expected.inputs.items()):
+        other = (found.states | found.inputs)[name]
+        np.testing.assert_allclose(other, values, rtol=0.0, atol=1e-9 * max(1e-3, np.max(np.abs(values))), err_msg=name)
+
+
+@sampled("name", CASES, every=2)
+def test_the_controller_in_c_commands_what_it_does_in_python(name):
+    drive, scenario = case(name)
+    assert_same(*both_ways(drive, replace(scenario, duration=min(scenario.duration, 0.4))))
+
+
+@sampled("place", range(50), every=8, slow=2)
+def test_the_loop_in_c_is_that_in_python(place):
+    """Of any drive, motion, force and start: those that stand still, are held, run up, or whose voltage is commanded, too."""
+    drive, scenario = random_case(place)
+    assert_same(*both_ways(drive, scenario))
+
+
+def random_case(place):
+    random = np.random.default_rng(place)
+    drive = HAND.drives[random.choice(["cobotic", "cobotic-b", "motor1-gear1", "motor2-gear4"])]
+    cobotic = isinstance(drive, iv.CoboticDrive)
+    if not cobotic and random.random() < 0.5:
+        friction = iv.parts.GearFriction(friction=2e-3, viscous=1e-4, friction_stribeck=1e-3, load_motor=0.05)
+        gear = [
+            {"loss_model": "proportional"},
+            {"loss_model": "stribeck", "friction": friction, "efficiency": None},
+            {"stiffness": 50.0},
+        ]
+        drive = replace(drive, gearhead=replace(drive.gearhead, **gear[random.integers(3)]))
+    size = random.uniform(0.002, 0.02)
+    motion = [
+        iv.motion.Sinusoid(distance=size, frequency=random.uniform(0.5, 4.0)),
+        iv.motion.Reach(distance=size, time=random.uniform(0.05, 0.2), start=0.02),
+        iv.motion.Step(distance=0.2 * size, start=0.01),
+        iv.motion.Cruise(speed=size, start=0.05),
+    ][random.integers(4)]
+    force = [None, iv.motion.ConstantForce(size=10.0), iv.motion.SinusoidalForce(size=8.0, frequency=3.0)]
+    changes = {}
+    if cobotic and random.random() < 0.3:
+        changes = [
+            {"cylinder": "run-up", "run_up_time": 0.1},
+            {"steering": "held", "steering_angle": 0.2, "link": "imposed", "force": None},
+        ][random.integers(2)]
+    if random.random() < 0.2:
+        changes["electrical"] = "voltage"
+    return drive, replace(
+        HAND.scenarios["shake"],
+        motion=motion,
+        duration=random.uniform(0.15, 0.3),
+        **{"force": force[random.integers(3)], **changes},
+    )
 
 
 def test_maker_s_friction_of_cylinder_bearings_runs_in_both_ways():

@@ -19,6 +19,7 @@ import pint
 import pytest
 
 import infinivar as iv
+from fmu_unit import Unit
 from infinivar.bondgraph import solve
 from infinivar.motion import Sinusoid
 from internals import (
@@ -37,7 +38,7 @@ from run_cli import run
 from sampled import sampled
 
 fmpy = pytest.importorskip("fmpy")
-fmi1, fmi2, fmi3, validation = (pytest.importorskip(f"fmpy.{name}") for name in ("fmi1", "fmi2", "fmi3", "validation"))
+fmi1, validation = (pytest.importorskip(f"fmpy.{name}") for name in ("fmi1", "validation"))
 pytestmark = pytest.mark.skipif(c_library.compiler() is None, reason="no C compiler on this machine")
 
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-Wconversion", "-pedantic")
@@ -72,66 +73,6 @@ def exported(case, kind, scenario=None):
     found = iv.export(study.drives[name], kind, folder, name=name, scenario=scenario, sources=study.provenance)
     assert found.notes == ()
     return found.files
-
-
-class Unit:
-    """An FMU of either version, unpacked and instantiated, by the names of its variables."""
-
-    def __init__(self, file, *, exchange=False):
-        self.description = fmpy.read_model_description(str(file))
-        self.place = {one.name: one.valueReference for one in self.description.modelVariables}
-        self.third = self.description.fmiVersion.startswith("3")
-        module = fmi3 if self.third else fmi2
-        kind = f"FMU{3 if self.third else 2}{'Model' if exchange else 'Slave'}"
-        self.folder = fmpy.extract(str(file))
-        self.unit = getattr(module, kind)(
-            guid=self.description.guid,
-            unzipDirectory=self.folder,
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName="one",
-        )
-        self.unit.instantiate()
-        self.begin()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.unit.freeInstance()
-        shutil.rmtree(self.folder, ignore_errors=True)
-
-    def begin(self):
-        if self.third:
-            self.unit.enterInitializationMode()
-        else:
-            self.unit.setupExperiment()
-            self.unit.enterInitializationMode()
-        self.unit.exitInitializationMode()
-
-    def names(self, start):
-        return [name for name in self.place if name.startswith(start)]
-
-    def of(self, causality):
-        return [one.name for one in self.description.modelVariables if one.causality == causality]
-
-    def get(self, names):
-        get = self.unit.getFloat64 if self.third else self.unit.getReal
-        return np.array(get([self.place[name] for name in names]))
-
-    def set(self, values):
-        put = self.unit.setFloat64 if self.third else self.unit.setReal
-        put([self.place[name] for name in values], list(map(float, values.values())))
-
-    def change(self, unknowns, knowns, seed):
-        places = [[self.place[name] for name in names] for names in (unknowns, knowns)]
-        return np.array(self.unit.getDirectionalDerivative(*places, list(map(float, seed))))
-
-    def step(self, time, width):
-        self.unit.doStep(currentCommunicationPoint=time, communicationStepSize=width)
-
-    @property
-    def states(self):
-        return [name[4:-1] for name in self.names("der(")]
 
 
 def own_motion(drive, scenario, inputs, times):

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from infinivar._core import extras, kept
 
-FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-ffp-contract=off")
+FLAGS = ("-std=c99", "-O3", "-fPIC", "-shared", "-ffp-contract=off")
 """No contraction of products and sums: the same numbers as by single operations."""
 
 SWITCH = "INFINIVAR_COMPILE"

@@ -30,6 +30,7 @@ from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.machines.machine import Machine
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
+from infinivar.motion.motion import states_over
 from infinivar.motion.scenario import Scenario, check_scenario
 from infinivar.parts.linkage import Linkage
 from infinivar.parts.motor import Motor
@@ -250,14 +251,14 @@ def _error(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, at: Inst
     position = _load_columns(at, drive.output, drive.axis)[drive.axis.columns[0]]
     if scenario.link == "free":
         return 0.0 * position
-    return np.abs(position - np.array([scenario.path.at(time).position for time in at.time.tolist()]))
+    return np.abs(position - states_over(scenario.path, at.time)[:, 0])
 
 
 def _columns(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, run: Trajectory) -> dict[str, Any]:
     cobotic = isinstance(drive, CoboticDrive)
     prefix = "cylinder." if cobotic else ""
     voltage, current = run.at(f"{prefix}source")
-    prescribed = np.array([scenario.path.at(time).position for time in run.time])
+    prescribed = states_over(scenario.path, run.time)[:, 0]
     position, _, force = drive.axis.columns
     columns = {
         "time_s": run.time,

@@ -32,7 +32,7 @@ _INFIX = {
 _CALLED = {"abs": "fabs"}
 _GIVEN = {"states": "x", "inputs": "u", "rates": "du", "seeds": "d", "parameters": "p", "settled": "settled"}
 """Arguments of the C functions, by group."""
-_WRITTEN = {"slopes": "j", "outputs": "y", "directions": "dy"}
+_WRITTEN = {"slopes": "j", "signals": "s", "outputs": "y", "directions": "dy"}
 """Arrays that functions write into, where they are not called f."""
 
 
@@ -65,7 +65,7 @@ def c_code(
     parameters: Mapping[str, float],
     outputs: Callable[[Sequence[Number]], Sequence[Number]] | None = None,
 ) -> Code:
-    """C of the motion of a model: ``constants``, ``motion``, ``slopes``, and the ``powers`` of its sources and losses.
+    """C of the motion of a model: ``constants``, ``motion``, ``slopes``, ``signals``, and the ``powers`` of sources and losses.
 
     With outputs also ``outputs`` and ``directions``.
 
@@ -97,10 +97,11 @@ def c_code(
         written = outputs(made.function("outputs", TapeNamespace(tape), symbols)(states, inputs, rates))
     slopes = [tape.slope(one, by) for one in results for by in states]
     powers = made.function("dynamics", TapeNamespace(tape), symbols)(states, inputs, rates)[len(states) :]
+    signals = made.function("measured", TapeNamespace(tape), symbols)(states, inputs, rates)
     known = [*states, *inputs, *rates] if written else []
     seeds = [(tape.input("seeds", place), by) for place, by in enumerate(known)]
     changes = [sum(seed * tape.slope(one, by) for seed, by in seeds) for one in (*results, *written) if known]
-    functions = {"motion": results, "slopes": slopes, "powers": powers}
+    functions = {"motion": results, "slopes": slopes, "powers": powers, "signals": signals}
     if written:
         functions |= {"outputs": written, "directions": changes}
     text, writer, once = _program(tape, made.states, made.inputs, made.rates, functions)
@@ -119,7 +120,7 @@ def c_motion(
     many constants there are."""
     by = [tape.input("states", place) for place in range(len(states))]
     slopes = [tape.slope(one, state) for one in functions["motion"] for state in by]
-    text, _, once = _program(tape, states, inputs, (), {**functions, "slopes": slopes})
+    text, _, once = _program(tape, states, inputs, (), {**functions, "slopes": slopes, "signals": ()})
     return text, once
 
 
@@ -143,7 +144,7 @@ def _program(
             "#include <math.h>",
             "",
             f"enum {{ STATES = {len(states)}, POWERS = {len(functions['powers'])} }};",
-            f"enum {{ INPUTS = {len(inputs)}, RATES = {len(rates)} }};",
+            f"enum {{ INPUTS = {len(inputs)}, RATES = {len(rates)}, SIGNALS = {len(functions['signals'])} }};",
             f"static const int moving[] = {{{', '.join(str(inputs.index(name)) for name in rates) or '0'}}};",
             "",
             *(f"/* x[{place}]: {_plain(name)} */" for place, name in enumerate(states)),
@@ -161,16 +162,28 @@ def _program(
     return text, writer, len(once)
 
 
-def statements(tape: Tape, results: Sequence[Number], array: str) -> list[str]:
-    """Statements that compute results of a tape without parameters into an array, from the inputs `u` and the data `p`."""
-    writer = _Writer(tape, _begins(tape))
+def statements(tape: Tape, results: Sequence[Number], array: str, numbers: list[float] | None = None) -> list[str]:
+    """Statements that compute results of a tape without parameters into an array, from the inputs `u` and the data `p`.
+
+    With a list, the numbers of the formulas are added to it and read from an array `c`, so that the text has none of them.
+    """
+    writer = _Writer(tape, _begins(tape), numbers)
     return [*writer.body([], [(f"{array}[{place}]", one) for place, one in enumerate(results)], constants=False)]
 
 
 def table_of(tape: Tape, name: str) -> list[str]:
     """The data of a tape without parameters as an array."""
-    numbers = np.concatenate([np.zeros(1), *map(flat, tape.data({}))])[1:].tolist() or [0.0]
-    return [f"static const double {name}[] = {{", *(f"    {c_number(one)}," for one in numbers), "};", ""]
+    return array_of(data_of(tape).tolist(), name)
+
+
+def data_of(tape: Tape) -> np.ndarray:
+    """The data of a tape without parameters."""
+    return np.concatenate([np.zeros(0), *map(flat, tape.data({}))])
+
+
+def array_of(numbers: Sequence[float], name: str) -> list[str]:
+    """Numbers as an array of C."""
+    return [f"static const double {name}[] = {{", *(f"    {c_number(one)}," for one in numbers or [0.0]), "};", ""]
 
 
 def _begins(tape: Tape) -> dict[str, int]:
@@ -210,8 +223,8 @@ class _Loop(NamedTuple):
 class _Writer:
     """Prints nodes of a tape."""
 
-    def __init__(self, tape: Tape, begins: Mapping[str, int]) -> None:
-        self.tape, self.begins = tape, begins
+    def __init__(self, tape: Tape, begins: Mapping[str, int], numbers: list[float] | None = None) -> None:
+        self.tape, self.begins, self.numbers = tape, begins, numbers
         self.fixed: set[int] = set()
         for place, (operation, arguments) in enumerate(tape.nodes):
             if (
@@ -297,11 +310,14 @@ class _Writer:
         known = {place: f"k[{number}]" for number, place in enumerate(once)} if constants else {}
         yield from self._statements(self.needed((one for _, one in results), known), known)
         for target, one in results:
-            yield f"    {target} = {self._name(one.place, known) if isinstance(one, Value) else c_number(one)};"
+            yield f"    {target} = {self._name(one.place if isinstance(one, Value) else float(one), known)};"
 
     def _name(self, one: float | int, known: Mapping[int, str]) -> str:
         if isinstance(one, float):
-            return c_number(one)
+            if self.numbers is None:
+                return c_number(one)
+            self.numbers.append(one)
+            return f"c[{len(self.numbers) - 1}]"
         if one in known:
             return known[one]
         operation, arguments = self.tape.nodes[one]

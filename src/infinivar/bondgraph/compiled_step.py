@@ -1,4 +1,6 @@
-"""Steps of a motion in compiled C: equations, exact derivatives and collocation in one library, called once a segment.
+"""Runs in compiled C: equations, exact derivatives, collocation and the loop over samples in one library.
+
+A controller whose formula is recorded runs in the library as well; any other is asked by the caller, segment by segment.
 
 Source: hairer1996, section IV.8.
 """
@@ -7,85 +9,155 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from importlib import resources
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from infinivar._core.c_library import compiler, library
-from infinivar.bondgraph.c_code import Code, c_code
-from infinivar.bondgraph.inputs import Constant, Input, over
+from infinivar.bondgraph.c_code import Code, c_code, data_of, statements
+from infinivar.bondgraph.inputs import Controller, Segments
 from infinivar.bondgraph.model import Model
-
-_BESIDE = 1e-6
-"""Distance from the ends of a segment, over its width, at which inputs are looked at: they may jump at an end."""
+from infinivar.bondgraph.tape import Tape
 
 _FIRST = 0.1
 """First step tried, over the width of the first segment."""
 
 
-def compilable(made: Model, parameters: Mapping[str, float]) -> bool:
-    """Whether the system has a compiler, and every law of the model C."""
-    return _compiled(made, parameters) is not None
+class Recorded(NamedTuple):
+    """A controller as C: without its numbers, the same text for all controllers that decide alike."""
+
+    text: str
+    numbers: np.ndarray
+    """Its array `c`; empty if they are in the text."""
+    data: np.ndarray
+    """Its array `p`: tables."""
 
 
-def compiled_stepper(
-    made: Model, parameters: Mapping[str, float], rtol: float, absolute: np.ndarray
-) -> Callable[..., tuple[np.ndarray, str]] | None:
-    """What integrates states and energies over one segment as `solver.stepper` has it; None where nothing can be compiled."""
-    compiled = _compiled(made, parameters)
-    return None if compiled is None else _Steps(*compiled, parameters, rtol, absolute)
+def recorded(made: Model, controller: Any, *, numbers_apart: bool = True) -> Recorded:
+    """C of a controller of a model; its own function reads goal, signals and memory, and writes commands and memory.
+
+    Parameters
+    ----------
+    made : Model
+    controller : Any       With a formula `control(goal, measured, memory)`, the kind of its `goal`, and names of its `outputs`.
+    numbers_apart : bool   Whether its numbers are left out of the text.
+
+    Raises
+    ------
+    TypeError, AttributeError
+        If the controller has no formula, or it decides by values.
+    """
+    goals, memory = len(controller.goal._fields), len(controller.start({}))
+    places = [made.inputs.index(name) for name in controller.outputs]
+    tape, numbers = Tape({}), []
+    given = [tape.input("inputs", place) for place in range(goals + len(made.signals) + memory)]
+    measured = dict(zip(made.signals, given[goals:], strict=False))
+    commands, kept = controller.control(controller.goal(*given[:goals]), measured, given[goals + len(made.signals) :])
+    body = statements(tape, [*commands, *kept], "y", numbers if numbers_apart else None)
+    return Recorded(_text(goals, memory, places, body), np.array([*numbers, 0.0]), np.append(data_of(tape), 0.0))
 
 
-def _compiled(made: Model, parameters: Mapping[str, float]) -> tuple[ctypes.CDLL, Code] | None:
+def _text(goals: int, memory: int, places: Sequence[int], body: Sequence[str]) -> str:
+    return "\n".join(
+        [
+            f"enum {{ GOALS = {goals}, MEMORY = {memory}, COMMANDS = {len(places)} }};",
+            f"static const int commanded[] = {{{', '.join(map(str, places)) or '0'}}};",
+            "static const double settled[] = {1e-12};",
+            "static void controlled(const double *c, const double *p, const double *u, double *y)",
+            "{",
+            "    (void)c; (void)p; (void)u; (void)y; (void)settled; (void)commanded;",
+            *body,
+            "}",
+        ]
+    )
+
+
+NO_CONTROLLER = Recorded(_text(0, 0, (), ()), np.zeros(1), np.zeros(1))
+
+
+def compiled_loop(
+    made: Model, parameters: Mapping[str, float], controller: Controller | None, rtol: float, absolute: np.ndarray
+) -> Loop | None:
+    """What integrates states and energies over segments; None without a compiler, or where a law has no C."""
     code = _code(made, parameters) if compiler() is not None else None
-    compiled = None if code is None else library(code.text + _collocation())
-    return None if code is None or compiled is None else (compiled, code)
+    if code is None:
+        return None
+    own = None if controller is None else _recorded(made, controller)
+    found = library(run_text(code, own))
+    if found is None:
+        return None
+    return Loop(found, code, made, parameters, controller, own, rtol, absolute)
 
 
-class _Steps:
-    """One motion in progress, with the arrays that the library finds by their addresses."""
+def run_text(code: Code, own: Recorded | None) -> str:
+    """C of a run: a model, a controller or none, and the loop."""
+    return "\n".join([code.text, data("collocation.c"), (own or NO_CONTROLLER).text, data("sampled.c")])
+
+
+def _recorded(made: Model, controller: Any) -> Recorded | None:
+    """C of a controller; None if it has none."""
+    try:
+        return recorded(made, controller)
+    except (TypeError, AttributeError, KeyError, ValueError):
+        return None
+
+
+class Loop:
+    """One motion in progress: integrates segments, with a controller that has C or without one."""
 
     def __init__(
-        self, compiled: ctypes.CDLL, code: Code, parameters: Mapping[str, float], rtol: float, absolute: np.ndarray
+        self,
+        compiled: ctypes.CDLL,
+        code: Code,
+        made: Model,
+        parameters: Mapping[str, float],
+        controller: Any,
+        own: Recorded | None,
+        rtol: float,
+        absolute: np.ndarray,
     ) -> None:
-        self._step, self._rooms = np.zeros(1), {}
-        self._held = code.given(parameters), np.empty(code.constants), np.array(absolute, dtype=float)
-        given, constants, tolerances = map(_at, self._held)
-        self._known, self._limits = (given, constants), (rtol, tolerances, _at(self._step))
+        """With a library of `run_text`, and tolerances of states and energies."""
+        self.samples = controller is None or own is not None
+        """Whether it needs nobody else to sample."""
+        self.controller: Any = controller if own is not None else None
+        self.commands: tuple[str, ...] = () if self.controller is None else self.controller.outputs
+        """Names of the inputs that it commands."""
+        self.places = [made.inputs.index(name) for name in self.commands]
+        """Their places."""
+        own = own or NO_CONTROLLER
+        self._width, self._rtol = np.zeros(1), rtol
+        self._held = code.given(parameters), np.empty(code.constants + 1), own.numbers, own.data
+        self._absolute = np.array(absolute, dtype=float)
         compiled.constants.argtypes = [ctypes.c_void_p] * 2
-        compiled.constants(*self._known)
-        self._advance, pointer = compiled.advance, ctypes.c_void_p
-        self._advance.argtypes = [*[pointer] * 2, ctypes.c_int, *[pointer] * 4, ctypes.c_double, *[pointer] * 3]
+        compiled.constants(*map(_at, self._held[:2]))
+        pointer = ctypes.c_void_p
+        self._march = compiled.march
+        self._march.argtypes = [*[pointer] * 4, ctypes.c_int, *[pointer] * 12, ctypes.c_double, *[pointer] * 3]
 
     def __call__(
-        self, now: list[float], begin: float, required: Any, functions: Sequence[Input]
-    ) -> tuple[np.ndarray, str]:
-        """Rows at the required times, and the reason of a failure, or ""."""
-        size = len(required)
-        if size not in self._rooms:
-            self._rooms[size] = _Room(size, len(functions), len(now))
-        room = self._rooms[size]
-        room.times[0], room.times[1:], room.state[:] = begin, required, now
-        _fill(room, functions)
-        self._step[0] = self._step[0] or _FIRST * (room.times[-1] - begin)
-        times, inputs, rates, state, rows = room.places
-        status = self._advance(*self._known, size, times, inputs, rates, state, *self._limits, rows)
-        return room.rows.copy(), "" if status == 0 else "no step is short enough"
+        self, segments: Segments, now: Sequence[float], memory: Sequence[float], commands: Sequence[float]
+    ) -> tuple[int, np.ndarray, np.ndarray, list[float], list[float]]:
+        """Number of segments completed, then rows at the ends of pieces, commands of each segment, memory and commands held."""
+        self._width[0] = self._width[0] or _FIRST * (segments.times[segments.pieces[0]] - segments.times[0])
+        state, kept = np.array(now, dtype=float), np.array([*memory, 0.0], dtype=float)
+        last = np.array([*commands, 0.0], dtype=float)
+        goals = np.zeros(1)
+        if self.controller is not None:
+            goals = np.ascontiguousarray(self.controller.goals(segments.begins))
+        rows, held = np.empty((segments.pieces.sum(), len(state))), np.empty((len(segments.pieces), len(self.places)))
+        arrays = [
+            *(segments.pieces, segments.sampled, goals, segments.seen, segments.seen_rates),
+            *(segments.times, segments.inputs, segments.rates, state, kept, last, held),
+        ]
+        known, limits = map(_at, self._held), (self._rtol, _at(self._absolute), _at(self._width))
+        done = self._march(*known, len(segments.pieces), *map(_at, arrays), *limits, _at(rows))
+        return done, rows, held, kept[:-1].tolist(), last[:-1].tolist()
 
 
 def _at(array: np.ndarray) -> int:
     return array.ctypes.data
-
-
-class _Room:
-    """What a segment of that many instants needs, where the library finds it."""
-
-    def __init__(self, size: int, inputs: int, states: int) -> None:
-        self.times, self.state, self.rows = np.empty(size + 1), np.empty(states), np.empty((size, states))
-        self.inputs, self.rates = np.zeros((2, size + 1, inputs))
-        self.places = [_at(one) for one in (self.times, self.inputs, self.rates, self.state, self.rows)]
 
 
 _CODES: dict[Model, Code | None] = {}
@@ -102,24 +174,7 @@ def _code(made: Model, parameters: Mapping[str, float]) -> Code | None:
     return _CODES[made]
 
 
-def _collocation() -> str:
-    return source("collocation.c")
-
-
 @functools.cache
-def source(name: str) -> str:
-    """Content of a C file of the package."""
+def data(name: str) -> str:
+    """C of this package, by the name of its file."""
     return (resources.files("infinivar.bondgraph") / "data" / name).read_text("utf-8")
-
-
-def _fill(room: _Room, functions: Sequence[Input]) -> None:
-    """Put inputs and their rates in, at the ends of the segment as they are within it."""
-    if all(isinstance(function, Constant) for function in functions):  # between samples mostly so
-        room.inputs[:], room.rates[:] = [function.value(0.0) for function in functions], 0.0
-        return
-    times, ends = room.times, [0, -1]
-    near = _BESIDE * (times[-1] - times[0])
-    beside = times.copy()
-    beside[ends] += near, -near
-    room.inputs[:], room.rates[:] = over(functions, beside), over(functions, beside, rate=True)
-    room.inputs[ends] += room.rates[ends] * (times - beside)[ends, None]

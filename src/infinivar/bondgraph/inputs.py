@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -41,6 +41,32 @@ class Controller(Protocol):
     def sample(self, time: float, measured: Mapping[str, float], memory: Any) -> tuple[Mapping[str, float], Any]:
         """Values of inputs by name, and the new memory, from the graph's signals at a time."""
         ...
+
+
+class Segments(NamedTuple):
+    """Times and inputs of segments in order, each at its begin and at the ends of its pieces; n of all of them together."""
+
+    pieces: np.ndarray
+    """Number of pieces of each segment. (s,)"""
+    sampled: np.ndarray
+    """Whether a segment begins with a sample of the controller, 0 or 1. (s,)"""
+    begins: np.ndarray
+    """(s,) [s]"""
+    seen: np.ndarray
+    """Inputs as the controller sees them at the begin. (s, inputs)"""
+    seen_rates: np.ndarray
+    """(s, rates)"""
+    times: np.ndarray
+    """(n,) [s]"""
+    inputs: np.ndarray
+    """As they are within the segment, if they jump at its ends. (n, inputs)"""
+    rates: np.ndarray
+    """(n, inputs)"""
+
+    def part(self, first: int, last: int) -> Segments:
+        """Some of the segments; the arrays are the same."""
+        begin, end = (int(self.pieces[:place].sum()) + place for place in (first, last))
+        return Segments(*(one[first:last] for one in self[:5]), *(one[begin:end] for one in self[5:]))
 
 
 @dataclass(frozen=True, slots=True)

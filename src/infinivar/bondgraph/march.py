@@ -1,18 +1,24 @@
-"""Time integration in segments, between the instants at which an input may jump."""
+"""Time integration in segments, between the instants at which an input may jump.
+
+At a sample the controller measures and commands, what it commands is held, and the segment is integrated. This loop runs in
+compiled C over many segments, or here over one at a time: for controllers without C, and for other methods.
+"""
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from infinivar.bondgraph.graph import BondGraph, BondGraphError
-from infinivar.bondgraph.inputs import Constant, Controller, Input, over
+from infinivar.bondgraph.inputs import Constant, Controller, Input, Segments, over
 from infinivar.bondgraph.model import Model
 from infinivar.bondgraph.namespaces import FloatNamespace
+
+if TYPE_CHECKING:
+    from infinivar.bondgraph.compiled_step import Loop
 
 _SAME_TIME = 1e-9
 """Instants closer than this, relative to the duration, are equal: a sample and an output time that differ by rounding."""
@@ -22,8 +28,11 @@ _NODES, _WEIGHTS = 0.5 * (1.0 + _GAUSS), (0.5 * _WEIGHTS).tolist()
 _STEPS = np.append(_NODES, 1.0)
 """Nodes of an interval, and its end."""
 
-_MOST_NODES = 8192
-"""Nodes whose powers are summed at once; as many are held, however long the motion."""
+_BESIDE = 1e-6
+"""Distance from the ends of a segment, over its width, at which inputs are looked at: they may jump at an end."""
+
+_MOST_INTERVALS = 2048
+"""Intervals that are integrated and summed at once; as many are held, however long the motion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,6 +87,35 @@ class Watched:
         return kept.setdefault(key, np.zeros(self.outputs))
 
 
+_NOTHING = Constant(0.0)
+"""An input that the controller commands, before it does."""
+
+
+class _Chunk(NamedTuple):
+    """Segments that are integrated together; r rows at the nodes and ends of i intervals."""
+
+    segments: Segments
+    bounds: np.ndarray
+    """(s + 1,) [s]"""
+    starts: np.ndarray
+    """First row of each segment. (s,)"""
+    grid: np.ndarray
+    """(r,) [s]"""
+    widths: np.ndarray
+    """(i,) [s]"""
+    values: np.ndarray
+    """Inputs. (r, inputs)"""
+    reached: np.ndarray
+    """States, and energies that are states. (r, states)"""
+    within: np.ndarray
+    """Which times of the segments are rows; the others are begins."""
+
+    def rows(self, first: int, last: int) -> slice:
+        """Rows of some segments."""
+        end = int(self.starts[last]) if last < len(self.starts) else len(self.grid)
+        return slice(int(self.starts[first]), end)
+
+
 class March:
     """One integration in progress: results at the output times reached so far."""
 
@@ -108,73 +146,161 @@ class March:
         self.measured = made.function("measured", FloatNamespace, parameters)
         self.moving = [made.inputs.index(name) for name in made.rates]
         self.memory: Any = None
-        self.nodes: list[tuple[Any, Any, Any, Any]] = []
-        """States, inputs, rates of inputs, and times, at the nodes and ends of intervals."""
-        self.widths: list[Any] = []
+        self.commands: dict[str, float] = {}
+        """Inputs that the controller holds."""
         self.passed = 0
         """Number of intervals completed."""
         self.passed_at = np.zeros(len(times), dtype=int)
         bonds = len(made.bonds)
         self.total = np.zeros(bonds + self.extra)
-        """Energy through bonds, then of sources and losses unless they are states, over the intervals summed. [J]"""
-        self.summed = 0
-        """Number of intervals summed."""
+        """Energy through bonds, then of sources and losses unless they are states. [J]"""
         self.passed_energy = np.zeros((len(times), bonds + self.extra))
         """The same at the output times. [J]"""
 
-    def integrate(self, step: Callable[..., tuple[Any, str]], progress: Callable[[float], None]) -> str:
-        """Integrate all segments; returns the reason for an early stop, or ""."""
-        times, samples = self.times, self._samples()
-        held: dict[str, float] = {}
+    def integrate(
+        self, step: Callable[..., tuple[Any, str]], loop: Loop | None, progress: Callable[[float], None]
+    ) -> str:
+        """Integrate all segments, in the compiled loop if there is one; returns the reason for an early stop, or ""."""
+        begin, samples = float(self.times[0]), self._samples()
         bounds = self._bounds(samples)
-        sampled = np.isin(bounds, samples).tolist()
-        for piece, (begin, end) in enumerate(itertools.pairwise(bounds.tolist())):
-            if self.controller is not None and (piece == 0 or sampled[piece]):
-                measured = self._measured(begin, held)
-                if piece == 0:
-                    self.memory = self.controller.start(measured)
-                given, self.memory = self.controller.sample(begin, measured, self.memory)
-                held = dict(given)
-            functions = self._functions(held)
-            if piece == 0:
-                self.rows[0], self.reached = self.now, 1
-                self.held[0] = [function.value(begin) for function in functions]
-            problem = self._piece(step, begin, end, functions)
-            if problem:
-                self._sum()
-                return f"stopped at {times[self.reached - 1]:.6g} s: {problem}"
-            progress((end - times[0]) / (times[-1] - times[0]))
-        self._sum()
-        return ""
+        sampled = np.isin(bounds[:-1], samples)
+        sampled[0] = self.controller is not None
+        ends = np.union1d(bounds[1:], self.times[1:])
+        segment_of = np.searchsorted(bounds, ends) - 1
+        self.rows[0], self.reached = self.now, 1
+        if self.controller is not None:
+            self.memory = self.controller.start(self._measured(begin))
+        if loop is not None and loop.samples and {*self.made.inputs} - {*self.outside, *loop.commands}:
+            loop = None
+        first, problem = 0, ""
+        while first < len(bounds) - 1 and not problem:
+            # As many intervals as are held at once, of whole segments.
+            start = int(np.searchsorted(segment_of, first))
+            last = int(segment_of[min(start + _MOST_INTERVALS, len(ends)) - 1]) + 1
+            chosen = slice(start, int(np.searchsorted(segment_of, last)))
+            pieces = np.bincount(segment_of[chosen] - first)
+            chunk = self._chunk(bounds[first : last + 1], sampled[first:last], pieces, ends[chosen])
+            first, problem = last, self._through(chunk, step, loop, progress)
+        return f"stopped at {self.times[self.reached - 1]:.6g} s: {problem}" if problem else ""
 
-    def _piece(self, step: Callable[..., tuple[Any, str]], begin: float, end: float, functions: Sequence[Input]) -> str:
-        """Integrate one segment; returns the reason for an early stop, or ""."""
-        last = int(np.searchsorted(self.times, end, side="right"))
-        inside = self.times[self.reached : last]
-        requested = inside if len(inside) and inside[-1] == end else np.append(inside, end)
-        widths = np.array([end - begin]) if len(requested) == 1 else np.diff(requested, prepend=begin)
+    def _chunk(self, bounds: np.ndarray, sampled: np.ndarray, intervals: np.ndarray, ends: np.ndarray) -> _Chunk:
+        """Segments between bounds, with the inputs from outside; `intervals` of each, which have these ends."""
         stride = len(_STEPS)
-        grid = ((requested - widths)[:, None] + widths[:, None] * _STEPS).ravel()
-        grid[stride - 1 :: stride] = requested
+        widths = np.diff(ends, prepend=bounds[0])
+        grid = (ends - widths)[:, None] + widths[:, None] * _STEPS
+        grid[:, -1] = ends
+        pieces = stride * intervals
+        last = np.cumsum(pieces) + np.arange(len(pieces))
+        first = last - pieces
+        within = np.ones(len(ends) * stride + len(pieces), dtype=bool)
+        within[first] = False
+        times = np.empty(len(within))
+        times[first], times[within] = bounds[:-1], grid.ravel()
+        beside, near = times.copy(), _BESIDE * np.diff(bounds)
+        beside[first] += near
+        beside[last] -= near
+        functions = [self.outside.get(name, _NOTHING) for name in self.made.inputs]
+        moving = [self.outside.get(name, _NOTHING) for name in self.made.rates]
+        inputs, rates = over(functions, beside), over(functions, beside, rate=True)
+        values = inputs[within]
+        values[stride - 1 :: stride] = over(functions, ends)
+        for edge in (first, last):
+            inputs[edge] += rates[edge] * (times - beside)[edge, None]
+        segments = Segments(
+            pieces=pieces.astype(np.int32),
+            sampled=sampled.astype(np.int32),
+            begins=bounds[:-1],
+            seen=over(functions, bounds[:-1]),
+            seen_rates=over(moving, bounds[:-1], rate=True),
+            times=times,
+            inputs=inputs,
+            rates=rates,
+        )
+        rows = np.empty((len(values), len(self.now)))
+        return _Chunk(segments, bounds, np.cumsum(pieces) - pieces, grid.ravel(), widths, values, rows, within)
+
+    def _through(
+        self, chunk: _Chunk, step: Callable[..., tuple[Any, str]], loop: Loop | None, progress: Callable[[float], None]
+    ) -> str:
+        """Integrate the segments of a chunk; returns the reason for an early stop, or ""."""
+        done, problem, count = 0, "", len(chunk.starts)
+        while done < count and not problem:
+            if loop is not None and loop.samples:
+                done += self._looped(loop, chunk, done, count)
+            if done < count:
+                self._sample(chunk, done)
+                if loop is None or loop.samples or not self._looped(loop, chunk, done, done + 1):
+                    problem = self._stepped(step, chunk, done)
+                done += not problem
+            progress((chunk.bounds[done] - self.times[0]) / (self.times[-1] - self.times[0]))
+        self._keep(chunk, int(chunk.starts[done]) if done < count else len(chunk.grid))
+        return problem
+
+    def _looped(self, loop: Loop, chunk: _Chunk, first: int, last: int) -> int:
+        """Integrate segments in the compiled loop; returns how many it completed."""
+        own = loop.samples and self.controller is not None
+        commands = [self.commands.get(name, 0.0) for name in loop.commands]
+        done, rows, held, memory, commands = loop(
+            chunk.segments.part(first, last), self.now, self.memory if own else (), commands
+        )
+        if done:
+            places = chunk.rows(first, first + done)
+            chunk.reached[places] = rows[: places.stop - places.start]
+            self.now = chunk.reached[places.stop - 1].tolist()
+            if own:
+                self.memory, self.commands = tuple(memory), dict(zip(loop.commands, commands, strict=True))
+                pieces = chunk.segments.pieces[first : first + done]
+                chunk.values[places, loop.places] = np.repeat(held[:done], pieces, axis=0)
+        return done
+
+    def _sample(self, chunk: _Chunk, segment: int) -> None:
+        """Let the controller command, at a sample, and hold what it commanded over a segment."""
+        if chunk.segments.sampled[segment]:
+            assert self.controller is not None
+            begin = float(chunk.bounds[segment])
+            given, self.memory = self.controller.sample(begin, self._measured(begin), self.memory)
+            self.commands = dict(given)
+        for name, value in self.commands.items():
+            if name in self.made.inputs:
+                place = self.made.inputs.index(name)
+                chunk.values[chunk.rows(segment, segment + 1), place] = value
+                chunk.segments.part(segment, segment + 1).inputs[:, place] = value
+
+    def _stepped(self, step: Callable[..., tuple[Any, str]], chunk: _Chunk, segment: int) -> str:
+        """Integrate one segment by the solver's step; returns the reason for an early stop, or ""."""
+        places, functions = chunk.rows(segment, segment + 1), self._functions()
         try:
-            rows, problem = step(self.now, begin, grid, functions)
-        except (ArithmeticError, ValueError) as problem:  # a law was evaluated outside its domain
-            return f"a law is undefined at this point ({problem}). Try another stick speed or tolerance."
-        if problem:
-            return problem
-        ends = rows[stride - 1 :: stride]
-        first, values = self.reached, over(functions, grid)
-        self.rows[first:last] = ends[: len(inside)]
-        self.held[first:last] = values[stride - 1 :: stride][: len(inside)]
-        self.passed_at[first:last] = range(self.passed + 1, self.passed + 1 + len(inside))
-        self.passed += len(requested)
+            rows, problem = step(self.now, float(chunk.bounds[segment]), chunk.grid[places], functions)
+        except (ArithmeticError, ValueError) as fault:  # a law was evaluated outside its domain
+            return f"a law is undefined at this point ({fault}). Try another stick speed or tolerance."
+        if not problem:
+            chunk.reached[places] = rows
+            self.now = chunk.reached[places.stop - 1].tolist()
+        return problem
+
+    def _keep(self, chunk: _Chunk, count: int) -> None:
+        """Keep the outputs of a chunk whose first rows are complete, and sum over its nodes."""
+        if self.reached == 1 and not self.passed:
+            self.held[0] = [self._value(name, float(self.times[0]), chunk) for name in self.made.inputs]
+        stride = len(_STEPS)
+        ends = chunk.grid[stride - 1 : count : stride]
+        last = self.reached + int(np.searchsorted(self.times[self.reached :], ends[-1:], side="right").sum())
+        fresh, inside = slice(self.reached, last), np.searchsorted(ends, self.times[self.reached : last])
+        self.rows[fresh] = chunk.reached[stride - 1 : count : stride][inside]
+        self.held[fresh] = chunk.values[stride - 1 : count : stride][inside]
+        self.passed_at[fresh] = self.passed + 1 + inside
+        self.passed += len(ends)
         self.reached = last
-        self.nodes.append((rows, values, over([functions[place] for place in self.moving], grid, rate=True), grid))
-        self.widths.append(widths)
-        if (self.passed - self.summed) * len(_NODES) >= _MOST_NODES:
-            self._sum()
-        self.now = ends[-1].tolist()
-        return ""
+        if len(ends):
+            rates = chunk.segments.rates[chunk.within][:count, self.moving]
+            self._sum(
+                chunk.reached[:count], chunk.values[:count], rates, chunk.grid[:count], chunk.widths[: len(ends)], fresh
+            )
+
+    def _value(self, name: str, time: float, chunk: _Chunk) -> float:
+        """Value of an input at the begin."""
+        given = self.outside.get(name, _NOTHING).value(time)
+        return float(chunk.values[0, self.made.inputs.index(name)]) if name in self.commands else given
 
     def _bounds(self, samples: np.ndarray) -> np.ndarray:
         """Bounds of the segments."""
@@ -204,20 +330,20 @@ class March:
         nearest = np.where(found - low < high - found, low, high)
         return np.where(np.abs(found - nearest) <= _SAME_TIME * (self.times[-1] - self.times[0]), nearest, found)
 
-    def _functions(self, held: Mapping[str, float]) -> list[Input]:
+    def _functions(self) -> list[Input]:
         functions: list[Input] = []
         for name in self.made.inputs:
-            if name in held:
-                functions.append(Constant(held[name]))
+            if name in self.commands:
+                functions.append(Constant(self.commands[name]))
             elif name in self.outside:
                 functions.append(self.outside[name])
             else:
                 raise BondGraphError(f"the input {name!r} is missing")
         return functions
 
-    def _measured(self, time: float, held: Mapping[str, float]) -> dict[str, float]:
+    def _measured(self, time: float) -> dict[str, float]:
         """Signals at a time. Inputs that are not set yet count as 0."""
-        made, outside = self.made, self.outside
+        made, outside, held = self.made, self.outside, self.commands
         inputs = [outside[name].value(time) if name in outside else held.get(name, 0.0) for name in made.inputs]
         rates = [outside[name].rate(time) if name in outside else 0.0 for name in made.rates]
         return dict(zip(made.signals, self.measured(self.now[: self.count], inputs, rates), strict=True))
@@ -233,29 +359,32 @@ class March:
         own = self.rows[: self.reached, self.count :] if self.energies_too else summed[:, bonds:]
         return own, summed[:, :bonds]
 
-    def _sum(self) -> None:
-        """Quadrature over the nodes of the intervals since the last call, which are then dropped."""
-        if not self.nodes or not len(self.total):
-            self.nodes, self.widths, self.summed = [], [], self.passed
+    def _sum(
+        self,
+        states: np.ndarray,
+        inputs: np.ndarray,
+        rates: np.ndarray,
+        times: np.ndarray,
+        widths: np.ndarray,
+        fresh: slice,
+    ) -> None:
+        """Quadrature over the nodes of intervals, whose ends are dropped; `fresh` are the outputs among these."""
+        node = np.arange(len(times)) % len(_STEPS) < len(_NODES)
+        states, inputs, rates, times = states[node, : self.count], inputs[node], rates[node], times[node]
+        if not len(self.total):
             return
-        whole = [np.concatenate(parts) for parts in zip(*self.nodes, strict=True)]
-        states, inputs, rates, times = (part[np.arange(len(part)) % len(_STEPS) < len(_NODES)] for part in whole)
-        states = states[:, : self.count]
         values = self.made.function("outputs", np, self.parameters)(tuple(states.T), tuple(inputs.T), tuple(rates.T))
         bonds = len(self.made.bonds)
         passed = [effort * flow for effort, flow in zip(values[:bonds], values[bonds : 2 * bonds], strict=True)]
         powers = [*passed, *values[len(values) - self.extra :]]
-        widths = np.concatenate(self.widths)
         sums = [_mean(np.broadcast_to(power, len(states)).reshape(-1, len(_NODES))) * widths for power in powers]
+        before = self.passed - len(widths)
         if self.watch is not None:
-            ends = np.arange(self.summed + 1, self.passed + 1)
-            rows = np.searchsorted(self.passed_at[: self.reached], ends)
+            rows = np.searchsorted(self.passed_at[: self.reached], np.arange(before + 1, self.passed + 1))
             self.watched.add(self.watch(self._instants(times, states, values)), rows, widths)
         grown = np.cumsum(np.vstack([self.total, np.array(sums).T]), axis=0)
-        fresh = slice(int(np.searchsorted(self.passed_at[: self.reached], self.summed, side="right")), self.reached)
-        self.passed_energy[fresh] = grown[self.passed_at[fresh] - self.summed]
-        self.total, self.summed = grown[-1], self.passed
-        self.nodes, self.widths = [], []
+        self.passed_energy[fresh] = grown[self.passed_at[fresh] - before]
+        self.total = grown[-1]
 
     def _instants(self, times: np.ndarray, states: np.ndarray, values: Any) -> Instants:
         """Nodes by name, from what the model's function of outputs returns."""

@@ -72,15 +72,29 @@ def model(graph: BondGraph) -> Model:
         As `infinivar.bondgraph.equations.derive`, and if a law uses a function that the array namespace lacks.
     """
     key = _fingerprint(graph)
-    path = None if key is None else kept.find(key, ".json")
-    if path is not None:
-        try:
-            return Model(**{name: _tuples(value) for name, value in json.loads(path.read_text("utf-8")).items()})
-        except (OSError, ValueError, TypeError):
-            pass  # gone since, or of an older program: derive it again
-    made = _derived(graph)
-    if key is not None:
-        kept.keep(key, ".json", json.dumps(asdict(made)).encode())
+    if key is None:
+        return _derived(graph)
+    if key not in _MODELS:
+        _MODELS[key] = _kept(key) or _keep(key, _derived(graph))
+    return _MODELS[key]
+
+
+_MODELS: dict[str, Model] = {}
+"""Models of this process, by their fingerprint."""
+
+
+def _kept(key: str) -> Model | None:
+    path = kept.find(key, ".json")
+    if path is None:
+        return None
+    try:
+        return Model(**{name: _tuples(value) for name, value in json.loads(path.read_text("utf-8")).items()})
+    except (OSError, ValueError, TypeError):
+        return None  # gone since, or of an older program: derive it again
+
+
+def _keep(key: str, made: Model) -> Model:
+    kept.keep(key, ".json", json.dumps(asdict(made)).encode())
     return made
 
 
@@ -138,7 +152,7 @@ def _fingerprint(graph: BondGraph) -> str | None:
         return None
     signals = [(signal.name, signal.symbol, signal.of, signal.integral) for signal in graph.signals]
     bonds = [(bond.tail, bond.head) for bond in graph.bonds]
-    text = repr((_sources(), metadata.version("sympy"), described, bonds, signals))
+    text = repr((_sources(), described, bonds, signals))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
@@ -176,8 +190,8 @@ def _described(value: Any) -> Any:
 
 @functools.cache
 def _sources() -> str:
-    """Digest of the package's source: a changed formula invalidates every cached model."""
-    digest = hashlib.sha256()
+    """Digest of the package's source and of SymPy's version: a changed formula invalidates every cached model."""
+    digest = hashlib.sha256(metadata.version("sympy").encode())
     root = Path(__file__).parents[1]
     for folder in ("_core", "contact", "parts", "transmission", "motion", "bondgraph", "drivetrain"):
         for file in sorted(root.joinpath(folder).rglob("*.py")):

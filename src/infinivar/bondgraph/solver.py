@@ -11,7 +11,6 @@ between the instants at which an input may jump: controller samples and steps of
 from __future__ import annotations
 
 import contextlib
-import functools
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal
@@ -19,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory, audited
-from infinivar.bondgraph.compiled_step import compilable, compiled_stepper
+from infinivar.bondgraph.compiled_step import Loop, compiled_loop
 from infinivar.bondgraph.graph import BondGraph, BondGraphError
 from infinivar.bondgraph.inputs import Constant, Controller, Input
 from infinivar.bondgraph.march import March, Watch
@@ -63,11 +62,7 @@ def stepper(
         raise BondGraphError(f"method must be one of auto, LSODA, Radau, BDF, CVODES, got {method!r}")
     extra = len(made.sources) + len(made.losses) if energies_too else 0
     tolerances = np.concatenate([absolute, np.full(extra, _ENERGY_SCALE * rtol)])
-    plain = functools.partial(
-        _scipy, "LSODA" if method == "auto" else method, made, parameters, rtol, tolerances, energies_too
-    )
-    quick = compiled_stepper(made, parameters, rtol, tolerances) if method == "auto" and energies_too else None
-    return plain() if quick is None else _either(quick, plain)
+    return _scipy("LSODA" if method == "auto" else method, made, parameters, rtol, tolerances, energies_too)
 
 
 def _scipy(
@@ -134,19 +129,6 @@ def _scipy(
             atol=tolerances,
         )
         return solution.y.T, "" if solution.success else f"{solution.message} Try a larger stick speed."
-
-    return piece
-
-
-def _either(
-    first: Callable[..., tuple[Any, str]], make_second: Callable[[], Callable[..., tuple[Any, str]]]
-) -> Callable[..., tuple[Any, str]]:
-    """Function that integrates one segment by another method where the first fails; that is made only then."""
-    second = functools.cache(make_second)
-
-    def piece(*given: Any) -> tuple[Any, str]:
-        rows, problem = first(*given)
-        return second()(*given) if problem else (rows, problem)
 
     return piece
 
@@ -292,20 +274,24 @@ def solve(
     _known(graph, "state", scales or {}, made.states)
     absolute = np.array([rtol * (scales or {}).get(name, 1.0) for name in made.states])
 
-    def attempt(energies_too: bool) -> Trajectory:
+    def attempt(energies_too: bool, loop: Loop | None = None) -> Trajectory:
         run = March(made, parameters, outside, controller, times, start, energies_too, graph, watch)
         step = stepper(method, made, parameters, rtol, absolute, energies_too) if made.states else _nothing_moves
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the outcome reports a solver failure
-            outcome = run.integrate(step, progress or (lambda share: None))
+            outcome = run.integrate(step, loop, progress or (lambda share: None))
         return audited(graph, made, parameters, run, outcome, closure)
 
     if not made.states:
         return attempt(energies_too=False)
-    if not energies_as_states and not (method == "auto" and compilable(made, parameters)):
+    loop = None
+    if method == "auto":
+        own = np.full(len(made.sources) + len(made.losses), _ENERGY_SCALE * rtol)
+        loop = compiled_loop(made, parameters, controller, rtol, np.concatenate([absolute, own]))
+    if not energies_as_states and loop is None:
         with contextlib.suppress(ClosureError):
             return attempt(energies_too=False)
-    return attempt(energies_too=True)
+    return attempt(energies_too=True, loop=loop)
 
 
 def _increasing(graph: BondGraph, times: Any) -> Any:

@@ -35,6 +35,7 @@ OPERATIONS: Mapping[str, Callable[..., Any]] = {
     "isfinite": math.isfinite,
     "isnan": math.isnan,
     "atan2": math.atan2,
+    "copysign": math.copysign,
     "expm1": math.expm1,
     "log1p": math.log1p,
     **{name: getattr(FloatNamespace, name) for name in FUNCTIONS if name not in ("where", "clip")},
@@ -212,6 +213,7 @@ _SLOPES: Mapping[str, tuple[Callable[..., Number], ...]] = {
     "atan": (lambda y, a: 1.0 / (1.0 + a * a),),
     "atan2": (lambda y, a, b: b / (a * a + b * b), lambda y, a, b: -a / (a * a + b * b)),
     "tanh": (lambda y, a: 1.0 - y * y,),
+    "copysign": (lambda y, a, b: y.tape.record("copysign", 1.0, a * b), lambda y, a, b: 0.0),
 }
 """Derivative of the result y by each argument."""
 

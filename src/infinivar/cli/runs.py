@@ -319,12 +319,20 @@ def export(
             autocompletion=scenarios_of_study,
         ),
     ] = None,
+    loop: Annotated[
+        str | None,
+        typer.Option(
+            "--loop",
+            help="Scenario whose controllers are exported with the plant: they follow a goal, which is an input.",
+            autocompletion=scenarios_of_study,
+        ),
+    ] = None,
     out: Out = Path("out"),
 ) -> None:
-    """Write the plant of a drive for other programs, or an actuator of MuJoCo.
+    """Write the plant of a drive, or its closed loop, for other programs, or an actuator of MuJoCo.
 
     An FMU needs no Python; it holds a binary for this platform if a C compiler is found, and sources.
-    Inputs are the motors' currents and the force on the load: the plant has no controllers.
+    Inputs are the force on the load and the motors' currents, or with --loop the goal of their controllers.
     """
     from infinivar.exports.export import FORMATS
     from infinivar.exports.export import export as run
@@ -335,6 +343,11 @@ def export(
     loaded = load_study(study)
     name = chosen(study, "drive", drive, loaded.drives, "drive")
     of_one_axis(study, loaded.drives, "export", name)
+    if scenario is not None and loop is not None:
+        raise InputError(
+            "--scenario and --loop exclude each other: the plant alone, or with the controllers of a scenario"
+        )
+    scenario = scenario if loop is None else loop
     requested = None if scenario is None else loaded.scenarios[chosen(study, "scenario", scenario, loaded.scenarios)]
     with naming_place(study, f"drives.{name}"):
         found = run(
@@ -345,6 +358,7 @@ def export(
             title=loaded.titles[name],
             scenario=requested,
             load_mass=loaded.load_mass,
+            closed=loop is not None,
             sources=loaded.provenance,
         )
     say(f"Wrote {', '.join(map(str, found.files))}")

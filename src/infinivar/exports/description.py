@@ -63,7 +63,7 @@ def base_units(unit: str) -> dict[str, int]:
 
 def token(plant: Plant, version: str) -> str:
     """Identifier of a model's content: the same for the same model."""
-    content = "\n".join([version, plant.name, plant.title, *map(repr, plant.variables), plant.text])
+    content = "\n".join([version, plant.name, plant.title, *map(repr, plant.variables), plant.text, plant.control])
     return f"{{{hashlib.sha256(content.encode()).hexdigest()[:32]}}}"
 
 
@@ -83,7 +83,9 @@ def model_description(plant: Plant, version: str, program: str) -> bytes:
             "fmiVersion": version,
             "modelName": plant.title,
             "guid" if second else "instantiationToken": token(plant, version),
-            "description": "Plant of a drive-train, without its controllers",
+            "description": "Drive-train with its controllers"
+            if plant.signals
+            else "Plant of a drive-train, without its controllers",
             "generationTool": program,
             "variableNamingConvention": "structured",
             **({"numberOfEventIndicators": "0"} if second else {}),
@@ -139,6 +141,8 @@ _KINDS = {
     "rate": ("input", "continuous", None),
     "output": ("output", "continuous", "calculated"),
     "parameter": ("parameter", "tunable", "exact"),
+    "command": ("local", "discrete", "calculated"),
+    "goal": ("input", "continuous", None),
 }
 """Causality, variability and initial value of each role."""
 

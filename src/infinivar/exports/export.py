@@ -76,9 +76,10 @@ def export(
     title: str = "",
     scenario: Scenario | None = None,
     load_mass: float | None = None,
+    closed: bool = False,
     sources: Iterable[Provenance] = (),
 ) -> Exported:
-    """Write the plant of a drive, without its controllers, for other programs.
+    """Write the plant of a drive, without its controllers or with them, for other programs.
 
     Parameters
     ----------
@@ -95,6 +96,8 @@ def export(
         load is pushed or moved, its mass, and where the motion starts. Default: currents, a load that a force pushes, at
         rest, with the cylinder at its speed. Does not apply to "mujoco".
     load_mass : float      Mass of the load of the default scenario, or its moment of inertia. [kg] or [kg m^2]
+    closed : bool          Whether the controllers of the scenario are part of it: they follow a goal, position, speed and
+        acceleration, which are inputs.
     sources : iterable of Provenance   Such as ``study.provenance``: where the values of parameters come from.
 
     Returns
@@ -118,13 +121,13 @@ def export(
         raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
     identifier = _identifier(name)
     if kind == "mujoco":
-        require(scenario is None, "scenario", "one", "left out: MuJoCo has the load and the motion")
+        require(scenario is None and not closed, "scenario", "one", "left out: MuJoCo has the load and the motion")
         content, notes = mujoco_files(drive, identifier, load_mass)
     else:
         used = _usual(drive, load_mass) if scenario is None else scenario
         check_scenario(used)
         own = [row for row in sources if row.owner == name]
-        made = plant(drive, used, identifier, title or name, own)
+        made = plant(drive, used, identifier, title or name, own, closed=closed)
         content, notes = _source(made, drive) if kind == "c" else _fmu(made, _VERSIONS[kind])
     folder = path_of(out, "out")
     with all_files_or_none(*(folder / file for file in content)) as files:
@@ -159,7 +162,12 @@ def _fmu(made: Plant, version: str) -> tuple[Mapping[str, bytes], tuple[str, ...
         f"static const int settable[] = {{{', '.join(settable) or '0'}}};",
     ]
     text = "\n".join(
-        [_named(made.text, made.name), *known, *map(_data, ("instance.c", f"fmi{version[0]}.c", "both.c"))]
+        [
+            _named(made.text, made.name),
+            made.control,
+            *known,
+            *map(_data, ("instance.c", f"fmi{version[0]}.c", "both.c")),
+        ]
     )
     files = {
         "modelDescription.xml": model_description(made, version, f"infinivar {__version__}"),
@@ -217,21 +225,25 @@ def _own() -> Platform | None:
     return next((one for one in PLATFORMS if one.fmi3 == system), None)
 
 
-_ARRAYS: tuple[tuple[str, str, Role], ...] = (
-    ("x", "States", "state"),
-    ("f", "Derivatives of the states, from `rates_at`", "derivative"),
-    ("u", "Inputs", "input"),
-    ("du", "Rates of inputs", "rate"),
-    ("y", "Outputs, from `outputs_at`", "output"),
-    ("p", "Parameters; what follows them in the array are tables", "parameter"),
+_ARRAYS: tuple[tuple[str, str, tuple[Role, ...]], ...] = (
+    ("x", "States", ("state",)),
+    ("f", "Derivatives of the states, from `rates_at`", ("derivative",)),
+    ("u", "Inputs", ("input", "command")),
+    ("du", "Rates of inputs", ("rate",)),
+    ("y", "Outputs, from `outputs_at`", ("output",)),
+    ("goal", "Goal of the controller, after its time", ("goal",)),
+    ("p", "Parameters; what follows them in the array are tables", ("parameter",)),
 )
 """Arrays of the C functions, and the roles of their variables."""
 
 
 def _source(made: Plant, drive: Any) -> tuple[Mapping[str, bytes], tuple[str, ...]]:
+    own, main = ("", _data("main.c"))
+    if made.signals:
+        own, main = made.control + _data("control.c"), _data("main_loop.c")
     texts = {
-        f"{made.name}.c": _named(made.text + _data("plain.c"), made.name),
-        f"{made.name}_main.c": _data("main.c").replace("NAME", made.name),
+        f"{made.name}.c": _named(made.text + _data("plain.c") + own, made.name),
+        f"{made.name}_main.c": main.replace("NAME", made.name),
         f"{made.name}.md": "\n".join(_arguments(made)) + "\n",
     }
     notes: tuple[str, ...] = ()
@@ -253,7 +265,7 @@ def _source(made: Plant, drive: Any) -> tuple[Mapping[str, bytes], tuple[str, ..
 
 def _named(text: str, name: str) -> str:
     """C whose functions have the name of the plant before their own for a linker, so that several plants go together."""
-    functions = re.findall(r"^(?:void|int) (\w+)\(", text, re.MULTILINE)
+    functions = re.findall(r"^(?:void|int|double) (\w+)\(", text, re.MULTILINE)
     return "\n".join([*(f"#define {one} {name}_{one}" for one in functions), "", text])
 
 
@@ -261,8 +273,11 @@ def _arguments(made: Plant) -> Iterator[str]:
     """Yield the lines that describe the arguments of the C functions."""
     yield from (f"# {made.title}", "")
     yield from _data("arguments.md").replace("NAME", made.name).splitlines()
-    for array, title, role in _ARRAYS:
-        rows = [made.variables[place] for place in made.places(role)]
+    if made.signals:
+        yield from ("", "## Controller", "", *_data("control.md").replace("NAME", made.name).splitlines())
+        yield f"Signals, in this order: {', '.join(f'`{one}`' for one in made.signals)}."
+    for array, title, roles in _ARRAYS:
+        rows = [made.variables[place] for place in made.places(*roles)]
         if not rows:
             continue
         yield from ("", f"## {title}", "", "| | name | start | unit | meaning |", "| --- | --- | --- | --- | --- |")

@@ -1,4 +1,4 @@
-"""The plant of a drive as other programs see it: variables with units and sources, and C without dependencies."""
+"""The plant of a drive, or its closed loop, as other programs see it: variables with units and sources, and C."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ import functools
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import resources
 from typing import Any, Literal, NamedTuple
 
 from infinivar._core.fields import quantities_of, value_at, with_values
-from infinivar.bondgraph.c_code import Code, c_code
+from infinivar.bondgraph.c_code import Code, array_of, c_code
+from infinivar.bondgraph.compiled_step import NO_CONTROLLER, Recorded, data, recorded
 from infinivar.bondgraph.graph import SOURCES, Bond, BondGraph
 from infinivar.bondgraph.inputs import Input
 from infinivar.bondgraph.model import Model, model
-from infinivar.drivetrain.graphs.closed_loop import closed_loop, scenario_graph
+from infinivar.drivetrain.graphs.closed_loop import ClosedLoop, closed_loop, scenario_graph
 from infinivar.errors import InputError, printable
 from infinivar.exports.domains import Domain, domains, unit_of_input, unit_of_signal, unit_of_state
 from infinivar.motion.scenario import Scenario
 from infinivar.study.provenance import Provenance
 
-Role = Literal["time", "state", "derivative", "input", "rate", "output", "parameter"]
+Role = Literal["time", "state", "derivative", "input", "command", "rate", "output", "parameter", "goal"]
 
 _CHANGE = 1e-6
 """Relative change of a field by which the parameters that it decides are found."""
@@ -51,7 +51,8 @@ class Plant:
     Attributes
     ----------
     name, title     Identifier of at most 64 letters, and headline.
-    variables       Time, states, their derivatives, inputs, rates of inputs, outputs, parameters.
+    variables       Time, states, their derivatives, inputs, rates of inputs, outputs, parameters, goal of the controller. Of
+        the inputs those that the controller commands have a role of their own.
     code            C of the equations; `text` has with it what a run needs.
     behind          Places of the variables behind each derivative and output, by its place.
     """
@@ -62,14 +63,20 @@ class Plant:
     code: Code
     text: str
     behind: Mapping[int, tuple[int, ...]]
+    control: str
+    """C of the controller, or of none."""
+    signals: tuple[str, ...] = ()
+    """What the controller reads after its goal; empty without one."""
 
     def places(self, *roles: Role) -> list[int]:
         """Places of the variables of these roles."""
         return [place for place, one in enumerate(self.variables) if one.role in roles]
 
 
-def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterable[Provenance]) -> Plant:
-    """The plant of a drive in a scenario, without its controllers.
+def plant(
+    drive: Any, scenario: Scenario, name: str, title: str, sources: Iterable[Provenance], *, closed: bool = False
+) -> Plant:
+    """The plant of a drive in a scenario, without its controllers or with them.
 
     Parameters
     ----------
@@ -77,6 +84,7 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
     scenario : Scenario   States what the amplifier imposes, what the load is, and where the motion starts.
     name, title : str
     sources : iterable of Provenance   Of the drive's values.
+    closed : bool         Whether the controllers are part of it, which follow a goal.
 
     Raises
     ------
@@ -99,8 +107,11 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
         described(name, "state", unit_of_state(graph, name, kind, found), float(loop.initial.get(name, 0.0)))
         for name, kind in zip(made.states, made.state_kinds, strict=True)
     ]
+    commanded = loop.controller.outputs if closed else ()
     inputs = [
-        described(name, "input", unit_of_input(graph, name, found), _begun(loop.inputs.get(name, 0.0)))
+        described(name, "command", unit_of_input(graph, name, found))
+        if name in commanded
+        else described(name, "input", unit_of_input(graph, name, found), _begun(loop.inputs.get(name, 0.0)))
         for name in made.inputs
     ]
     signals = [
@@ -112,6 +123,7 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
     single = [2 * len(made.bonds) + place for place, _ in signals] + [place for place, _ in ports]
     with naming_laws():
         code = c_code(made, parameters, functools.partial(_outputs, made, single))
+        control = recorded(made, loop.controller, numbers_apart=False) if closed else NO_CONTROLLER
     tables = {symbol for _, held in code.tape.held for symbol in held}
     stated = _stated(drive, scenario, graph, sources)
     rows = [
@@ -126,6 +138,7 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
             Variable(_plain(one), "parameter", symbols[one].unit or "1", stated[one], parameters[one], one in tables)
             for one in code.tape.parameters
         ),
+        *(_goal(drive, loop) if closed else []),
     ]
     variables = tuple(_distinct(rows))
     return Plant(
@@ -134,7 +147,9 @@ def plant(drive: Any, scenario: Scenario, name: str, title: str, sources: Iterab
         variables=variables,
         code=code,
         text=_text(code, parameters, variables),
+        control=_control(control, variables, loop if closed else None),
         behind=_behind(code, variables),
+        signals=made.signals if closed else (),
     )
 
 
@@ -147,6 +162,22 @@ def naming_laws() -> Iterator[None]:
         raise InputError(
             f"a law of the drive has no C, as it is not written over the array namespace alone: {problem}"
         ) from problem
+
+
+def _goal(drive: Any, loop: ClosedLoop) -> list[Variable]:
+    """What the controllers follow: the motion of the load, or of the drive's side of springs, linkage and elastic stage."""
+    start = loop.controller.goal(*loop.controller.goals([0.0])[0].tolist())
+    length = drive.output.linkage.rotary_drive if drive.output.linkage else drive.axis.rotary
+    unit = "rad" if length else "m"
+    of = "of the drive's side of its output" if getattr(loop.controller, "planned", None) else "of the load"
+    rows = [
+        Variable("goal.position", "goal", unit, f"position {of} to follow", start.position),
+        Variable("goal.speed", "goal", f"{unit}/s", f"speed {of} to follow", start.speed),
+        Variable("goal.acceleration", "goal", f"{unit}/s^2", f"acceleration {of} to follow", start.acceleration),
+    ]
+    if getattr(loop.controller, "planned", None):
+        rows.append(Variable("goal.load", "goal", "A", "current for the planned force of the load", start.load))
+    return rows
 
 
 def _begun(given: float | Input) -> float:
@@ -276,8 +307,13 @@ def _distinct(rows: Iterable[Variable]) -> Iterator[Variable]:
 
 def _behind(code: Code, variables: Sequence[Variable]) -> dict[int, tuple[int, ...]]:
     begins = {
-        group: next((place for place, one in enumerate(variables) if one.role == role), 0)
-        for group, role in (("states", "state"), ("inputs", "input"), ("rates", "rate"), ("parameters", "parameter"))
+        group: next((place for place, one in enumerate(variables) if one.role in roles), 0)
+        for group, roles in (
+            ("states", ("state",)),
+            ("inputs", ("input", "command")),
+            ("rates", ("rate",)),
+            ("parameters", ("parameter",)),
+        )
     }
     computed = [place for place, one in enumerate(variables) if one.role in ("derivative", "output")]
     return {
@@ -289,22 +325,39 @@ def _behind(code: Code, variables: Sequence[Variable]) -> dict[int, tuple[int, .
 def _text(code: Code, parameters: Mapping[str, float], variables: Sequence[Variable]) -> str:
     """C of the equations and of a run, with the numbers that the plant starts from."""
     given = code.given(parameters).tolist()
-
-    def starts(role: Role) -> list[float]:
-        return [one.start or 0.0 for one in variables if one.role == role]
-
+    outputs, settable = (len(_starts(variables, role)) for role in ("output", "parameter"))
     return "\n".join(
         [
             code.text,
-            (resources.files("infinivar.bondgraph") / "data" / "collocation.c").read_text("utf-8"),
-            f"enum {{ OUTPUTS = {sum(one.role == 'output' for one in variables)}, PARAMETERS = {len(starts('parameter'))}, "
-            f"GIVEN = {len(given)}, CONSTANTS = {code.constants} }};",
+            data("collocation.c"),
+            f"enum {{ OUTPUTS = {outputs}, PARAMETERS = {settable}, GIVEN = {len(given)}, CONSTANTS = {code.constants} }};",
             _array("start_given", given),
-            _array("start_states", starts("state")),
-            _array("start_inputs", [*starts("input"), *starts("rate")]),
+            _array("start_states", _starts(variables, "state")),
+            _array("start_inputs", [*_starts(variables, "input", "command"), *_starts(variables, "rate")]),
             "",
         ]
     )
+
+
+def _control(control: Recorded, variables: Sequence[Variable], loop: ClosedLoop | None) -> str:
+    """C of the controller, with the numbers that it starts from."""
+    goal = _starts(variables, "goal")
+    return "\n".join(
+        [
+            control.text,
+            "",
+            f"enum {{ SHOWN = {len(goal)} }};",
+            _array("start_goal", goal),
+            _array("start_memory", [] if loop is None else loop.controller.start({})),
+            *array_of(control.data.tolist(), "control_data")[:-1],
+            f"static const double period = {1.0 if loop is None else loop.controller.sample_time!r};",
+            "",
+        ]
+    )
+
+
+def _starts(variables: Sequence[Variable], *roles: Role) -> list[float]:
+    return [one.start or 0.0 for one in variables if one.role in roles]
 
 
 def _array(name: str, values: Iterable[float]) -> str:

@@ -24,7 +24,7 @@ from infinivar._core.c_library import FLAGS, compiler, library
 from infinivar._core.collocation import MOVED, Step, StuckError
 from infinivar.bondgraph import c_code, tape
 from infinivar.bondgraph.c_code import c_motion, flat
-from infinivar.bondgraph.compiled_step import source
+from infinivar.bondgraph.compiled_step import data
 from infinivar.bondgraph.recorded import Recorded
 from infinivar.bondgraph.tape import Number, Tape, Value
 from infinivar.machines.system import Inputs, Outside, System
@@ -239,7 +239,7 @@ def _written(key: str, recorded: Tape, inputs: int, functions: dict[str, list[Nu
     states = [f"state {place}" for place in range(len(functions["motion"]))]
     text, constants = c_motion(recorded, states, [f"input {place}" for place in range(inputs)], functions)
     count = f"enum {{ WATCHED = {len(functions['watched'])} }};\n"
-    text += count + source("collocation.c") + source("watched.c")
+    text += count + data("collocation.c") + data("watched.c")
     kept.keep(key, ".json", json.dumps([text, constants]).encode())
     return text, constants
 
@@ -247,7 +247,7 @@ def _written(key: str, recorded: Tape, inputs: int, functions: dict[str, list[Nu
 @functools.cache
 def _program() -> str:
     """What else the text depends on."""
-    return "".join([*map(inspect.getsource, (tape, c_code)), source("collocation.c"), source("watched.c")])
+    return "".join([*map(inspect.getsource, (tape, c_code)), data("collocation.c"), data("watched.c")])
 
 
 def _at(array: np.ndarray) -> int:

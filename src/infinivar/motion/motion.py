@@ -48,6 +48,14 @@ class Motion(Protocol):
         ...
 
 
+def states_over(path: Motion, times: Any) -> np.ndarray:
+    """States of a motion at many times; at once if it has a method `over` for that. (n, 3) [m], [m s^-1], [m s^-2]"""
+    over = getattr(path, "over", None)
+    if over is not None and len(times) > 1:
+        return np.stack(np.broadcast_arrays(*over(np.asarray(times))), axis=-1)
+    return np.array([path.at(float(time)) for time in times], dtype=float).reshape(-1, 3)
+
+
 class AlongOrAbout:
     """Base of motions and forces given by one of two fields: a value along a line, or one about a joint."""
 
@@ -131,8 +139,11 @@ class PeriodicMotion(Whole, abc.ABC):
 
     def at(self, time: float) -> MotionState:
         """Position [m], speed [m s^-1] and acceleration [m s^-2] at a time [s]."""
-        position, speed, acceleration = self.derivatives(np.array([time % self.period]), 2)
-        return MotionState(float(position[0]), float(speed[0]), float(acceleration[0]))
+        return MotionState(*(float(one[0]) for one in self.over(np.array([time]))))
+
+    def over(self, times: np.ndarray) -> list[np.ndarray]:
+        """The same at many times. (n,) each"""
+        return self.derivatives(times % self.period, 2)
 
 
 class Force(Protocol):

@@ -136,6 +136,12 @@ class Reach(AlongOrAbout, Whole):
             return MotionState(0.0, 0.0, 0.0)
         return MotionState(*reach(self.profile, self.magnitude, self.time, min(since, self.time), 2))
 
+    def over(self, times: np.ndarray) -> list[np.ndarray]:
+        """The same at many times. (n,) each"""
+        since = times - self.start
+        moved = reach(self.profile, self.magnitude, self.time, np.clip(since, 0.0, self.time), 2)
+        return [np.where(since < 0.0, 0.0, one) for one in moved]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hold(PeriodicMotion):

@@ -317,3 +317,8 @@ void slopes_at(const double *p, const double *k, const double *x, const double *
 {
     slopes(p, k, x, u, du, j);
 }
+
+void signals_at(const double *p, const double *k, const double *x, const double *u, const double *du, double *s)
+{
+    signals(p, k, x, u, du, s);
+}

@@ -1,12 +1,17 @@
-"""Loops of sampled controllers whose bandwidth places their poles: a PI speed loop and a position servo, of limited output."""
+"""Loops of sampled controllers whose bandwidth places their poles: a PI speed loop and a position servo, of limited output.
+
+They compute with floats, or record what they do on a tape, from which it is printed as C.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from infinivar._core.fields import given
+from infinivar.bondgraph.tape import Number, Value
 from infinivar.parts.motor import Motor
 
 _SLOWEST = 0.05
@@ -22,13 +27,14 @@ class Loop:
     limit: float
 
     def act(
-        self, error: float, memory: float, period: float, ahead: Callable[[float], float] = lambda grown: grown
-    ) -> tuple[float, float]:
+        self, error: Number, memory: Number, period: Number, ahead: Callable[[Number], Number] = lambda grown: grown
+    ) -> tuple[Number, Number]:
         """Output and new integral; `memory` is the integral so far, `ahead` maps it to the output with feedforward."""
         grown = memory + self.integral * error * period
         demanded = self.proportional * error + ahead(grown)
-        output = min(max(demanded, -self.limit), self.limit)
-        return output, grown if output == demanded or (demanded > output) != (error > 0) else memory
+        output = within(demanded, self.limit)
+        further = choose(demanded > output, lambda: error > 0, lambda: error <= 0)
+        return output, choose(output == demanded, lambda: grown, lambda: choose(further, lambda: memory, lambda: grown))
 
 
 def speed_loop(bandwidth: float, inertia: float, gain: float, limit: float) -> Loop:
@@ -64,7 +70,7 @@ class Servo:
             limit=limit,
         )
 
-    def act(self, error: float, speed: float, demanded_speed: float) -> float:
+    def act(self, error: Number, speed: Number, demanded_speed: Number) -> Number:
         """Current for an angle error, the angular speed and the commanded speed. [rad], [rad s^-1]"""
         heading = demanded_speed + self.proportional / self.damping * error
         current = (
@@ -72,17 +78,51 @@ class Servo:
             + self.damping * (demanded_speed - speed)
             + self.friction * share_of(heading, self.full_speed)
         )
-        return min(max(current, -self.limit), self.limit)
+        return within(current, self.limit)
 
 
-def share_of(value: float, full: float) -> float:
+def choose(condition: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
+    """What one of two functions gives, numbers or tuples of them; of recorded values both are evaluated."""
+    if not isinstance(condition, Value):
+        return yes() if condition else no()
+    return _chosen(condition, yes(), no())
+
+
+def _chosen(condition: Value, yes: Any, no: Any) -> Any:
+    if isinstance(yes, tuple):
+        return tuple(_chosen(condition, *both) for both in zip(yes, no, strict=True))
+    return condition.tape.record("where", condition, yes, no)
+
+
+def within(value: Number, limit: float) -> Number:
+    """A value, or the limit of its size."""
+    if isinstance(value, Value):
+        return value.__array_namespace__().clip(value, -limit, limit)
+    return min(max(value, -limit), limit)
+
+
+def share_of(value: Number, full: float) -> Number:
     """A value over that from which on it counts in full, within -1 and 1."""
-    return min(max(value / full, -1.0), 1.0)
+    return within(value / full, 1.0)
 
 
-def turning_speed(speed: float, set_speed: float) -> float:
+def signed(size: Number, like: Number) -> Number:
+    """A size with the sign of another number."""
+    for one in (size, like):
+        if isinstance(one, Value):
+            return one.tape.record("copysign", size, like)
+    return math.copysign(size, like)
+
+
+def arc_tangent(value: Number) -> Number:
+    """Angle of a slope. [rad]"""
+    return value.tape.record("atan", value) if isinstance(value, Value) else math.atan(value)
+
+
+def turning_speed(speed: Number, set_speed: float) -> Number:
     """Speed of a cylinder by which wheels are steered, in the direction in which it is set. [rad s^-1]"""
-    return math.copysign(max(abs(speed), _SLOWEST * abs(set_speed)), set_speed)
+    least = _SLOWEST * abs(set_speed)
+    return signed(choose(abs(speed) > least, lambda: abs(speed), lambda: least), set_speed)
 
 
 def largest_current(stated: float | None, motor: Motor) -> float:

@@ -8,12 +8,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeVar
 
-import numpy as np
-
 from infinivar._core.fields import given
 from infinivar.bondgraph.causality import assign
 from infinivar.bondgraph.graph import BondGraph
 from infinivar.bondgraph.inputs import Input
+from infinivar.bondgraph.tape import Number
 from infinivar.contact.friction import STICK_SPEED
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.control import CoboticControl, ConventionalControl, one_axis
@@ -330,13 +329,13 @@ def _conventional_controller(
         gear_friction=_friction_by_speed(drive),
         full_speed=hardly,
         path=path if scenario.link != "free" else None,
-        planned=functools.partial(_planned_current, path, gain) if isinstance(path, Planned) else _no_current,
+        planned=functools.partial(_planned_current, path, gain) if isinstance(path, Planned) else None,
         standstill=_standstill(settings, hardly, 0.5),
         holding=functools.partial(_holding, drive),
         encoder=_encoder(drive, scenario, path),
         # A gear that locks hardly shows which way its load acts.
         started=0.0 if drive.gearhead.law().factored or isinstance(path, Planned) else -_outer_force(scenario) / gain,
-        output="I_n" if scenario.electrical == "voltage" else "source",
+        outputs=("I_n",) if scenario.electrical == "voltage" else ("source",),
     )
 
 
@@ -375,7 +374,7 @@ def _with_factors_alone(drive: ConventionalDrive) -> ConventionalDrive:
     return drive if gear.law().factored else replace(drive, gearhead=gear.without_friction())
 
 
-def _friction_by_speed(drive: ConventionalDrive) -> Callable[[float, float], tuple[float, float]]:
+def _friction_by_speed(drive: ConventionalDrive) -> Callable[[Number, Number], tuple[Number, Number]]:
     """What friction of the gearhead takes that factors do not express; see `ConventionalController.gear_friction`."""
     law = drive.gearhead.law(drive.motor.continuous_torque)
     if law.factored:
@@ -385,10 +384,10 @@ def _friction_by_speed(drive: ConventionalDrive) -> Callable[[float, float], tup
 
 
 def _friction_current(
-    law: GearLaw, torque_constant: float, travel: float, step: float, current: float, speed: float
-) -> tuple[float, float]:
+    law: GearLaw, torque_constant: float, travel: float, step: float, current: Number, speed: Number
+) -> tuple[Number, Number]:
     torque, turning = current * torque_constant, speed / travel * float(law.ratio)
-    lost, more = law.size(turning, np.array([torque, torque + step])).tolist()
+    lost, more = (law.size(turning, one) for one in (torque, torque + step))
     return lost / torque_constant, (more - lost) / step
 
 
@@ -421,11 +420,11 @@ def _standstill(settings: CoboticControl | ConventionalControl, stick_speed: flo
     )
 
 
-def _holding(drive: ConventionalDrive, current: float) -> float:
+def _holding(drive: ConventionalDrive, current: Number) -> Number:
     """Holding current with the help of friction, given the holding current without it. [A]"""
     motor = drive.motor
     force = current * motor.torque_constant * drive.gearhead.ratio / _travel(drive)
-    helped = float(_bare(drive).operate(speed=0.0, force=force).states["motor_current_A"])
+    helped = _bare(drive).operate(speed=0.0, force=force).states["motor_current_A"]
     return current + _TRUSTED * (helped - current)
 
 
@@ -434,9 +433,5 @@ def _planned_current(path: Planned, gain: float, time: float) -> float:
     return path.force(time) / gain
 
 
-def _no_friction(current: float, speed: float) -> tuple[float, float]:
+def _no_friction(current: Number, speed: Number) -> tuple[float, float]:
     return 0.0, 0.0
-
-
-def _no_current(time: float) -> float:
-    return 0.0

@@ -96,6 +96,10 @@ typedef struct {
 API(int) OWN(NewDiscreteStates)(plant *one, event_info *info)
 {
     memset(info, 0, sizeof *info);
+    if (one) {
+        event(one, &info->next);
+        info->next_defined = COMMANDS > 0;
+    }
     return said(one, NULL);
 }
 

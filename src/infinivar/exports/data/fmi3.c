@@ -162,6 +162,10 @@ API(int) OWN(UpdateDiscreteStates)(plant *one, bool *again, bool *terminates, bo
 {
     *again = *terminates = *nominals = *states = *defined = false;
     *next = 0.0;
+    if (one) {
+        event(one, next);
+        *defined = COMMANDS > 0;
+    }
     return said(one, NULL);
 }
 

@@ -11,13 +11,15 @@ enum {
     AT_INPUTS = AT_DERIVATIVES + STATES,
     AT_OUTPUTS = AT_INPUTS + INPUTS + RATES,
     AT_PARAMETERS = AT_OUTPUTS + OUTPUTS,
-    AT_END = AT_PARAMETERS + PARAMETERS,
+    AT_GOALS = AT_PARAMETERS + PARAMETERS,
+    AT_END = AT_GOALS + SHOWN,
     NAME_LETTERS = 64
 };
-/* Value references: time, states, their derivatives, inputs, rates of inputs, outputs, parameters. */
+/* Value references: time, states, their derivatives, inputs, rates of inputs, outputs, parameters, goal of the controller. */
 
 typedef struct {
     double time, width, p[GIVEN], x[STATES], u[INPUTS + RATES + 1];
+    double begin, samples, goal[SHOWN + 1], memory[MEMORY + 1]; /* of the controller: begin and number of its samples */
 } situation;
 
 typedef struct {
@@ -29,6 +31,7 @@ typedef struct {
 } plant;
 
 static const double usual_tolerance = 1e-8;
+static const double same_time = 1e-6; /* of a sample's period: instants closer than this are one */
 
 static const char *started(plant *one)
 {
@@ -36,6 +39,8 @@ static const char *started(plant *one)
     memcpy(one->now.p, start_given, sizeof start_given);
     memcpy(one->now.x, start_states, sizeof start_states);
     memcpy(one->now.u, start_inputs, (INPUTS + RATES) * sizeof(double));
+    memcpy(one->now.goal, start_goal, SHOWN * sizeof(double));
+    memcpy(one->now.memory, start_memory, MEMORY * sizeof(double));
     one->tolerance = usual_tolerance;
     constants(one->now.p, one->k);
     return NULL;
@@ -87,11 +92,22 @@ static const char *get(const plant *one, const unsigned *references, size_t coun
                     : at < AT_INPUTS      ? f[at - AT_DERIVATIVES]
                     : at < AT_OUTPUTS     ? one->now.u[at - AT_INPUTS]
                     : at < AT_PARAMETERS  ? y[at - AT_OUTPUTS]
-                                          : one->now.p[at - AT_PARAMETERS];
+                    : at < AT_GOALS       ? one->now.p[at - AT_PARAMETERS]
+                                          : one->now.goal[at - AT_GOALS];
         moved = moved > 0;
         written = written > 0;
     }
     return all_finite(values, count) ? NULL : "a value is not finite";
+}
+
+static int is_commanded(unsigned input)
+{
+    for (int i = 0; i < COMMANDS; i++) {
+        if (input == (unsigned)commanded[i]) {
+            return 1;
+        }
+    }
+    return 0;
 }
 
 /* All values or none. */
@@ -104,8 +120,9 @@ static const char *set(plant *one, const unsigned *references, size_t count, con
     for (size_t i = 0; i < count; i++) {
         const unsigned at = references[i];
         const int is_state = at >= AT_STATES && at < AT_DERIVATIVES, is_input = at >= AT_INPUTS && at < AT_OUTPUTS;
-        const int is_parameter = at >= AT_PARAMETERS && at < AT_END;
-        if (!is_state && !is_input && !(is_parameter && settable[at - AT_PARAMETERS])) {
+        const int is_parameter = at >= AT_PARAMETERS && at < AT_GOALS, is_goal = at >= AT_GOALS && at < AT_END;
+        if (!is_state && !(is_input && !is_commanded(at - AT_INPUTS)) && !(is_parameter && settable[at - AT_PARAMETERS]) &&
+            !is_goal) {
             return "this variable cannot be set";
         }
         tuned |= is_parameter;
@@ -114,7 +131,8 @@ static const char *set(plant *one, const unsigned *references, size_t count, con
         const unsigned at = references[i];
         double *const place = at < AT_DERIVATIVES ? one->now.x + (at - AT_STATES)
                               : at < AT_OUTPUTS   ? one->now.u + (at - AT_INPUTS)
-                                                  : one->now.p + (at - AT_PARAMETERS);
+                              : at < AT_GOALS     ? one->now.p + (at - AT_PARAMETERS)
+                                                  : one->now.goal + (at - AT_GOALS);
         *place = values[i];
     }
     if (tuned) {
@@ -169,6 +187,9 @@ static const char *get_direction(const plant *one, const unsigned *unknowns, siz
     for (size_t i = 0; i < known_count; i++) {
         const unsigned at = knowns[i];
         const int is_state = at >= AT_STATES && at < AT_DERIVATIVES;
+        if (at >= AT_GOALS && at < AT_END) {
+            continue; /* the controller sees it at its next sample */
+        }
         if (!is_state && !(at >= AT_INPUTS && at < AT_OUTPUTS)) {
             return "derivatives are known by states and inputs only";
         }
@@ -190,38 +211,91 @@ static const char *get_direction(const plant *one, const unsigned *unknowns, siz
     return all_finite(change, unknown_count) ? NULL : "a derivative is not finite";
 }
 
-/* A communication step: inputs are held, those with a rate go on with it. Nothing changes where it fails. */
-static const char *moved_on(plant *one, double time, double step)
+/* Time of the next sample of the controller. */
+static double next_sample(const situation *now)
+{
+    return now->begin + now->samples * period;
+}
+
+/* A sample of the controller, if it is due: what it commands is held. Until then, the goal has moved on for some time. */
+static void sample(situation *now, const double *k, double since)
+{
+    double in[GOALS + SIGNALS + MEMORY + 1] = {0.0}, out[COMMANDS + MEMORY + 1];
+    if (!COMMANDS || now->time < next_sample(now) - same_time * period) {
+        return;
+    }
+    in[0] = now->time - now->begin;
+    memcpy(in + 1, now->goal, SHOWN * sizeof *in);
+    if (SHOWN > 2) {
+        in[1] += since * (in[2] + 0.5 * since * in[3]);
+        in[2] += since * in[3];
+    }
+    signals(now->p, k, now->x, now->u, now->u + INPUTS, in + GOALS);
+    memcpy(in + GOALS + SIGNALS, now->memory, MEMORY * sizeof *in);
+    controlled(NULL, control_data, in, out);
+    for (int i = 0; i < COMMANDS; i++) {
+        now->u[commanded[i]] = out[i];
+    }
+    memcpy(now->memory, out + COMMANDS, MEMORY * sizeof *out);
+    now->samples = floor((now->time - now->begin) / period + same_time) + 1.0;
+}
+
+/* The plant moves on with inputs that are held; those with a rate go on with it. */
+static const char *integrated(situation *now, const double *k, double tolerance, double step)
 {
     double first[2 * INPUTS + 1] = {0.0}, rates[2 * INPUTS + 1] = {0.0}, begin[ALL] = {0.0}, rows[ALL], absolute[ALL];
     const double times[2] = {0.0, step};
-    double width = one->now.width > 0.0 ? one->now.width : 0.1 * step;
-    if (!(isfinite(time) && isfinite(step) && step > 0.0)) {
-        return "a step must be > 0 s";
-    }
+    double width = now->width > 0.0 ? now->width : 0.1 * step;
     for (int i = 0; i < INPUTS; i++) {
-        first[i] = first[INPUTS + i] = one->now.u[i];
+        first[i] = first[INPUTS + i] = now->u[i];
     }
     for (int i = 0; i < RATES; i++) {
-        const double rate = one->now.u[INPUTS + i];
+        const double rate = now->u[INPUTS + i];
         first[INPUTS + moving[i]] += rate * step;
         rates[moving[i]] = rates[INPUTS + moving[i]] = rate;
     }
     for (int i = 0; i < ALL; i++) { /* energies are not kept, and shorten no step */
-        absolute[i] = i < STATES ? one->tolerance : 1e300;
+        absolute[i] = i < STATES ? tolerance : 1e300;
     }
-    memcpy(begin, one->now.x, STATES * sizeof *begin);
-    if (advance(one->now.p, one->k, 1, times, first, rates, begin, one->tolerance, absolute, &width, rows) ||
-        !all_finite(rows, STATES)) {
+    memcpy(begin, now->x, STATES * sizeof *begin);
+    if (advance(now->p, k, 1, times, first, rates, begin, tolerance, absolute, &width, rows) || !all_finite(rows, STATES)) {
         return "no step is short enough";
     }
-    memcpy(one->now.x, rows, STATES * sizeof *rows);
+    memcpy(now->x, rows, STATES * sizeof *rows);
     for (int i = 0; i < INPUTS; i++) {
-        one->now.u[i] = first[INPUTS + i];
+        now->u[i] = first[INPUTS + i];
     }
-    one->now.width = width;
-    one->now.time = time + step;
+    now->width = width;
     return NULL;
+}
+
+/* A communication step, in pieces between the samples of the controller. Nothing changes where it fails. */
+static const char *moved_on(plant *one, double time, double step)
+{
+    situation now = one->now;
+    const double end = time + step;
+    if (!(isfinite(time) && isfinite(step) && step > 0.0)) {
+        return "a step must be > 0 s";
+    }
+    now.time = time;
+    while (now.time < end) {
+        sample(&now, one->k, now.time - time);
+        const double next = next_sample(&now), left = COMMANDS && next < end - same_time * period ? next - now.time : end - now.time;
+        const char *problem = integrated(&now, one->k, one->tolerance, left);
+        if (problem) {
+            return problem;
+        }
+        now.time = left < end - now.time ? next : end;
+    }
+    one->now = now;
+    return NULL;
+}
+
+/* Events are the samples of the controller. */
+static void event(plant *one, double *next)
+{
+    sample(&one->now, one->k, 0.0);
+    *next = next_sample(&one->now);
 }
 
 static const char *set_time(plant *one, double time)
@@ -236,6 +310,7 @@ static const char *set_time(plant *one, double time)
 static const char *set_up(plant *one, int defined, double tolerance, double time)
 {
     one->tolerance = defined && tolerance >= 1e-12 && tolerance <= 1e-2 ? tolerance : usual_tolerance;
+    one->now.begin = isfinite(time) ? time : 0.0;
     return set_time(one, time);
 }
 
