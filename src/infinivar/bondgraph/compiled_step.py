@@ -127,11 +127,13 @@ class Loop:
         self.places = [made.inputs.index(name) for name in self.commands]
         """Their places."""
         own = own or NO_CONTROLLER
-        self._width, self._rtol = np.zeros(1), rtol
+        self._width = np.zeros(1)
         self._held = code.given(parameters), np.empty(code.constants + 1), own.numbers, own.data
         self._absolute = np.array(absolute, dtype=float)
         compiled.constants.argtypes = [ctypes.c_void_p] * 2
-        compiled.constants(*map(_at, self._held[:2]))
+        self._known = [_at(one) for one in self._held]
+        self._limits = rtol, _at(self._absolute), _at(self._width)
+        compiled.constants(*self._known[:2])
         pointer = ctypes.c_void_p
         self._march = compiled.march
         self._march.argtypes = [*[pointer] * 4, ctypes.c_int, *[pointer] * 12, ctypes.c_double, *[pointer] * 3]
@@ -151,8 +153,7 @@ class Loop:
             *(segments.pieces, segments.sampled, goals, segments.seen, segments.seen_rates),
             *(segments.times, segments.inputs, segments.rates, state, kept, last, held),
         ]
-        known, limits = map(_at, self._held), (self._rtol, _at(self._absolute), _at(self._width))
-        done = self._march(*known, len(segments.pieces), *map(_at, arrays), *limits, _at(rows))
+        done = self._march(*self._known, len(segments.pieces), *map(_at, arrays), *self._limits, _at(rows))
         return done, rows, held, kept[:-1].tolist(), last[:-1].tolist()
 
 

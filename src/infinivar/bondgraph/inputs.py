@@ -56,6 +56,8 @@ class Segments(NamedTuple):
     """Inputs as the controller sees them at the begin. (s, inputs)"""
     seen_rates: np.ndarray
     """(s, rates)"""
+    starts: np.ndarray
+    """Places of the begins, and n. (s + 1,)"""
     times: np.ndarray
     """(n,) [s]"""
     inputs: np.ndarray
@@ -65,8 +67,13 @@ class Segments(NamedTuple):
 
     def part(self, first: int, last: int) -> Segments:
         """Some of the segments; the arrays are the same."""
-        begin, end = (int(self.pieces[:place].sum()) + place for place in (first, last))
-        return Segments(*(one[first:last] for one in self[:5]), *(one[begin:end] for one in self[5:]))
+        inner = slice(*(int(self.starts[place]) for place in (first, last)))
+        own = slice(first, last)
+        return Segments(
+            *(self.pieces[own], self.sampled[own], self.begins[own], self.seen[own], self.seen_rates[own]),
+            *(self.starts[first : last + 1] - self.starts[first], self.times[inner]),
+            *(self.inputs[inner], self.rates[inner]),
+        )
 
 
 @dataclass(frozen=True, slots=True)

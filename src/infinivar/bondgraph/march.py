@@ -212,6 +212,7 @@ class March:
             begins=bounds[:-1],
             seen=over(functions, bounds[:-1]),
             seen_rates=over(moving, bounds[:-1], rate=True),
+            starts=np.append(first, len(times)),
             times=times,
             inputs=inputs,
             rates=rates,
@@ -260,11 +261,12 @@ class March:
             begin = float(chunk.bounds[segment])
             given, self.memory = self.controller.sample(begin, self._measured(begin), self.memory)
             self.commands = dict(given)
+        rows, starts = chunk.rows(segment, segment + 1), chunk.segments.starts
         for name, value in self.commands.items():
             if name in self.made.inputs:
                 place = self.made.inputs.index(name)
-                chunk.values[chunk.rows(segment, segment + 1), place] = value
-                chunk.segments.part(segment, segment + 1).inputs[:, place] = value
+                chunk.values[rows, place] = value
+                chunk.segments.inputs[starts[segment] : starts[segment + 1], place] = value
 
     def _stepped(self, step: Callable[..., tuple[Any, str]], chunk: _Chunk, segment: int) -> str:
         """Integrate one segment by the solver's step; returns the reason for an early stop, or ""."""
