@@ -67,3 +67,16 @@ class Unit:
     @property
     def states(self):
         return [name[4:-1] for name in self.names("der(")]
+
+    def assert_saved(self, steps):
+        """Steps from a state that is set again, or read from its bytes, give the same bytes, which are returned."""
+        state, read = ("FMUState", "deserializeFMUState") if self.third else ("FMUstate", "deSerializeFMUstate")
+        kept = getattr(self.unit, f"get{state}")()
+        content = getattr(self.unit, f"serialize{state}")(kept)
+        again = getattr(self.unit, read)(content)
+        first = steps()
+        for one in (kept, again):
+            getattr(self.unit, f"set{state}")(one)
+            assert steps() == first
+            getattr(self.unit, f"free{state}")(one)
+        return first

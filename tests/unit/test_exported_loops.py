@@ -126,24 +126,7 @@ def test_what_the_controller_commands_cannot_be_set_and_its_memory_is_part_of_th
         with pytest.raises(Exception, match="failed with status"):
             one.set({"source": 1.0})
         begin = steps(one, 0, 15)
-        get, put, write, read, drop = (
-            getattr(one.unit, name)
-            for name in (
-                ("getFMUState", "setFMUState", "serializeFMUState", "deserializeFMUState", "freeFMUState")
-                if version == "fmu3"
-                else ("getFMUstate", "setFMUstate", "serializeFMUstate", "deSerializeFMUstate", "freeFMUstate")
-            )
-        )
-        kept = get()
-        content = write(kept)
-        first = steps(one, 15, 40)
-        put(kept)
-        assert steps(one, 15, 40) == first
-        again = read(content)
-        put(again)
-        assert steps(one, 15, 40) == first
-        for state in (kept, again):
-            drop(state)
+        first = one.assert_saved(lambda: steps(one, 15, 40))
         one.unit.reset()
         one.begin()
         assert steps(one, 0, 15) == begin

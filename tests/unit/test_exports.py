@@ -368,24 +368,7 @@ def test_instances_resets_and_saved_states_give_the_same_bytes(version):
     with Unit(file) as one, Unit(file) as other:
         both = [(steps(one, row, row + 1), steps(other, row, row + 1)) for row in range(20)]
         assert all(first == second for first, second in both)
-        get, put, write, read, drop = (
-            getattr(one.unit, name)
-            for name in (
-                ("getFMUState", "setFMUState", "serializeFMUState", "deserializeFMUState", "freeFMUState")
-                if version == "fmu3"
-                else ("getFMUstate", "setFMUstate", "serializeFMUstate", "deSerializeFMUstate", "freeFMUstate")
-            )
-        )
-        kept = get()
-        content = write(kept)
-        first = steps(one, 20, 40)
-        put(kept)
-        assert steps(one, 20, 40) == first
-        again = read(content)
-        put(again)
-        assert steps(one, 20, 40) == first
-        for state in (kept, again):
-            drop(state)
+        one.assert_saved(lambda: steps(one, 20, 40))
         one.set({one.of("parameter")[0]: 1.0})
         one.unit.reset()
         one.begin()
