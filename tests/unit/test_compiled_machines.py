@@ -10,7 +10,16 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from internals import SessionSetup, SystemInputs, c_library, compiled_motion, inputs_of, machine_code, run_setup
+from internals import (
+    SessionSetup,
+    SystemInputs,
+    c_library,
+    compiled_motion,
+    compiled_step,
+    inputs_of,
+    machine_code,
+    run_setup,
+)
 from machine_runs import STEERING, planar, platform
 from machines import HEXAPOD, LEG, MACHINES, REAL_WHEEL, cart
 from made import loaded
@@ -47,6 +56,14 @@ SESSIONS = {
         controller=iv.machines.AdmittanceGuide(mass=2.0, damping=5.0),
         user=iv.motion.ArmModel.named("vanbeek2015"),
         intention=lambda at: HEXAPOD.home[:3] + swung(at),
+        duration=0.03,
+    ),
+    "arm in a hand": lambda: SessionSetup(
+        machine=MACHINES["arm"][0],
+        controller=iv.machines.AdmittanceGuide(mass=3.0, damping=10.0),
+        user=iv.motion.ArmModel.named("vanbeek2015"),
+        intention=lambda at: np.asarray(MACHINES["arm"][0].arm.end_point(np.array([0.3, 0.8])))[:2] + swung(at)[:2],
+        pose=[0.3, 0.8],
         duration=0.03,
     ),
     "slide at a wall": lambda: SessionSetup(
@@ -221,10 +238,12 @@ def test_no_call_does_what_c_does_not_define(name, tmp_path):
     source.write_text(code.text, "utf-8")
     done = subprocess.run(["gcc", *WARNINGS, "-c", source, "-o", tmp_path / "model.o"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    source.write_text(code.text + hostile, "utf-8")
+    source.write_text(
+        "\n".join([code.text, compiled_step.NO_CONTROLLER.text, compiled_step.data("sampled.c"), hostile]), "utf-8"
+    )
     checks = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
     numbers = ",".join(map(repr, code.given.tolist()))
-    given = (f"-DPARAMETERS={numbers}", f"-DCONSTANTS={code.constants}", "-DCALLS=20000")
+    given = (f"-DPARAMETERS={numbers}", f"-DCONSTANTS={code.constants}", "-DCALLS=20000", "-DGAINS=0", "-DDATA=0")
     subprocess.run(["gcc", "-std=c99", "-O1", *checks, *given, source, "-o", program, "-lm"], check=True)
     done = subprocess.run([program], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

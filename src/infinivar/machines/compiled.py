@@ -122,7 +122,7 @@ def compiled_motion(system: System) -> Motion | None:
         return None
     try:
         code = machine_code(system)
-    except (TypeError, AttributeError):
+    except (TypeError, AttributeError, ValueError):  # a law of another package may check its arguments
         return None
     made = library(code.text, (*FLAGS, _FASTER))
     if made is None:

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from annotated_types import Gt
 
-from infinivar._core.array_namespace import Array, check_broadcast
+from infinivar._core.array_namespace import Array, check_broadcast, namespace
 from infinivar._core.arrays import real_array
 from infinivar._core.fields import check, check_instance, quantities
 from infinivar.errors import require
@@ -149,10 +150,11 @@ class PlanarArm:
             contacts=wheel, jacobian=carriers, surface=surface, coordinates=tuple(f"q{place + 1}" for place in range(n))
         )
 
-    def _angles(self, angles: Array) -> np.ndarray:
-        given = real_array("angles", angles)
+    def _angles(self, angles: Array) -> Any:
+        recorded = hasattr(angles, "__array_namespace__") and namespace(angles) is not np
+        given: Any = angles if recorded else real_array("angles", angles)
         require(given.shape[-1:] == (self.joints,), "angles", f"shape {given.shape}", f"of shape (..., {self.joints})")
-        require(bool(np.all(np.isfinite(given))), "angles", "nan or inf", "finite", "rad")
+        require(recorded or bool(np.all(np.isfinite(given))), "angles", "nan or inf", "finite", "rad")
         return given
 
     @staticmethod
