@@ -81,7 +81,7 @@ def test_json(infinivar, tmp_path, sheet):
     done = infinivar("contact", STUDY, "--drive", "cobotic", "--json", "--out", tmp_path)
     printed = json.loads(done.out)
     (found,) = printed["sheets"]
-    assert [Path(file).exists() for file in printed["files"]] == [True] * 8
+    assert [Path(file).exists() for file in printed["files"]] == [True] * 6
     assert found["drive"] == "cobotic"
     assert found["verdict"] == sheet.verdict
     assert found["utilisation"]["YIELD"] == pytest.approx(0.91, abs=0.005)
