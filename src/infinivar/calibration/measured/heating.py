@@ -88,7 +88,8 @@ def temperatures(
     generators = np.zeros((3, 3, 3))
     generators[:, :2, :2], generators[:, :2, 2] = matrix, inputs.T
     maps = over(generators, step)
-    rates, modes = np.linalg.eig(maps[0, :2, :2])
+    # Heat that only spreads does not swing: the rates are real.
+    rates, modes = (np.real(one) for one in np.linalg.eig(maps[0, :2, :2]))
     body = np.minimum(power, body_power)
     means = np.stack([0.5 * (one[1:] + one[:-1]) for one in (power - body, body, history["ambient"])])
     driven = np.linalg.solve(modes, maps[:, :2, 2].T @ means)
