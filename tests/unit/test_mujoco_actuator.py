@@ -450,10 +450,18 @@ def test_ambient_of_an_instance_is_where_temperatures_begin(tmp_path):
 
 
 def test_a_second_plugin_of_a_name_is_refused(tmp_path):
-    _, name = exported(drive_of(CASES[1]))
-    other = iv.export(drive_of(CASES[0]), "mujoco", tmp_path, name=name).files
-    with pytest.raises(mujoco.FatalError, match=f"plugin 'infinivar.{name}' is already registered"):
+    """The library loads, as an error within the loader would leave it locked; models of the other drive are refused."""
+    files, name = exported(drive_of(CASES[1]))
+    for case, same in ((CASES[0], False), (CASES[1], True)):
+        other = iv.export(drive_of(case), "mujoco", tmp_path / str(same), name=name).files
         mujoco.mj_loadPluginLibrary(str(other[0]))
+        if same:
+            mujoco.MjModel.from_xml_path(str(other[3]))
+            continue
+        with pytest.raises(ValueError, match="plugin->init failed") as raised:
+            mujoco.MjModel.from_xml_path(str(other[3]))
+        assert f"infinivar.{name}: this process has loaded another drive of that name before" in str(raised.value)
+    mujoco.MjModel.from_xml_path(str(files[3]))
 
 
 def test_the_same_drive_gives_the_same_text(tmp_path):

@@ -6,6 +6,7 @@ is that of `operate` with a winding at its temperature. Energy from the supply a
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import math
 import sys
@@ -115,7 +116,7 @@ def mujoco_files(drive: Any, name: str, load_mass: float | None) -> tuple[dict[s
         )
     headers, library = _mujoco()
     with naming_laws():
-        text, sensors = plugin_source(drive, name)
+        text, sensors, version = plugin_source(drive, name)
     linked = () if sys.platform == "darwin" else ("-Wl,--no-as-needed",)
     compiled = binary(text, "model.so", *FLAGS, "-fvisibility=hidden", "-isystem", str(headers), *linked, str(library))
     if compiled is None:
@@ -132,7 +133,7 @@ def mujoco_files(drive: Any, name: str, load_mass: float | None) -> tuple[dict[s
     return {
         f"{name}.{ending}": compiled,
         f"{name}_mujoco.c": text.encode(),
-        f"{name}_actuator.xml": _fragment(name, sensors),
+        f"{name}_actuator.xml": _fragment(name, sensors, version),
         f"{name}.xml": _model(name, f"{name}.{ending}", drive.axis.rotary, load_mass, inertia),
     }, notes
 
@@ -147,8 +148,8 @@ def _mujoco() -> tuple[Path, Path]:
     return folder / "include", library
 
 
-def plugin_source(drive: Any, name: str) -> tuple[str, tuple[str, ...]]:
-    """C of the plugin, and the names of what its sensors measure.
+def plugin_source(drive: Any, name: str) -> tuple[str, tuple[str, ...], str]:
+    """C of the plugin, the names of what its sensors measure, and the version: the same text for the same law.
 
     Raises
     ------
@@ -179,7 +180,8 @@ def plugin_source(drive: Any, name: str) -> tuple[str, tuple[str, ...]]:
         *function("static void law", "law_data", tape, results, "double", ("INPUTS", "OUTPUTS")),
         (resources.files("infinivar.exports") / "data" / "mujoco.c").read_text("utf-8"),
     ]
-    return "\n".join(lines), sensors
+    version = hashlib.sha256("\n".join(lines).encode()).hexdigest()[:16]
+    return "\n".join([f'static const char version[] = "{version}";', *lines]), sensors, version
 
 
 def _inertia(drive: Any) -> tuple[float, tuple[str, ...]]:
@@ -200,11 +202,12 @@ def _inertia(drive: Any) -> tuple[float, tuple[str, ...]]:
     return found, ()
 
 
-def _fragment(name: str, sensors: tuple[str, ...]) -> bytes:
+def _fragment(name: str, sensors: tuple[str, ...], version: str) -> bytes:
     root = Element("mujocoinclude")
     plugin = f"infinivar.{name}"
     instance = SubElement(SubElement(SubElement(root, "extension"), "plugin", plugin=plugin), "instance", name=name)
     SubElement(instance, "config", key="ambient", value=repr(REFERENCE))
+    SubElement(instance, "config", key="version", value=version)
     known = {"name": name, "joint": name, "plugin": plugin, "instance": name, "actdim": str(len(_STATES))}
     SubElement(SubElement(root, "actuator"), "plugin", known)
     measured = SubElement(root, "sensor")

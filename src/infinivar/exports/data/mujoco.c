@@ -192,6 +192,11 @@ static int one_number(const mjModel *m, int instance, int sensor)
 static int begin(const mjModel *m, mjData *d, int instance)
 {
     (void)d;
+    const char *wanted = mj_getPluginConfig(m, instance, "version");
+    if (wanted && *wanted && strcmp(wanted, version)) {
+        mju_warning("%s: this process has loaded another drive of that name before; start a new one", plugin_name);
+        return -1;
+    }
     if (actuator_of(m, instance) < 0) {
         mju_warning("%s: an instance needs exactly one actuator, with actdim=\"%d\"", plugin_name, STATES);
         return -1;
@@ -216,13 +221,18 @@ static void reset(const mjModel *m, mjtNum *state, void *data, int instance)
     state[0] = ambient_of(m, instance);
 }
 
+/* The first of a name stays, and refuses models of another version: an error in here would leave the loader of libraries locked. */
 __attribute__((constructor)) static void registered(void)
 {
-    static const char *const attributes[] = {"ambient"};
+    static const char *const attributes[] = {"ambient", "version"};
     mjpPlugin plugin;
+    int place;
+    if (mjp_getPlugin(plugin_name, &place)) {
+        return;
+    }
     mjp_defaultPlugin(&plugin);
     plugin.name = plugin_name;
-    plugin.nattribute = 1;
+    plugin.nattribute = 2;
     plugin.attributes = attributes;
     plugin.capabilityflags = mjPLUGIN_ACTUATOR | mjPLUGIN_SENSOR;
     plugin.needstage = mjSTAGE_ACC;
