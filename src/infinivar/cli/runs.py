@@ -329,8 +329,9 @@ def export(
     ] = None,
     out: Out = Path("out"),
 ) -> None:
-    """Write the plant of a drive, or its closed loop, for other programs, or an actuator of MuJoCo.
+    """Write a drive for other programs: FMU, C or MuJoCo.
 
+    The plant alone, or with --loop also its controllers; for MuJoCo an actuator.
     An FMU needs no Python; it holds a binary for this platform if a C compiler is found, and sources.
     Inputs are the force on the load and the motors' currents, or with --loop the goal of their controllers.
     """
