@@ -1,6 +1,9 @@
 """An FMU as an importer has it."""
 
 import shutil
+import subprocess
+import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -80,3 +83,26 @@ class Unit:
             assert steps() == first
             getattr(self.unit, f"free{state}")(one)
         return first
+
+
+def assert_defined(file, folder):
+    """A hundred thousand random calls of an FMU do nothing that C does not define, by the sanitizers of gcc."""
+    if shutil.which("gcc") is None:
+        pytest.skip("gcc has the sanitizers")
+    with zipfile.ZipFile(file) as archive:
+        (source,) = [one for one in archive.namelist() if one.endswith(".c")]
+        text = archive.read(source).decode()
+    hostile = "".join(
+        (Path(__file__).parent / name).read_text("utf-8") for name in ("hostile_numbers.c", "hostile_fmu.c")
+    )
+    (folder / "model.c").write_text(text + hostile, "utf-8")
+    checks = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
+    third = fmpy.read_model_description(str(file)).fmiVersion.startswith("3")
+    options = ("-DCALLS=100000", *(["-DTHIRD"] if third else []))
+    program = folder / "model"
+    subprocess.run(["gcc", "-std=c99", "-O1", *checks, *options, folder / "model.c", "-o", program, "-lm"], check=True)
+    done = subprocess.run([program], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    fine, wrong = map(int, done.stdout.split())
+    assert fine > 20_000
+    assert wrong > 10_000

@@ -177,7 +177,7 @@ def changed(sent, changes):
         inside = made["tables"]
         for key in one["at"][:-1]:
             inside = inside.setdefault(key, {})
-        inside[one["at"][-1]] = float(one["text"]) if one["text"].replace(".", "", 1).isdigit() else one["text"]
+        inside[one["at"][-1]] = one["value"]
     return made
 
 

@@ -6,7 +6,6 @@ the study does with which the server was started: no other path of a page is ope
 
 from __future__ import annotations
 
-import collections
 import contextlib
 import functools
 import hashlib
@@ -27,6 +26,7 @@ from infinivar.study.load import load_study, read_tables, study_from_dict
 from infinivar.study.shipped import study_file
 from infinivar.study.study import Study
 from infinivar.web.answers.answer import FaultyError, RefusedError
+from infinivar.web.answers.recent import Recent
 
 FIRST = "hand_controller"
 """Shipped study that is shown if none is named."""
@@ -73,7 +73,7 @@ class Source:
 
 
 _sources: list[Source] = []
-_studies: collections.OrderedDict[str, tuple[Study, Mapping[str, str]]] = collections.OrderedDict()
+_studies: Recent[str, tuple[Study, Mapping[str, str]]] = Recent(_KEPT)
 
 
 def begin(path: str | None = None) -> Study:
@@ -268,7 +268,6 @@ def with_keys(payload: Mapping[str, Any], drives: Any = None) -> tuple[Study, Ma
     except RecursionError as problem:
         raise RefusedError("the tables are nested too deeply") from problem
     if key in _studies:
-        _studies.move_to_end(key)
         return _studies[key]
     with faults_by_field(name):
         _check_files(tables)
@@ -277,9 +276,7 @@ def with_keys(payload: Mapping[str, Any], drives: Any = None) -> tuple[Study, Ma
     # At once: drives keep what they have computed, and would be written otherwise later.
     keys = {one: key_of(type(drive).__qualname__, drive, made.requirement) for one, drive in made.drives.items()}
     _studies[key] = made, keys
-    while len(_studies) > _KEPT:
-        _studies.popitem(last=False)
-    return _studies[key]
+    return made, keys
 
 
 def _with_drives(tables: Tables, required: list[Any]) -> Tables:

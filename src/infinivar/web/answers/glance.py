@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import collections
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -14,11 +13,12 @@ from infinivar.limits import words_of
 from infinivar.units import margin_words, plain
 from infinivar.web.answers.answer import Answer
 from infinivar.web.answers.document import key_of, stamp, study_of
+from infinivar.web.answers.recent import Recent
 
 _KEPT = 16
 """Comparisons kept."""
 
-_compared: collections.OrderedDict[str, Comparison | MachineComparison] = collections.OrderedDict()
+_compared: Recent[str, Comparison | MachineComparison] = Recent(_KEPT)
 
 
 def compared(payload: Mapping[str, Any]) -> Comparison | MachineComparison:
@@ -27,9 +27,6 @@ def compared(payload: Mapping[str, Any]) -> Comparison | MachineComparison:
     key = key_of(payload["name"], payload["tables"], stamp())
     if key not in _compared:
         _compared[key] = iv.compare(study, quick=True)
-        while len(_compared) > _KEPT:
-            _compared.popitem(last=False)
-    _compared.move_to_end(key)
     return _compared[key]
 
 

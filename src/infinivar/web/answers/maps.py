@@ -12,7 +12,6 @@ in the header if they are known already; `judge` computes them.
 
 from __future__ import annotations
 
-import collections
 import functools
 from collections.abc import Mapping
 from typing import Any
@@ -37,6 +36,7 @@ from infinivar.study.study import Study
 from infinivar.web.answers.answer import Answer, FaultyError
 from infinivar.web.answers.document import begin_again, key_of, name_and_tables, source, stamp, study_of, with_keys
 from infinivar.web.answers.payload import MOST_CELLS, texts, whole, words
+from infinivar.web.answers.recent import Recent
 from infinivar.web.answers.studies import plane_of, required_of
 
 _FINEST_LABELS = 80
@@ -48,8 +48,8 @@ _SMALLEST_SHARE = 0.004
 _KEPT = 48
 """Maps, and verdicts, kept."""
 
-_verdicts: collections.OrderedDict[str, dict[str, Any]] = collections.OrderedDict()
-_maps: collections.OrderedDict[str, tuple[dict[str, Any], dict[str, np.ndarray]]] = collections.OrderedDict()
+_verdicts: Recent[str, dict[str, Any]] = Recent(_KEPT)
+_maps: Recent[str, tuple[dict[str, Any], dict[str, np.ndarray]]] = Recent(_KEPT)
 
 
 MOST_MAPS = 2
@@ -155,15 +155,12 @@ def _kept(
     tag: str, name: str, study: Study, axes: tuple[np.ndarray, np.ndarray]
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     if tag in _maps:
-        _maps.move_to_end(tag)
         return _maps[tag]
     try:
         made = _computed(name, study, axes)
     except InfinivarError as problem:
         return {"fault": str(problem)}, {}
     _maps[tag] = made
-    while len(_maps) > _KEPT:
-        _maps.popitem(last=False)
     return made
 
 
@@ -243,8 +240,6 @@ def _judged(name: str, study: Study, key: str) -> dict[str, Any]:
         "tightest": tightest,
     }
     _verdicts[key] = found
-    while len(_verdicts) > _KEPT:
-        _verdicts.popitem(last=False)
     return found
 
 

@@ -29,7 +29,7 @@ _DIGITS = 4
 
 
 def mend(payload: Mapping[str, Any]) -> Answer:
-    """Changes of one value, or where none is enough of two, the smallest first: `at` and `text` for the tables, and words.
+    """Changes of one value, or where none is enough of two, the smallest first: `at` and `value` for the tables, and words.
 
     Parameters
     ----------
@@ -64,11 +64,11 @@ def mend(payload: Mapping[str, Any]) -> Answer:
 
 def _demands(study: Study, place: Mapping[str, float] | None) -> Demands:
     """Demands over allowances of a drive at a point, or in all that the study requires."""
-    judge = Judge(study, 1.0)
+    judge = Judge(study, 1.0) if place is None else None
 
     def demanded(drive: Any) -> np.ndarray:
-        if place is not None:
-            found = [float(np.max(one)) for one in operated(drive, **place).utilisation.values()]
+        if judge is None:
+            found = [float(np.max(one)) for one in operated(drive, **(place or {})).utilisation.values()]
         else:
             found = [float(one) for key, one in judge(drive).demands.items() if key[0] != STRUCTURE]
         return np.nan_to_num(found, nan=np.inf, posinf=np.inf)
@@ -81,9 +81,16 @@ def _row(field: Mapping[str, Any], change: Change) -> dict[str, Any]:
     shown = field["shown"]
     number = (change.stated - shown["offset"]) / shown["factor"]
     rounding = ROUND_CEILING if change.stated > change.start else ROUND_FLOOR
-    text = f"{Context(prec=_DIGITS, rounding=rounding).create_decimal(repr(number)).normalize():f}"
+    rounded = Context(prec=_DIGITS, rounding=rounding).create_decimal(repr(number)).normalize()
+    text = f"{rounded:f} {shown['unit']}".strip()
     label = " › ".join(filter(None, [field["group"], field["label"]]))
-    return {"at": field["at"], "label": label, "text": f"{text} {shown['unit']}".strip(), "was": field["written"]}
+    return {
+        "at": field["at"],
+        "value": text if shown["unit"] else float(rounded),
+        "label": label,
+        "text": text,
+        "was": field["written"],
+    }
 
 
 def _holds(payload: Mapping[str, Any], row: list[dict[str, Any]], name: str, place: Mapping[str, float] | None) -> bool:
@@ -95,18 +102,9 @@ def _holds(payload: Mapping[str, Any], row: list[dict[str, Any]], name: str, pla
             inside = inside.setdefault(key, {})
             if not isinstance(inside, dict):
                 return False
-        inside[change["at"][-1]] = float(change["text"]) if _bare(change["text"]) else change["text"]
+        inside[change["at"][-1]] = change["value"]
     try:
         study = study_of({**payload, "tables": tables})
         return bool(np.all(_demands(study, place)(study.drives[name]) <= 1.0))
     except (FaultyError, InfinivarError):
         return False
-
-
-def _bare(text: str) -> bool:
-    """Whether it is a number without a unit, which stands in the tables as such."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

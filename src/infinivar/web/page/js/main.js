@@ -165,7 +165,7 @@ async function showGlance() {
 
 /** Set the values of a change as one step, which one undo takes back. */
 function apply(changes) {
-  store.put(changes.reduce((tables, { at, text }) => withValue(tables, at, Number.isFinite(Number(text)) ? Number(text) : text), store.document.tables));
+  store.put(changes.reduce((tables, { at, value }) => withValue(tables, at, value), store.document.tables));
   say("Applied. Undo takes it back.");
 }
 
