@@ -20,7 +20,10 @@ _MOST = 150
 
 
 def data(report: MeasuredReport) -> dict[str, dict[str, Any]]:
-    """By signal: ``unit``, ``axis``, and by part ``over``, ``measured``, ``expected``, ``predicted`` and ``half`` (n,)."""
+    """By signal: ``unit``, ``axis``, ``by`` (column that names the parts) and ``parts``: by name what is drawn of each.
+
+    A part has ``over``, ``measured``, ``expected``, ``predicted`` and ``half`` (n,).
+    """
     found, axis = {}, report.parts[0].rows.abscissa[1]
     for place, signal in enumerate(report.parts[0].rows.signals):
         parts = {}
@@ -33,7 +36,7 @@ def data(report: MeasuredReport) -> dict[str, dict[str, Any]]:
                 "predicted": factor * part.predicted[:, place],
                 "half": factor * part.half[:, place],
             }
-        found[signal] = {"unit": unit, "axis": axis, "parts": parts}
+        found[signal] = {"unit": unit, "axis": axis, "by": report.set.by, "parts": parts}
     return found
 
 
@@ -50,7 +53,7 @@ def draw_predicted(ax: Axes, signal: str, numbers: Mapping[str, Any]) -> None:
         ax.plot(part["measured"][every], part["predicted"][every], "x", ms=3, lw=0.6, color=colour, alpha=0.6)
     ax.set(xlabel=f"{signal} measured [{numbers['unit']}]", ylabel=f"fitted (o), left out (x) [{numbers['unit']}]")
     if any(numbers["parts"]):
-        ax.legend(fontsize="x-small")
+        ax.legend(title=numbers["by"], fontsize="x-small", title_fontsize="x-small")
 
 
 def draw_residual(ax: Axes, signal: str, numbers: Mapping[str, Any]) -> None:

@@ -2,6 +2,16 @@
 import { byId, make } from "./dom.js";
 import { mendBox } from "./mend.js";
 
+/** By answer and drive, its box of changes that mend: the list stays while another drive is looked at. */
+const boxes = new WeakMap();
+
+function boxOf(header, name, made) {
+  if (!boxes.has(header)) boxes.set(header, new Map());
+  const known = boxes.get(header);
+  if (!known.has(name)) known.set(name, made());
+  return known.get(name);
+}
+
 /** Draw the answer `glance`; `onDrive(name)` is called with the row that is chosen, `mend(name)` asks what would mend a drive. */
 export function drawGlance({ header, drive, onDrive, mend, apply }) {
   const holder = byId("glance");
@@ -21,6 +31,6 @@ export function drawGlance({ header, drive, onDrive, mend, apply }) {
     make("p", { className: header.decided ? "why" : "why open", title: "Without sampled builds and simulated motions, which “Compare all drives” adds" }, header.turned_by),
     make("div", { className: "wide" }, make("table", {}, make("thead", {}, make("tr", {}, ...heads.map((text, k) => make("th", { scope: "col", className: [1, 2, 4, 5].includes(k) ? "number" : "" }, text)))), make("tbody", {}, ...header.rows.map(row)))));
   const chosen = header.rows.find((one) => one.name === drive);
-  if (chosen && !chosen.able && header.what === "Drive") holder.append(make("p", { className: "why" }, `${chosen.title} does not meet all that is required. `), mendBox({ ask: () => mend(chosen.name), apply }));
+  if (chosen && !chosen.able && header.what === "Drive") holder.append(make("p", { className: "why" }, `${chosen.title} does not meet all that is required. `), boxOf(header, chosen.name, () => mendBox({ ask: () => mend(chosen.name), apply })));
   if (focused) holder.querySelector(`[data-row="${CSS.escape(focused)}"]`)?.focus();
 }
