@@ -13,6 +13,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import NamedTuple
 
 from benchmarks._measure import ROOT, Line
@@ -49,8 +50,8 @@ class Spent(NamedTuple):
     """Of the processors, in the program and for it in the system, with all processes."""
 
 
-def spent(words: str) -> Spent:
-    """Run a command in a fresh process and folder.
+def spent(words: str, source: Path = ROOT / "src") -> Spent:
+    """Run a command of the package in `source` in a fresh process and folder.
 
     Raises
     ------
@@ -59,8 +60,11 @@ def spent(words: str) -> Spent:
     """
     with tempfile.TemporaryDirectory() as directory:
         command = [sys.executable, "-m", "infinivar", *words.split(), "--out", directory]
+        environment = os.environ | {"PYTHONPATH": str(source)}
         before, start = os.times(), time.perf_counter()
-        with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        with subprocess.Popen(
+            command, cwd=directory, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as process:
             assert process.stdout is not None
             process.stdout.readline()
             first = time.perf_counter() - start
