@@ -115,6 +115,10 @@ def refused(outcome, said, folder):
             'duration = "1 s"\nlink = "imposed"\nmotion = { shape = "step", distance = "1 mm" }',
             "motion.shape = 'step' cannot be imposed",
         ),
+        (
+            'duration = "1 s"\nlink = "imposed"\nmotion = { shape = "cruise", speed = "0.1 m/s", start = "0.2 s" }',
+            "scenarios.x.motion.start must be 0 s for an imposed cruise",
+        ),
         ('duration = "1 s"\nmotion = { shape = "file", file = "gone.csv" }', "gone.csv: no such file"),
         (
             'duration = "1 s"\nmotion = { shape = "sinusoid", distance = "1 mm", frequency = "3 rad/s" }',

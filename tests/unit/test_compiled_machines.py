@@ -165,19 +165,19 @@ def both(make, monkeypatch):
         return found, make()
 
 
-def same(found, expected):
-    """Whether two runs are the same within the tolerance of the integration: that of the rates, 1e-4 of their size."""
+def same(found, expected, within=1e-3):
+    """Whether two runs are the same: states `within` of their size, energies within a tenth of it of the largest."""
     assert found.outcome == expected.outcome == ""
     assert found.closure < 1e-6
     assert expected.closure < 1e-6
     for name in (*found.machine.mechanics(1e-4).configuration, *found.machine.mechanics(1e-4).coordinates):
         size = np.max(np.abs(expected.columns[name]))
         off = np.max(np.abs(found.columns[name] - expected.columns[name]))
-        assert off <= max(1e-3 * size, 1e-5), (name, off, size)
+        assert off <= within * max(size, 1e-2), (name, off, size)
     most = max(np.max(np.abs(one)) for one in (*expected.supplied.values(), *expected.lost.values()))
     for each in ("supplied", "lost"):
         for name, energy in getattr(expected, each).items():
-            assert getattr(found, each)[name][-1] == pytest.approx(energy[-1], rel=1e-3, abs=1e-4 * most), name
+            assert getattr(found, each)[name][-1] == pytest.approx(energy[-1], rel=within, abs=0.1 * within * most), name
     assert [(one.limit, one.what) for one in found.events] == [(one.limit, one.what) for one in expected.events]
     begins = [[one.start for one in each.events] for each in (found, expected)]
     np.testing.assert_allclose(*begins, atol=2e-5)
@@ -197,7 +197,7 @@ def test_sessions_are_the_same(name, monkeypatch):
     same(*both(lambda: SESSIONS[name]().over(lambda share: None), monkeypatch))
 
 
-@sampled("seed", range(30), every=6)
+@sampled("seed", range(60), every=12, slow=2)
 def test_random_runs_are_the_same(seed, monkeypatch):
     """Carts and platforms of random masses, wheels and loads, on random motions."""
     random = np.random.default_rng(seed)
@@ -215,8 +215,8 @@ def test_random_runs_are_the_same(seed, monkeypatch):
         size = random.uniform(-0.005, 0.005, 6) * [1.0, 1.0, 1.0, 8.0, 8.0, 8.0]
         motion = iv.motion.VectorHistory.of(lambda t: HEXAPOD.home + size * (1.0 - np.cos(8.0 * t)), 0.1)
         given = {"wrench": random.normal(size=6) * [8.0, 8.0, 8.0, 0.1, 0.1, 0.1]}
-    scenario = iv.motion.MachineScenario(duration=0.03, motion=motion, **given)
-    same(*both(lambda: iv.simulate_machine(machine, scenario), monkeypatch))
+    scenario = iv.motion.MachineScenario(duration=0.03, motion=motion, tolerance=1e-8, **given)
+    same(*both(lambda: iv.simulate_machine(machine, scenario), monkeypatch), within=1e-6)
 
 
 @pytest.mark.parametrize("made", [planar, platform])

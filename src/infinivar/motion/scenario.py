@@ -105,6 +105,11 @@ class Scenario(Task):
             raise ParameterError("force does not apply with link = 'imposed', which prescribes the motion; remove it")
         if self.link == "imposed" and isinstance(self.motion, Step):
             raise ParameterError("motion.shape = 'step' cannot be imposed, as it requires an infinite force; use reach")
+        if self.link == "imposed" and isinstance(self.motion, Cruise) and self.motion.start > 0.0:
+            raise ParameterError(
+                f"motion.start must be 0 s for an imposed cruise, which jumps to its speed by an infinite force, "
+                f"got {plain(self.motion.start)}; use reach"
+            )
         if self.link == "controlled" and self.steering != "controlled" and self.motion is not None:
             raise ParameterError(
                 f"motion does not apply with steering = {self.steering!r}; remove it or set link = 'imposed'"
