@@ -177,7 +177,9 @@ def same(found, expected, within=1e-3):
     most = max(np.max(np.abs(one)) for one in (*expected.supplied.values(), *expected.lost.values()))
     for each in ("supplied", "lost"):
         for name, energy in getattr(expected, each).items():
-            assert getattr(found, each)[name][-1] == pytest.approx(energy[-1], rel=within, abs=0.1 * within * most), name
+            assert getattr(found, each)[name][-1] == pytest.approx(energy[-1], rel=within, abs=0.1 * within * most), (
+                name
+            )
     assert [(one.limit, one.what) for one in found.events] == [(one.limit, one.what) for one in expected.events]
     begins = [[one.start for one in each.events] for each in (found, expected)]
     np.testing.assert_allclose(*begins, atol=2e-5)
