@@ -337,8 +337,8 @@ from infinivar.sizing.builds.evaluation import built as built_rows
 from infinivar.sizing.builds.evaluation import decisive
 from infinivar.sizing.builds.evaluation import judge as judge_builds
 from infinivar.sizing.builds.result import interval as builds_interval
-from infinivar.sizing.builds.spreads import FRICTION, GEAR_LOSS, RESISTANCE, TORQUE_CONSTANT, varied_of
 from infinivar.sizing.builds.spreads import draw as draw_builds
+from infinivar.sizing.builds.spreads import varied_of
 from infinivar.sizing.carrying import at_cost, best_carried, carried_lines
 from infinivar.sizing.cobotic import size_cobotic
 from infinivar.sizing.cobotic.bounds import MOTOR as MOTOR_BOUND
@@ -400,6 +400,8 @@ from infinivar.study.build import built_part
 from infinivar.study.check import check as check_study
 from infinivar.study.check import check_duty
 from infinivar.study.choices import variants, variants_of
+from infinivar.study.default_spreads import FRICTION, TORQUE_CONSTANT, default_spreads
+from infinivar.study.default_spreads import defaults as default_spread_rules
 from infinivar.study.inputs import input_files
 from infinivar.study.json_schema import extended_schema, json_schema
 from infinivar.study.layers import annotated

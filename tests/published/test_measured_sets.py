@@ -3,6 +3,7 @@
 import csv
 import functools
 import math
+import os
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,12 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
+import infinivar as iv
 from infinivar.calibration import measured_report
 from internals import rows_of_measured as table_rows
 from internals import shipped_sets
 
-REFERENCE = Path(__file__).parents[3] / "shared" / "reference"
+REFERENCE = Path(os.environ.get("INFINIVAR_REFERENCE") or Path(__file__).parents[3] / "shared" / "reference")
 needs_rows = pytest.mark.skipif(not REFERENCE.is_dir(), reason="needs the rows under the GPL")
 
 
@@ -196,6 +198,71 @@ def test_steady_current_and_power():
 
     x = solved(residual, np.array([0.08, 0.12, 1.5]))
     agrees(found, dict(zip(("torque_constant", "resistance", "friction"), x, strict=True)))
+
+
+AK80_9 = """
+[duty.run]
+shape = "file"
+file = "run.csv"
+closed = false
+cutoff = "20 Hz"
+load_inertia = "1e-9 kg m^2"
+[drives.ak]
+type = "conventional"
+output_inertia = "1e-9 kg m^2"
+shaft = {{}}
+amplifier = {{ storage_efficiency = 1 }}
+[drives.ak.motor]
+voltage = "48 V"
+resistance = "{resistance!r} ohm"
+torque_constant = "{torque_constant!r} N m/A"
+no_load_current = "0 A"
+continuous_torque = "1 N m"
+rotor_inertia = "1e-12 kg m^2"
+[drives.ak.gearhead]
+ratio = 9
+loss_model = "stribeck"
+friction = {{ friction = "{friction!r} N m" }}
+inertia = "1e-12 kg m^2"
+"""
+"""The fitted actuator as a study, without inertia, as the steady windows show none; all harmonics of the 20 Hz log pass."""
+
+ENERGIES = {"r04": (-1.6, -1.2, 10.1), "r05": (2.6, 7.6, 12.3)}
+"""Error of the energy of each run: by the fit to all windows, to those of other runs, and to those of neither run. [%]"""
+
+
+@needs_rows
+@pytest.mark.parametrize("run", ["r04", "r05"])
+def test_energy_of_a_run_from_its_speed_and_torque(run, tmp_path):
+    """Within 5 % of 1.5 vq iq by the steady model in a few lines, and by `compare` of the same motion within 1 % of that."""
+    data = rows(REFERENCE / "actuator_ak80_9_series.csv")
+    mine = data["run"] == run
+    time, speed, torque = (data[name][mine] for name in ("time_s", "speed_rad_s", "torque_Nm"))
+    measured = np.trapezoid((1.5 * data["vq_V"] * data["iq_A"])[mine], time)
+    values = part("ak80_9_steady").fit.values
+
+    def energy(values):
+        motor = (torque + np.sign(speed) * values["friction"]) / 9.0
+        copper = values["resistance"] * (motor / values["torque_constant"]) ** 2
+        return np.trapezoid(copper + 9.0 * motor * speed, time)
+
+    assert abs(energy(values) / measured - 1.0) < 0.05
+    lines = [f"{a:.6g},{b:.8g},{-c:.8g}" for a, b, c in zip(time, speed, torque, strict=True)]
+    (tmp_path / "run.csv").write_text("\n".join(["time [s],angular speed [rad/s],torque [N m]", *lines]), "utf-8")
+    (tmp_path / "ak.toml").write_text(AK80_9.format(**values), "utf-8")
+    compared = iv.compare(iv.load_study(tmp_path / "ak.toml"), quick=True).duty["run"].results["ak"].energy
+    assert compared == pytest.approx(energy(values), rel=0.01)
+    assert abs(compared / measured - 1.0) < 0.05
+    found = [100.0 * (compared / measured - 1.0)]
+    text = (REFERENCE / "actuator_ak80_9_steady.csv").read_text("utf-8").splitlines()
+    for gone in ((run,), ("r04", "r05")):
+        kept = [line for line in text if line.split(",")[0] not in gone]
+        (tmp_path / "rest.csv").write_text("\n".join(kept), "utf-8")
+        rest = measured_report("ak80_9_steady", rows=tmp_path / "rest.csv").parts[0].fit.values
+        found.append(100.0 * (energy(rest) / measured - 1.0))
+    assert_allclose(found, ENERGIES[run], atol=0.1)
+    page = (Path(__file__).parents[2] / "docs" / "measurements.md").read_text("utf-8")
+    assert f"| {run} | {measured:.0f} J | {' | '.join(f'{one:+.1f} %' for one in ENERGIES[run])} |" in page
 
 
 GOALS = {

@@ -142,8 +142,9 @@ def test_what_a_page_states_becomes_arguments():
         "slip_margin": 1.2,
         "builds": 0,
     }
-    assert job_options(CompareOptions, {"options": {"quick": True}}) == {"quick": True, "engine": "auto"}
-    assert job_options(CompareOptions, {}) == {"quick": False, "engine": "auto"}
+    usual = {"quick": False, "engine": "auto", "default_spreads": False}
+    assert job_options(CompareOptions, {"options": {"quick": True}}) == {**usual, "quick": True}
+    assert job_options(CompareOptions, {}) == usual
 
 
 @pytest.mark.parametrize(
@@ -183,5 +184,5 @@ def test_results_keep_their_options_and_reports_state_them(tmp_path):
     page = (tmp_path / "report.html").read_text("utf-8")
     assert "Options of infinivar compare" in page
     for name, known in CompareOptions.described().items():
-        assert f"<td>{name}</td>" in page
+        assert f"<td>{name.replace('_', ' ')}</td>" in page
         assert known.help in page

@@ -5,17 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import ndtr
 
 import infinivar as iv
 from infinivar import Uncertainty, doubt
 from internals import (
     FRICTION,
-    GEAR_LOSS,
-    RESISTANCE,
     TORQUE_CONSTANT,
     ChosenPart,
     SizedDrive,
     decisive,
+    default_spread_rules,
     judged_designs,
     tasks_of,
     value_at,
@@ -226,7 +226,7 @@ def test_a_gear_of_another_efficiency_loses_more_in_both_directions():
 
 @pytest.mark.slow
 def test_share_of_one_limit_is_that_of_its_distribution():
-    """Continuous torque with a lossless gear: the demand is D0 (K0/K) sqrt(R/R0), a function of two uniform values."""
+    """Continuous torque with a lossless gear: the demand is D0 (K0/K) sqrt(R/R0), a function of two independent values."""
     motor = {
         "voltage": "48 V",
         "resistance": "2 ohm",
@@ -248,9 +248,9 @@ def test_share_of_one_limit_is_that_of_its_distribution():
             for key, value in iv.duty_cycle(design.drive, study.duty["shake"]).demands.items()
             if key[0] == weakest[1]
         )
-        # P(R/R0 <= (K/(K0 D0))^2) over K, both uniform.
+        # P(R/R0 <= (K/(K0 D0))^2) over K, which is uniform; R is normal.
         ratio = np.linspace(1.0 - TORQUE_CONSTANT, 1.0 + TORQUE_CONSTANT, 20001)
-        below = np.clip(((ratio / demand) ** 2 - (1.0 - RESISTANCE)) / (2.0 * RESISTANCE), 0.0, 1.0)
+        below = ndtr(((ratio / demand) ** 2 - 1.0) / default_spread_rules()["resistance"].size)
         exact = np.trapezoid(below, ratio) / (ratio[-1] - ratio[0])
         assert 0.05 < exact < 0.95
         low, high = found.designs[0].interval
@@ -363,14 +363,22 @@ def test_spreads_of_the_study_come_first_and_carry_over_to_other_parts(sizing):
         np.testing.assert_array_equal(one["guideway.friction"], values[0]["guideway.friction"])
 
 
-def test_assumed_spreads_are_those_stated(sizing):
+def test_default_spreads_are_those_of_the_rules(sizing):
+    rules = default_spread_rules()
     rows = varied_of(sizing.designs[0], Uncertainty())
-    assert all(one.assumed and one.spread.kind == "assumed" for one in rows)
+    assert all(one.assumed for one in rows)
     found = {one.spread.path: one.spread for one in rows}
-    for name, tolerance in (("motor.torque_constant", TORQUE_CONSTANT), ("motor.resistance", RESISTANCE)):
-        assert found[name].high / found[name].value - 1.0 == pytest.approx(tolerance)
-    loss = found["gearhead.efficiency"]
-    assert (1.0 - loss.low) / (1.0 - loss.value) == pytest.approx(1.0 + GEAR_LOSS)
+    constant, resistance, loss = (
+        found[name] for name in ("motor.torque_constant", "motor.resistance", "gearhead.efficiency")
+    )
+    assert constant.high / constant.value - 1.0 == pytest.approx(TORQUE_CONSTANT)
+    assert resistance.deviation == pytest.approx(rules["resistance"].size * resistance.value)
+    law = sizing.designs[0].drive.gearhead.loss_model
+    assert loss.deviation == pytest.approx(rules[f"efficiency.{law}"].size * (1.0 - loss.value))
+    assert loss.high <= 1.0
+    assert [one.kind for one in (constant, resistance, loss)] == ["assumed", "derived", "derived"]
+    assert "parsons2019" in resistance.where
+    assert "duclusaud2025" in loss.where
 
 
 def test_the_best_of_each_build_is_the_best_of_the_feasible(sizing, doubted):
@@ -453,7 +461,11 @@ def test_words_and_numbers_of_the_result(doubted, sizing):
     assert table["designs"][0]["feasible"] == winner.share
     assert table["designs"][0]["power_W"]["nominal"] == sizing.best.power
     assert winner.band["low"] < sizing.best.power < winner.band["high"]
-    assert doubted.assumed == ("winding resistance ± 10 %", "torque constant ± 5 %", "gear loss ± 20 %")
+    assert doubted.assumed == (
+        "winding resistance ± 12 % (95 %, parsons2019)",
+        "torque constant ± 5 %",
+        "coulomb gear loss ± 78 % (95 %, duclusaud2025)",
+    )
     assert doubted.stated == ()
     assert "verdict" in repr(doubted)
     rows = doubted.to_dataframe()

@@ -38,6 +38,7 @@ from infinivar.drivetrain.uncounted import not_counted
 from infinivar.errors import InputError
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.study.check import check_demands, check_duty, check_spreads, check_study
+from infinivar.study.default_spreads import with_default_spreads
 from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
 from infinivar.units import margin_words, plain
@@ -118,7 +119,7 @@ class Comparison(Result):
     masses: Mapping[str, WholeMass] = reported(optional=True, default_factory=dict)
     """What each drive weighs, by name; without machines."""
     builds: Mapping[str, Builds] = reported(optional=True, default_factory=dict)
-    """Sampled builds of the drives for which the study states spreads."""
+    """Sampled builds of the drives that have spreads."""
     hangs_on: Hanging | None = reported(optional=True, default=None)
     """Choices that no source settles, each with the winner it gives."""
     least_loss: LeastLoss | None = reported(optional=True, default=None)
@@ -298,6 +299,7 @@ def compare(
     *,
     quick: bool = False,
     engine: Engine = "auto",
+    default_spreads: bool = False,
     progress: Callable[[str, float], None] | None = None,
 ) -> Comparison | MachineComparison:
     """Evaluate every drive of a study on its duty cycles and its requirement, or every machine in its tasks and on its paths.
@@ -309,6 +311,7 @@ def compare(
         nominal drives do not need. All other numbers are the same.
     engine : str    numpy; jax, compiled, with the same numbers to rounding; or auto: jax for large maps and numbers of samples
         where it is installed and can compile the drive. Duty cycles of the drives themselves are computed by NumPy.
+    default_spreads : bool   Sample builds of drives of one axis also within default spreads, where the study states none.
     progress        Called with the title of the current drive and the share of work done, 0 to 1.
 
     Returns
@@ -322,7 +325,7 @@ def compare(
     AuditError
         If a power balance does not close.
     """
-    _, complete = begun(study, CompareOptions(quick=quick, engine=engine), progress)
+    _, complete = begun(study, CompareOptions(quick=quick, engine=engine, default_spreads=default_spreads), progress)
     return complete(progress)
 
 
@@ -340,6 +343,8 @@ def begun(study: Study, options: CompareOptions, progress: Report = None) -> tup
         machines = replace(machines, hangs_on=hanging_machines(machines), options=options)
         return machines, lambda progress: machines
     check_duty(study)
+    if options.default_spreads:
+        study = with_default_spreads(study)
     turning = {
         (task, name): ahead(policies, drive, duty)
         for task, duty in study.duty.items()
@@ -404,7 +409,7 @@ def compare_drives(
 
 
 def _sampled(made: Comparison, progress: Report) -> Mapping[str, Builds]:
-    """Sampled builds of the drives for which the study states spreads."""
+    """Sampled builds of the drives that have spreads."""
     study, drawn = made.study, {}
     uncertain = [name for name in study.drives if study.uncertainty.spreads.get(name) and not made.options.quick]
     for start, name in enumerate(uncertain):

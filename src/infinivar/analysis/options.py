@@ -28,6 +28,9 @@ class CompareOptions(Options):
         ("auto", "numpy", "jax"),
         default="auto",
     )
+    default_spreads: bool = flag(
+        "Where the study states no spreads, sample builds within default ones: measured model errors and assumed tolerances."
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

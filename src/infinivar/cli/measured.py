@@ -1,4 +1,4 @@
-"""Commands on measured sets: list, check, report."""
+"""Commands on measured sets: list, add, check, report."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ app = typer.Typer(no_args_is_help=True, help="Compare models with measurements, 
 
 Set = Annotated[
     str,
-    typer.Argument(metavar="NAME|FOLDER", help="A shipped set, or a folder with measured.toml.", show_default=False),
+    typer.Argument(metavar="NAME|FOLDER", help="A known set, or a folder with measured.toml.", show_default=False),
 ]
 Rows = Annotated[
     Path | None, typer.Option("--rows", help="CSV file in place of the set's own rows, with the same headings.")
@@ -24,10 +24,10 @@ Rows = Annotated[
 
 @app.command("list")
 def list_sets(as_json: Json = False) -> None:
-    """List the shipped measured sets."""
-    from infinivar.calibration.measured.sets import read_set, shipped_sets
+    """List the measured sets, shipped ones and your own."""
+    from infinivar.calibration.measured.sets import known_sets, read_set
 
-    found = [read_set(name) for name in shipped_sets()]
+    found = [read_set(name) for name in known_sets()]
     if as_json:
         print_json(
             [{"name": one.name, "title": one.title, "bench": one.law.name, "licence": one.licence} for one in found]
@@ -35,6 +35,40 @@ def list_sets(as_json: Json = False) -> None:
         return
     for one in found:
         say(f"{one.name}: {one.title} ({one.source}, {one.licence}; bench {one.law.name})")
+
+
+@app.command()
+def add(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FOLDER|CSV", help="A folder with measured.toml and rows, or a CSV file.", show_default=False
+        ),
+    ],
+    description: Annotated[
+        Path | None, typer.Option("--description", help="TOML file of a CSV file. [default: measured.toml beside it]")
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option("--name", help="Name of the set. [default: that of the folder or file]")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Check measurements of your own and copy them to the known sets, so that list, check and report find them by name.
+
+    Nothing is written if columns are swapped, units are wrong, or a sensor drifts: the message names column, lines and what was
+    expected.
+    """
+    from infinivar.calibration.measured.adding import add_set
+
+    folder, found = add_set(source, description=description, name=name)
+    one = found.set
+    head = f"{folder.name}: {sum(len(part.rows) for part in found.parts)} rows added ({one.source}, {one.licence}) to {folder}"
+    end(
+        lambda: {"set": folder.name, "folder": str(folder), "faults": list(found.faults)},
+        (head, *found.faults),
+        as_json=as_json,
+        feasible=True,
+    )
 
 
 @app.command()
@@ -62,7 +96,7 @@ def check(folder: Set, rows: Rows = None, as_json: Json = False) -> None:
 @app.command()
 def report(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME|FOLDER]", help="A set. [default: all shipped sets with rows]")
+        str | None, typer.Argument(metavar="[NAME|FOLDER]", help="A set. [default: all known sets with rows]")
     ] = None,
     rows: Rows = None,
     predict: Annotated[
@@ -79,9 +113,9 @@ def report(
     Print residuals, parameters with their intervals, the evidence for each form of the law, and rows predicted from others.
     """
     from infinivar.calibration.measured.report import measured_report
-    from infinivar.calibration.measured.sets import read_set, shipped_sets
+    from infinivar.calibration.measured.sets import known_sets, read_set
 
-    names = [name] if name is not None else [one for one in shipped_sets() if read_set(one).rows is not None]
+    names = [name] if name is not None else [one for one in known_sets() if read_set(one).rows is not None]
     found = [measured_report(one, rows=rows, predict=predict) for one in names]
     if out is not None:
         from infinivar.report.measured import save_all

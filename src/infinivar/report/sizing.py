@@ -526,4 +526,4 @@ def _doubt_lines(doubt: Doubt) -> Iterator[str]:
     if doubt.stated:
         yield f"  spreads stated in the study: {'; '.join(doubt.stated)}"
     if doubt.assumed:
-        yield f"  spreads assumed, as the study states none: {', '.join(doubt.assumed)}"
+        yield f"  default spreads, as the study states none: {', '.join(doubt.assumed)}"

@@ -195,7 +195,7 @@ def _spread(
             if (fault := _refusal(owner, path, end)) is not None:
                 raise InputError(f"reaches {units.show(end, unit)}, which the drive refuses: {fault}")
     else:
-        low, high = (_accepted(owner, path, value, end, deviation) for end in (low, high))
+        low, high = (accepted(owner, path, value, end, deviation) for end in (low, high))
     return Spread(
         owner=drive, path=path, unit=unit, value=value, low=low, high=high, deviation=deviation, kind=kind, where=where
     )
@@ -210,7 +210,7 @@ def _refusal(owner: Drive, path: str, value: float) -> str | None:
     return None
 
 
-def _accepted(owner: Drive, path: str, value: float, end: float, deviation: float) -> float:
+def accepted(owner: Drive, path: str, value: float, end: float, deviation: float) -> float:
     """The end of a normal spread, or where on the way there the drive begins to refuse values."""
     reached = min(max(end, value - _FAR * deviation), value + _FAR * deviation)
     if _refusal(owner, path, reached) is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import tomllib
 from collections.abc import Mapping
 from dataclasses import field
@@ -24,6 +25,9 @@ from infinivar.tables.sheet import TextList, decimal_commas, in_column, miscount
 
 FILE = "measured.toml"
 ROWS = "rows.csv"
+
+VARIABLE = "INFINIVAR_MEASURED"
+"""Environment variable that names the user's folder of measured sets."""
 
 _MOST_BYTES = 50_000_000
 
@@ -109,12 +113,28 @@ def shipped_sets() -> dict[str, Path]:
     return {one.name: one for one in sorted(folder.iterdir()) if (one / FILE).is_file()}
 
 
+def users_folder() -> Path:
+    """Folder of the user's own measured sets; INFINIVAR_MEASURED names another."""
+    requested = os.environ.get(VARIABLE)
+    return Path(requested) if requested else files.of_user("data") / "measured"
+
+
+def known_sets() -> dict[str, Path]:
+    """Folders of the shipped sets and of the user's own, by name."""
+    own = users_folder()
+    try:
+        inside = sorted(own.iterdir())
+    except OSError:  # no such folder: nobody has added a set
+        inside = []
+    return {**{one.name: one for one in inside if (one / FILE).is_file()}, **shipped_sets()}
+
+
 def read_set(name: str | Path) -> MeasuredSet:
     """Read the description of a measured set.
 
     Parameters
     ----------
-    name : str or Path   Name of a shipped set, or a folder with measured.toml.
+    name : str or Path   Name of a shipped set or of one of the user's own, or a folder with measured.toml.
 
     Returns
     -------
@@ -125,18 +145,22 @@ def read_set(name: str | Path) -> MeasuredSet:
     InputError
         If there is no such set, or a key or value is wrong; the message names it.
     """
-    known = shipped_sets()
-    folder = known.get(str(name), Path(name))
-    path = folder / FILE
+    known = known_sets()
+    path = known.get(str(name), Path(name)) / FILE
     if not path.is_file():
         hint = nearest(str(name), known)
-        raise InputError(f"{printable(path)}: no such file{hint}; shipped sets: {', '.join(known)}")
+        raise InputError(f"{printable(path)}: no such file{hint}; known sets: {', '.join(known)}")
+    return described(path)
+
+
+def described(path: Path) -> MeasuredSet:
+    """The measured set that a TOML file describes; InputError as for `read_set`."""
     try:
         stated = tomllib.loads("\n".join(text_of(printable(path), files.read(path, _MOST_BYTES)).lines))
     except tomllib.TOMLDecodeError as problem:
         raise InputError(f"{printable(path)}: is not valid TOML: {problem}") from problem
     try:
-        return _made(folder, stated)
+        return _made(path.parent, stated)
     except InputError as problem:
         raise InputError(f"{printable(path)}: {problem}") from None
 

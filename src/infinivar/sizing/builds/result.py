@@ -157,7 +157,7 @@ class Doubt(Result):
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """Rules of the spreads that are assumed, in words, each once."""
+        """Rules of the default spreads, in words, each once."""
         return tuple(dict.fromkeys(one.words for one in self.varied if one.assumed))
 
     @derived("1")

@@ -1,8 +1,8 @@
-"""Spreads of a design's values, those of the study or assumed, and samples that designs with the same part share."""
+"""Spreads of a design's values, those of the study or default ones, and samples that designs with the same part share."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -13,23 +13,9 @@ from infinivar._core.described import dictionary
 from infinivar._core.fields import quantities_of, value_at
 from infinivar.analysis.robustness.sampling import correlated, low_discrepancy
 from infinivar.drivetrain.drive import Drive
-from infinivar.parts.gearhead import Gearhead
-from infinivar.parts.motor import Motor
 from infinivar.sizing.design import SizedDrive
+from infinivar.study.default_spreads import default_spreads, rule_of
 from infinivar.study.spreads import Spread, Uncertainty
-from infinivar.units import plain
-
-TORQUE_CONSTANT, RESISTANCE, GEAR_LOSS, FRICTION = 0.05, 0.10, 0.20, 0.15
-"""Tolerances to either side, relative to the value, that are assumed where a study states none: torque constant and resistance of
-motors, gear loss ``1 - efficiency``, and friction coefficient of the rolling contact. [-]"""
-
-_ASSUMED = "assumed, as the study states no spread"
-_WORDS = {
-    "torque_constant": f"torque constant ± {plain(100.0 * TORQUE_CONSTANT)} %",
-    "resistance": f"winding resistance ± {plain(100.0 * RESISTANCE)} %",
-    "efficiency": f"gear loss ± {plain(100.0 * GEAR_LOSS)} %",
-    "friction": f"friction coefficient of the contact ± {plain(100.0 * FRICTION)} %",
-}
 
 
 class Varied(NamedTuple):
@@ -45,16 +31,16 @@ class Varied(NamedTuple):
 
     @property
     def assumed(self) -> bool:
-        """Whether the program assumes the spread, as the study states none."""
-        return self.spread.where == _ASSUMED
+        """Whether the spread is a default, as the study states none."""
+        return rule_of(self.spread) is not None
 
     @property
     def words(self) -> str:
-        """Value and range; of an assumed spread the rule, which is the same for all parts."""
-        path = self.spread.path
-        if self.assumed:
-            return _WORDS[path.rpartition(".")[2]]
-        return f"{path.replace('.', ' ').replace('_', ' ')} of {self.owner}: {self.spread.words}"
+        """Value and range; of a default spread the rule, which is the same for all parts."""
+        rule = rule_of(self.spread)
+        if rule is not None:
+            return rule.words
+        return f"{self.spread.path.replace('.', ' ').replace('_', ' ')} of {self.owner}: {self.spread.words}"
 
 
 class Draws(NamedTuple):
@@ -71,7 +57,7 @@ def varied_of(design: SizedDrive, uncertainty: Uncertainty) -> tuple[Varied, ...
     drive = design.drive
     stated = {spread.path: spread for spread in uncertainty.spreads.get(design.template, ())}
     found = [made for spread in stated.values() if (made := _carried(spread, drive)) is not None]
-    found += [spread for spread in _assumed(design.template, drive) if spread.path not in stated]
+    found += [spread for spread in default_spreads(design.template, drive) if spread.path not in stated]
     made = [Varied(_owner(design, spread.path), spread) for spread in found if spread.low < spread.high]
     return tuple(sorted(made, key=lambda one: one.owner != design.template))
 
@@ -103,34 +89,6 @@ def draw(designs: Sequence[SizedDrive], uncertainty: Uncertainty, count: int, se
         columns = correlated(columns, _correlation(uncertainty, design.template, rows))
         values.append({one.spread.path: one.spread.at(columns[:, place]) for place, one in enumerate(rows)})
     return Draws(every, values)
-
-
-def _assumed(template: str, drive: Drive) -> Iterator[Spread]:
-    """Spreads of motors, gearheads and the rolling contact where none is stated."""
-    for path, field in quantities_of(drive).items():
-        owner, _, name = path.rpartition(".")
-        part = value_at(drive, owner) if owner else drive
-        value = getattr(part, name)
-        tolerance = None
-        if isinstance(part, Motor):
-            tolerance = {"torque_constant": TORQUE_CONSTANT, "resistance": RESISTANCE}.get(name)
-        elif isinstance(part, Gearhead) and name == "efficiency":
-            tolerance = GEAR_LOSS * (1.0 - value) / value
-        elif path == "transmission.friction":
-            tolerance = FRICTION
-        if tolerance is not None:
-            ends = permitted(field.metadata["bound"], value)
-            yield Spread(
-                owner=template,
-                path=path,
-                unit=field.metadata["unit"],
-                value=value,
-                low=max(value * (1.0 - tolerance), ends[0]),
-                high=min(value * (1.0 + tolerance), ends[1]),
-                deviation=None,
-                kind="assumed",
-                where=_ASSUMED,
-            )
 
 
 def _carried(spread: Spread, drive: Drive) -> Spread | None:
