@@ -87,13 +87,27 @@ SESSIONS = {
 }
 
 
+RUNS = MACHINES | {
+    f"omniwheels {name}": (
+        loaded("omniwheel_platform").drives[name].moving(),
+        {
+            "duration": 0.03,
+            "motion": iv.motion.VectorHistory.of(lambda t: [0.1 * t, 0.05 * t * t, 0.2 * t], 0.1),
+            "wrench": [5.0, -3.0, 0.4],
+        },
+    )
+    for name in ("one-motor", "mecanum")
+}
+"""Of every kind; wheels on a common cylinder, and with a motor each."""
+
+
 @functools.cache
 def moved(name):
     """A system and its state at the start."""
     if name in SESSIONS:
         made = SESSIONS[name]()
     else:
-        machine, given = MACHINES[name]
+        machine, given = RUNS[name]
         made = run_setup(machine, iv.motion.MachineScenario(**given))
     return made.system, made.state
 
@@ -118,7 +132,7 @@ def close(found, expected, share=1e-12):
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=share * np.max(np.abs(expected), initial=1e-300))
 
 
-@sampled("name", [*SESSIONS, *MACHINES], every=3)
+@sampled("name", [*SESSIONS, *RUNS], every=3)
 def test_rates_are_those_of_the_python_source_and_slopes_their_derivatives(name):
     """With powers and demands, at random states in all quadrants; the slopes by central differences."""
     system, start = moved(name)
@@ -183,10 +197,10 @@ def same(found, expected):
     np.testing.assert_allclose(*begins, atol=2e-5)
 
 
-@sampled("name", MACHINES, every=3)
+@sampled("name", RUNS, every=3)
 def test_runs_are_the_same(name, monkeypatch):
     """States, energies and events of every kind of machine that moves."""
-    machine, given = MACHINES[name]
+    machine, given = RUNS[name]
     scenario = iv.motion.MachineScenario(**given)
     same(*both(lambda: iv.simulate_machine(machine, scenario), monkeypatch))
 
