@@ -98,7 +98,11 @@ RUNS = MACHINES | {
     )
     for name in ("one-motor", "mecanum")
 }
-"""Of every kind; wheels on a common cylinder, and with a motor each."""
+RUNS["sphere of a study"] = (
+    loaded("sphere_joint").drives["cubic"].moving(),
+    {"duration": 0.02, "steering": lambda t: [0.7 + 0.3 * np.sin(8 * t)], "servos": False, "wrench": [0.0, 0.1]},
+)
+"""Of every kind; omniwheels on a common cylinder, and with a motor each; and rollers with exact rolling contact."""
 
 
 @functools.cache
