@@ -55,6 +55,7 @@ from infinivar.analysis.machine_motion import _Run as run_setup
 from infinivar.analysis.machine_sensitivity import machine_sensitivity
 from infinivar.analysis.machine_study import simulated
 from infinivar.analysis.machines import compare_machines, evaluate_machine
+from infinivar.analysis.marching import March
 from infinivar.analysis.motion_summary import advice as motion_advice
 from infinivar.analysis.moving_parts import STICK_SPEED as DRAWN_STICK_SPEED
 from infinivar.analysis.moving_parts import parts_of
@@ -181,6 +182,8 @@ from infinivar.exports import plant as plants_of_exports
 from infinivar.exports.description import base_units as export_base_units
 from infinivar.exports.export import _usual as default_export_scenario
 from infinivar.exports.laws import law_files, laws
+from infinivar.exports.machine_plant import moving_machine as machine_of_export
+from infinivar.exports.machine_plant import moving_plant
 from infinivar.exports.plant import plant as exported_plant
 from infinivar.figures import arm as arm_figure
 from infinivar.figures import bond_graph as bond_graph_figure
@@ -232,6 +235,7 @@ from infinivar.machines.pictures import wheeled as wheeled_picture
 from infinivar.machines.registry import MACHINES as MOVING_MACHINES
 from infinivar.machines.system import Defaults, Forces, Place, System
 from infinivar.machines.system import Inputs as SystemInputs
+from infinivar.machines.system import Outside as SystemOutside
 from infinivar.motion.duty_cycles import CYCLES
 from infinivar.motion.files.choice import family_of
 from infinivar.motion.files.table import Column as TableColumn

@@ -85,7 +85,7 @@ def test_a_cart_is_not_simulated(write, infinivar):
     outcome = infinivar("simulate", "mine.toml", "--drive", "cart")
     assert (outcome.code, outcome.out) == (2, "")
     assert "mine.toml: drives.cart is a machine of type planar: a user pushes it" in outcome.err
-    assert "commands for this machine: check, compare, sensitivity" in outcome.err
+    assert "commands for this machine: check, compare, sensitivity, export" in outcome.err
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -94,7 +94,7 @@ def test_a_cart_is_not_simulated(write, infinivar):
     [
         ("size",),
         ("graph",),
-        ("export", "--as", "c"),
+        ("export", "--as", "mujoco"),
         ("rig",),
         ("contact", "--drive"),
         ("sweep", "size"),

@@ -87,13 +87,31 @@ SESSIONS = {
 }
 
 
+RUNS = MACHINES | {
+    f"omniwheels {name}": (
+        loaded("omniwheel_platform").drives[name].moving(),
+        {
+            "duration": 0.03,
+            "motion": iv.motion.VectorHistory.of(lambda t: [0.1 * t, 0.05 * t * t, 0.2 * t], 0.1),
+            "wrench": [5.0, -3.0, 0.4],
+        },
+    )
+    for name in ("one-motor", "mecanum")
+}
+RUNS["sphere of a study"] = (
+    loaded("sphere_joint").drives["cubic"].moving(),
+    {"duration": 0.02, "steering": lambda t: [0.7 + 0.3 * np.sin(8 * t)], "servos": False, "wrench": [0.0, 0.1]},
+)
+"""Of every kind; omniwheels on a common cylinder, and with a motor each; and rollers with exact rolling contact."""
+
+
 @functools.cache
 def moved(name):
     """A system and its state at the start."""
     if name in SESSIONS:
         made = SESSIONS[name]()
     else:
-        machine, given = MACHINES[name]
+        machine, given = RUNS[name]
         made = run_setup(machine, iv.motion.MachineScenario(**given))
     return made.system, made.state
 
@@ -118,7 +136,7 @@ def close(found, expected, share=1e-12):
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=share * np.max(np.abs(expected), initial=1e-300))
 
 
-@sampled("name", [*SESSIONS, *MACHINES], every=3)
+@sampled("name", [*SESSIONS, *RUNS], every=3)
 def test_rates_are_those_of_the_python_source_and_slopes_their_derivatives(name):
     """With powers and demands, at random states in all quadrants; the slopes by central differences."""
     system, start = moved(name)
@@ -185,10 +203,10 @@ def same(found, expected, within=1e-3):
     np.testing.assert_allclose(*begins, atol=2e-5)
 
 
-@sampled("name", MACHINES, every=3)
+@sampled("name", RUNS, every=3)
 def test_runs_are_the_same(name, monkeypatch):
     """States, energies and events of every kind of machine that moves."""
-    machine, given = MACHINES[name]
+    machine, given = RUNS[name]
     scenario = iv.motion.MachineScenario(**given)
     same(*both(lambda: iv.simulate_machine(machine, scenario), monkeypatch))
 

@@ -32,6 +32,7 @@ from internals import (
     export_base_units,
     exported_plant,
     plants_of_exports,
+    with_values,
 )
 from made import loaded
 from run_cli import run
@@ -354,6 +355,57 @@ def test_what_is_not_finite_is_an_error_and_changes_nothing(version):
 
 
 @pytest.mark.parametrize("version", VERSIONS)
+def test_a_parameter_keeps_the_bounds_of_its_part(version):
+    """They are in the description; a value beyond them is refused with all others of the call, and the state before stays."""
+    for name in ("hand_controller cobotic", "ankle_walking geared"):
+        (file,) = exported(name, version)
+        drive = drive_of(name)
+        variables = {one.name: one for one in fmpy.read_model_description(str(file)).modelVariables}
+        with Unit(file) as unit:
+            every = [*unit.states, *unit.of("parameter")]
+            before = unit.get(every)
+            ranged = [one for one in unit.of("parameter") if variables[one].min is not None]
+            for one in ranged:
+                low = float(variables[one].min)
+                assert low <= float(variables[one].start) <= float(variables[one].max or np.inf)
+                with pytest.raises(fmi1.FMICallException):
+                    unit.set({unit.states[0]: 0.1, one: np.nextafter(low, -np.inf)})
+                np.testing.assert_array_equal(unit.get(every), before)
+                unit.set({one: max(low, 1e-3)})
+                unit.set({one: float(variables[one].start)})
+            assert {one for one in every if one.startswith(("parameter.J_", "parameter.m", "parameter.R_"))} <= set(
+                ranged
+            )
+        for symbol, path in {
+            "J_m_c": "motor.rotor_inertia",
+            "J_gpc": "screw.inertia",
+            "K_n": "motor.torque_constant",
+        }.items():
+            if (one := variables.get(f"parameter.{symbol}")) is not None:
+                with_values(drive, {path: float(one.min)})
+                with pytest.raises(iv.ParameterError):
+                    with_values(drive, {path: float(one.min) - 1e-12})
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_step_does_not_begin_before_the_time_that_is_reached(version):
+    """Nothing changes then; after a saved state is set it may."""
+    (file,) = exported("hand_controller cobotic", version)
+    with Unit(file) as unit:
+        unit.set({"force": 2.0})
+        for row in range(10):  # as importers add up times
+            unit.step(row * 1e-3, 1e-3)
+        every = [*unit.states, "time"]
+        before = unit.get(every)
+        for time in (0.0, 9e-3, -1.0):
+            with pytest.raises(fmi1.FMICallException):
+                unit.step(time, 1e-3)
+            np.testing.assert_array_equal(unit.get(every), before)
+        unit.step(sum([1e-3] * 10), 1e-3)
+        assert unit.get(["time"])[0] == pytest.approx(11e-3)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
 def test_instances_resets_and_saved_states_give_the_same_bytes(version):
     (file,) = exported("hand_controller cobotic", version)
 
@@ -630,7 +682,7 @@ def test_every_variable_of_a_shipped_drive_has_a_unit():
             ": drive 'cobotix' is not in the study (did you mean 'cobotic'?)",
         ),
         (("hand_controller", "cobotic", "--as", "c", "--scenario", "shak"), "--scenario 'shak' is not in the study"),
-        (("six_leg_display", "one-motor", "--as", "fmu3"), "drives.one-motor is a machine of type platform"),
+        (("six_leg_display", "one-motor", "--as", "mujoco"), "a machine of type platform"),
         (("hand_controller", "cobotic", "--as", "c", "--out", "file"), "file"),
     ],
 )
@@ -682,7 +734,7 @@ def test_the_command_writes_what_the_function_does(tmp_path):
     [
         ({"kind": "fmu4"}, "kind must be one of fmu2, fmu3, c, mujoco, got 'fmu4'"),
         ({"drive": "cobotic"}, "drive"),
-        ({"drive": loaded("six_leg_display").drives["one-motor"]}, "machine"),
+        ({"drive": loaded("six_leg_display").drives["one-motor"], "kind": "mujoco"}, "machine"),
         ({"scenario": "shake"}, "scenario"),
         ({"out": 3}, "out must be the path"),
         ({"drive": replace(loaded("hand_controller").drives["cobotic"], steering=None)}, "steering is missing"),

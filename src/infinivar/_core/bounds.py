@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import operator
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -78,4 +79,19 @@ def permitted(bound: Bound, value: float) -> tuple[float, float]:
             low = end + least if sign == ">" else float(end)
         else:
             high = end - least if sign == "<" else float(end)
+    return low, high
+
+
+def ends(bound: Bound) -> tuple[float, float]:
+    """Least and largest number that keeps a bound, both included; infinite where there is none."""
+    low, high = -math.inf, math.inf
+    for sign, end in _conditions(bound):
+        if sign == ">":
+            low = math.nextafter(end, math.inf) if end else sys.float_info.min
+        elif sign == ">=":
+            low = float(end)
+        elif sign == "<":
+            high = math.nextafter(end, -math.inf) if end else -sys.float_info.min
+        elif sign == "<=":
+            high = float(end)
     return low, high

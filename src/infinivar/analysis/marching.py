@@ -20,6 +20,7 @@ from infinivar.bondgraph.audit import CLOSURE, ClosureError
 from infinivar.bondgraph.march import Watched
 from infinivar.limits import Demand, Limit
 from infinivar.machines.compiled import CompiledSteps, Motion
+from infinivar.machines.motors import Shaft
 from infinivar.machines.system import Inputs, System
 from infinivar.motion.machine_scenario import check_continuous
 
@@ -284,8 +285,8 @@ class March:
             return
         begins, ends, results, states, inputs = zip(*log.ended, strict=True)
         log.ended = []
-        columns = self._columns(np.array(ends), np.array(states), inputs)
-        log.watched.add(self._motor_demands(columns), np.array(results), np.subtract(ends, begins))
+        shafts = self._shafts(np.array(ends), np.array(states), inputs)
+        log.watched.add(self._motor_demands(shafts), np.array(results), np.subtract(ends, begins))
 
     def _record(self, outcome: str) -> Record:
         system, log = self.system, self.log
@@ -308,7 +309,7 @@ class March:
             for place, (limit, what) in enumerate(names):
                 if limit == Limit.SLIP:
                     columns[f"slip_demand_{what.replace(' ', '_')}"] = demands[rows, place]
-        others = self._motor_demands(columns)
+        others = self._motor_demands(self._shafts(time, states, log.inputs))
         between = log.watched.until(len(time))
         found = tuple(
             sorted(
@@ -333,67 +334,30 @@ class March:
 
     def _columns(self, time: np.ndarray, states: np.ndarray, inputs: Sequence[Inputs]) -> dict[str, np.ndarray]:
         system, mechanics = self.system, self.system.mechanics
-        first, second, _ = system.places
         names = [*mechanics.configuration, *mechanics.coordinates]
         columns = {name: states[:, place] for place, name in enumerate(names)}
         angles, turning = system.steering(system.outside(time), states, np.array([one.turning for one in inputs]))
         for place, name in enumerate(mechanics.steered):
             columns[name] = angles[:, place]
             columns[name.replace("_rad", "_rate_rad_s")] = (turning + 0.0 * angles)[:, place]
-        if system.motor is not None:
-            motor, currents = system.motor.motor, np.array([one.currents for one in inputs])
-            shafts = system.motor.reduction * states[:, first:second][:, list(system.motor.coordinates)]
-            for place, name in enumerate(self._motors):
-                current = currents[:, place]
-                columns[f"{name}_current_A"] = current
-                voltage = motor.resistance * current + motor.torque_constant * shafts[:, place]
-                columns[f"{name}_voltage_V"] = voltage
-        if system.links is not None:
-            currents = np.array([one.links for one in inputs])
-            speeds = mechanics.at(states[:, :first], states[:, first:second]).kinematics.speed
-            motor = system.links.drive.motor
-            voltages = motor.resistance * currents + motor.torque_constant * system.links.ratio * speeds
-            for place, name in enumerate(self._motors):
-                columns[f"{name}_current_A"] = currents[:, place]
-                columns[f"{name}_voltage_V"] = voltages[:, place]
-        if system.servo is not None:
-            currents = np.array([one.steering for one in inputs])
-            for place, name in enumerate(mechanics.steered):
-                columns[name.replace("_rad", "_current_A")] = currents[:, place]
+        for one in self._shafts(time, states, inputs):
+            columns[f"{one.name}_current_A"] = one.current
+            if one.name in system.motors:
+                columns[f"{one.name}_voltage_V"] = one.voltage
         return columns
 
-    @property
-    def _motors(self) -> tuple[str, ...]:
-        """Names of the power motors in columns."""
-        motor, links = self.system.motor, self.system.links
-        if links is not None:
-            return tuple(f"motor_{place + 1}" for place in range(len(self.log.inputs[0].links)))
-        if motor is None or len(motor.coordinates) == 1:
-            return () if motor is None else ("motor",)
-        return tuple(f"motor_{place + 1}" for place in range(len(motor.coordinates)))
+    def _shafts(self, time: np.ndarray, states: np.ndarray, inputs: Sequence[Inputs]) -> list[Shaft]:
+        """Motors and servos at the ends of samples."""
+        rows = (
+            np.array([getattr(one, name) for one in inputs]) for name in ("currents", "steering", "turning", "links")
+        )
+        held = Inputs(*rows)
+        turning = self.system.steering(self.system.outside(time), states, held.turning)[1]
+        return self.system.shafts(held, states, turning)
 
-    def _motor_demands(self, columns: Mapping[str, np.ndarray]) -> dict[Demand, Any]:
-        """Demand over allowance of the motors, from currents, voltages and rates."""
-        system, found = self.system, {}
-        of_motor = system.links.drive.motor if system.links is not None else None
-        of_motor = system.motor.motor if system.motor is not None else of_motor
-        if of_motor is not None:
-            motor = of_motor
-            for name in self._motors:
-                current, voltage = columns[f"{name}_current_A"], columns[f"{name}_voltage_V"]
-                speed = (voltage - motor.resistance * current) / motor.torque_constant
-                for limit, demand in motor.utilisation(current=current, voltage=voltage, speed=speed).items():
-                    found[limit, name.replace("_", " ")] = demand
-        if system.servo is not None:
-            plant = system.servo.plant
-            for name in system.mechanics.steered:
-                current = columns[name.replace("_rad", "_current_A")]
-                speed = plant.ratio * columns[name.replace("_rad", "_rate_rad_s")]
-                voltage = plant.motor.resistance * current + plant.motor.torque_constant * speed
-                part = f"steering motor {name.split('_')[1]}" if "_" in name else "steering motor"
-                for limit, demand in plant.motor.utilisation(current=current, voltage=voltage, speed=speed).items():
-                    found[limit, part] = demand
-        return found
+    def _motor_demands(self, shafts: Sequence[Shaft]) -> dict[Demand, Any]:
+        """Demand over allowance of the motors."""
+        return {key: demand for one in shafts for key, demand in one.utilisation().items()}
 
     def _saturation(self) -> tuple[Event, ...]:
         """Samples at which a controller's current is at its limit."""

@@ -100,28 +100,32 @@ def c_code(
     signals = made.function("measured", TapeNamespace(tape), symbols)(states, inputs, rates)
     known = [*states, *inputs, *rates] if written else []
     seeds = [(tape.input("seeds", place), by) for place, by in enumerate(known)]
-    changes = [sum(seed * tape.slope(one, by) for seed, by in seeds) for one in (*results, *written) if known]
+    changes = tape.changes([*results, *written], seeds) if known else []
     functions = {"motion": results, "slopes": slopes, "powers": powers, "signals": signals}
     if written:
         functions |= {"outputs": written, "directions": changes}
     text, writer, once = _program(tape, made.states, made.inputs, made.rates, functions)
-    behind = (
-        [tape.nodes[place] for place in writer.needed([one]) if tape.nodes[place].operation in _GIVEN]
-        for one in (*results, *written)
-    )
-    found = tuple(frozenset((operation, int(place)) for operation, (place,) in each) for each in behind)
-    return Code(text, tape, once, found)
+    return Code(text, tape, once, writer.behind([*results, *written]))
 
 
 def c_motion(
     tape: Tape, states: Sequence[str], inputs: Sequence[str], functions: Mapping[str, Sequence[Number]]
-) -> tuple[str, int]:
-    """C of ``constants``, of functions of recorded states and inputs, and of the ``slopes`` of the one called ``motion``; and how
-    many constants there are."""
+) -> Code:
+    """C of ``constants``, of functions of recorded states and inputs, and of the ``slopes`` of the one called ``motion``.
+
+    With one called ``outputs`` also of ``directions``, as `c_code`.
+    """
     by = [tape.input("states", place) for place in range(len(states))]
+    known = [*by, *(tape.input("inputs", place) for place in range(len(inputs)))]
     slopes = [tape.slope(one, state) for one in functions["motion"] for state in by]
-    text, _, once = _program(tape, states, inputs, (), {**functions, "slopes": slopes, "signals": ()})
-    return text, once
+    functions = {**functions, "slopes": slopes, "signals": ()}
+    written = [*functions["motion"], *functions.get("outputs", ())]
+    if "outputs" in functions:
+        functions["directions"] = tape.changes(
+            written, [(tape.input("seeds", place), one) for place, one in enumerate(known)]
+        )
+    text, writer, once = _program(tape, states, inputs, (), functions)
+    return Code(text, tape, once, writer.behind(written))
 
 
 def _program(
@@ -246,6 +250,12 @@ class _Writer:
             if place not in stop and not self._is_given(place):
                 waiting += [one for one in self.tape.nodes[place].arguments if isinstance(one, int)]
         return sorted(found)
+
+    def behind(self, results: Iterable[Number]) -> tuple[frozenset[tuple[str, int]], ...]:
+        """Groups and places of what is given behind each of some results."""
+        nodes = ([self.tape.nodes[place] for place in self.needed([one])] for one in results)
+        given = ([one for one in each if one.operation in _GIVEN] for each in nodes)
+        return tuple(frozenset((operation, int(place)) for operation, (place,) in each) for each in given)
 
     def once(self, results: Sequence[Number]) -> list[int]:
         """Nodes of parameters alone that nodes of states use directly, or that are results."""

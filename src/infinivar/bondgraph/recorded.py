@@ -132,6 +132,13 @@ class RecordedNamespace:
         """Whether a condition holds everywhere."""
         return functools.reduce(functools.partial(self._tape.record, "and"), np.ravel(_objects(array)).tolist())
 
+    def each(self, function: Callable[..., Sequence[Number]], *arrays: Any) -> tuple[Recorded, ...]:
+        """Results of a function of scalars, which holds data by them, for each element of arrays that broadcast."""
+        wide = np.broadcast_arrays(*map(_objects, arrays))
+        found = [function(*(one[place] for one in wide)) for place in np.ndindex(wide[0].shape)]
+        columns = (np.array(one, dtype=object) for one in zip(*found, strict=True))
+        return tuple(Recorded(self._tape, np.reshape(one, wide[0].shape)) for one in columns)
+
     def loop(
         self, step: Callable[..., tuple[Sequence[Any], Any]], starts: Sequence[Any], steps: int
     ) -> tuple[Recorded, ...]:

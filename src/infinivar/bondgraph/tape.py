@@ -57,6 +57,10 @@ class Node(NamedTuple):
     """Numbers as floats, places of earlier nodes as integers; of an input its place in the group."""
 
 
+_ALONG = -1
+"""In place of an input: the direction of `Tape.changes`."""
+
+
 class Tape:
     """Operations in the order of their evaluation."""
 
@@ -64,8 +68,8 @@ class Tape:
         """Nothing is recorded yet; values of parameters state the shapes of what is held."""
         self.parameters = parameters
         self.nodes: list[Node] = []
-        self.held: list[tuple[Callable[..., Any], tuple[str, ...]]] = []
-        """Functions of parameters whose results are data, and the names of these parameters."""
+        self.held: list[tuple[Callable[..., Any], tuple[str | float, ...]]] = []
+        """Functions whose results are data, and the names of the parameters that they have as arguments, or numbers."""
         self._known: dict[Any, Value] = {}
         self._looped = 0
         self._tables: dict[int, tuple[np.ndarray, Table]] = {}
@@ -100,10 +104,17 @@ class Tape:
             return self.record(operation, *arguments)
         return self._added(Node(operation, tuple(one.place if isinstance(one, Value) else one for one in arguments)))
 
-    def hold(self, function: Callable[..., Any], *arguments: Value) -> Any:
-        """What a function of parameters gives, as data: named tuples of numbers and arrays, of shapes that do not change."""
+    def hold(self, function: Callable[..., Any], *arguments: Number) -> Any:
+        """What a function of parameters and numbers gives, as data: named tuples of numbers and arrays, of shapes that do not
+        change."""
         every = tuple(self.parameters)
-        one = function, tuple(every[int(self.nodes[argument.place].arguments[0])] for argument in arguments)
+        one = (
+            function,
+            tuple(
+                every[int(self.nodes[argument.place].arguments[0])] if isinstance(argument, Value) else float(argument)
+                for argument in arguments
+            ),
+        )
         if one not in self.held:
             self.held.append(one)
         return self._pieces(_held(one, self.parameters), self.held.index(one), [0])
@@ -147,6 +158,14 @@ class Tape:
                 self._slopes[place, by.place] = self._slope(place, by.place)
         return self._slopes[of.place, by.place]
 
+    def changes(self, of: Sequence[Number], seeds: Sequence[tuple[Number, Value]]) -> list[Number]:
+        """Change of values along a direction: seeds, which are numbers of the tape, of inputs."""
+        self._slopes |= {(by.place, _ALONG): seed for seed, by in seeds}
+        for place in range(1 + max((one.place for one in of if isinstance(one, Value)), default=-1)):
+            if (place, _ALONG) not in self._slopes:
+                self._slopes[place, _ALONG] = self._slope(place, _ALONG)
+        return [self._slopes[one.place, _ALONG] if isinstance(one, Value) else 0.0 for one in of]
+
     def _slope(self, place: int, by: int) -> Number:
         if place == by:
             return 1.0
@@ -169,10 +188,10 @@ class Tape:
         return found
 
 
-def _held(one: tuple[Callable[..., Any], tuple[str, ...]], parameters: Mapping[str, float]) -> Any:
+def _held(one: tuple[Callable[..., Any], tuple[str | float, ...]], parameters: Mapping[str, float]) -> Any:
     """What a function of parameters gives for values of them."""
     function, names = one
-    return function(*(float(parameters[name]) for name in names))
+    return function(*(float(parameters[name]) if isinstance(name, str) else name for name in names))
 
 
 def _nothing(*arguments: float | int) -> None:

@@ -329,12 +329,13 @@ def export(
     ] = None,
     out: Out = Path("out"),
 ) -> None:
-    """Write a drive for other programs: FMU, C or MuJoCo.
+    """Write a drive or machine for other programs: FMU, C or MuJoCo.
 
-    The plant alone, or with --loop also its controllers; for MuJoCo an actuator.
+    The plant alone, or with --loop also its controllers; for MuJoCo an actuator. Machines are written as plants.
     An FMU needs no Python; it holds a binary for this platform if a C compiler is found, and sources.
     Inputs are the force on the load and the motors' currents, or with --loop the goal of their controllers.
     """
+    from infinivar.drivetrain.drive import is_machine
     from infinivar.exports.export import FORMATS
     from infinivar.exports.export import export as run
     from infinivar.study.load import load_study
@@ -343,7 +344,8 @@ def export(
         raise InputError(f"--as {kind!r} is not a format{nearest(kind, FORMATS)}; formats: {', '.join(FORMATS)}")
     loaded = load_study(study)
     name = chosen(study, "drive", drive, loaded.drives, "drive")
-    of_one_axis(study, loaded.drives, "export", name)
+    if kind == "mujoco":
+        of_one_axis(study, loaded.drives, "export --as mujoco", name)
     if scenario is not None and loop is not None:
         raise InputError(
             "--scenario and --loop exclude each other: the plant alone, or with the controllers of a scenario"
@@ -358,7 +360,7 @@ def export(
             name=name,
             title=loaded.titles[name],
             scenario=requested,
-            load_mass=loaded.load_mass,
+            load_mass=None if is_machine(loaded.drives[name]) else loaded.load_mass,
             closed=loop is not None,
             sources=loaded.provenance,
         )

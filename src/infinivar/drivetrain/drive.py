@@ -133,7 +133,7 @@ class MovingDrive(Drive, Protocol):
         ...
 
 
-EVERY_MACHINE = ("check", "compare", "sensitivity")
+EVERY_MACHINE = ("check", "compare", "sensitivity", "export")
 """Commands that work with every machine: a drive with an end point of its own coordinates, instead of one axis."""
 
 

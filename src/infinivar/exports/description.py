@@ -6,6 +6,7 @@ Source: fmi2014, section 2.2; fmi2022, section 2.4.
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
@@ -159,6 +160,8 @@ def _variable(root: Element, place: int, one: Variable, plant: Plant, second: bo
     }
     numbers = {
         **({"unit": one.unit} if one.unit else {}),
+        **({"min": repr(one.least)} if math.isfinite(one.least) else {}),
+        **({"max": repr(one.most)} if math.isfinite(one.most) else {}),
         **({} if one.start is None else {"start": repr(one.start)}),
         **({"derivative": str(_state_of(place, plant) + second)} if one.role == "derivative" else {}),
     }

@@ -1,4 +1,4 @@
-"""Write a drive's plant as an FMU or as C, or the drive as an actuator of MuJoCo."""
+"""Write the plant of a drive or machine as an FMU or as C, or a drive as an actuator of MuJoCo."""
 
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ from typing import Any, NamedTuple
 
 from infinivar._core.c_library import FLAGS, binary, compiler, zig
 from infinivar._core.threads import in_order
+from infinivar.bondgraph.c_code import array_of
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import check_drive, refuse_machine
 from infinivar.errors import ParameterError, path_of, require
 from infinivar.exports.description import build_description, model_description, token
 from infinivar.exports.laws import law_files
+from infinivar.exports.machine_plant import machine_plant, moves, moving_machine, moving_plant
 from infinivar.exports.mujoco import mujoco_files
 from infinivar.exports.plant import Plant, Role, plant
 from infinivar.motion.scenario import Scenario, check_scenario
@@ -83,7 +85,9 @@ def export(
 
     Parameters
     ----------
-    drive : CoboticDrive or ConventionalDrive   With the inertias that motion requires.
+    drive : CoboticDrive or ConventionalDrive, or a machine   With the inertias that motion requires. A machine of a study, or
+        one that moves: it starts at home, at rest but for its cylinder, with wheels straight ahead; currents of motors and
+        servos, or rates of steering without servos, and what a user exerts on coordinates and handle are its inputs.
     kind : str             "fmu2" or "fmu3": an FMU for Model Exchange and Co-Simulation, NAME.fmu; "c": NAME.c, a program that
         runs it, NAME_main.c, and its arguments, NAME.md; for controllers NAME_laws.c, NAME_laws.h and their test; and with
         the extra `compiled` NAME_binaries.zip, its libraries;
@@ -108,19 +112,30 @@ def export(
     Raises
     ------
     ParameterError
-        If the drive is a machine of several coordinates, or lacks a value that motion requires.
+        If it lacks a value that motion requires, or a machine has a scenario or is to be an actuator of MuJoCo.
     InputError
         If a law has no C, or a file cannot be written; for "mujoco", if MuJoCo or a C compiler is missing.
 
     Source: fmi2014, fmi2022.
     """
     require(kind in FORMATS, "kind", repr(kind), f"one of {', '.join(FORMATS)}")
-    refuse_machine(drive, "export")
-    check_drive(drive, "drive")
-    if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
-        raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
+    several = moves(drive)
+    if not several:
+        check_drive(drive, "drive")
+        if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
+            raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
+    elif kind == "mujoco":
+        refuse_machine(drive, "export as mujoco")
     identifier = _identifier(name)
-    if kind == "mujoco":
+    if several:
+        require(
+            scenario is None and not closed, "scenario", "one", "left out: a machine is exported as its plant, at home"
+        )
+        moving = moving_plant(moving_machine(drive, load_mass))
+        made = machine_plant(moving, identifier, title or name)
+        content, notes = _source(made, None) if kind == "c" else _fmu(made, _VERSIONS[kind])
+        notes = (*moving.notes, *notes)
+    elif kind == "mujoco":
         require(scenario is None and not closed, "scenario", "one", "left out: MuJoCo has the load and the motion")
         content, notes = mujoco_files(drive, identifier, load_mass)
     else:
@@ -156,10 +171,13 @@ def _data(name: str) -> str:
 def _fmu(made: Plant, version: str) -> tuple[Mapping[str, bytes], tuple[str, ...]]:
     from infinivar import __version__
 
-    settable = (str(int(not made.variables[place].fixed)) for place in made.places("parameter"))
+    parameters = [made.variables[place] for place in made.places("parameter")]
+    settable = (str(int(not one.fixed)) for one in parameters)
     known = [
         f'static const char token[] = "{token(made, version)}";',
         f"static const int settable[] = {{{', '.join(settable) or '0'}}};",
+        *array_of([one.least for one in parameters], "least"),
+        *array_of([one.most for one in parameters], "most"),
     ]
     text = "\n".join(
         [
@@ -244,17 +262,18 @@ def _source(made: Plant, drive: Any) -> tuple[Mapping[str, bytes], tuple[str, ..
     texts = {
         f"{made.name}.c": _named(made.text + _data("plain.c") + own, made.name),
         f"{made.name}_main.c": main.replace("NAME", made.name),
-        f"{made.name}.md": "\n".join(_arguments(made)) + "\n",
+        f"{made.name}.md": "",
     }
     notes: tuple[str, ...] = ()
     try:
-        texts |= law_files(drive, f"{made.name}_laws")
+        texts |= {} if drive is None else law_files(drive, f"{made.name}_laws")
     except (
         TypeError,
         AttributeError,
         ParameterError,
     ) as problem:  # the plant may have C where the motion has no formula
         notes = (f"without {made.name}_laws, the functions for a controller: {problem}",)
+    texts[f"{made.name}.md"] = "\n".join(_arguments(made, f"{made.name}_laws.h" in texts)) + "\n"
     files = {name: text.encode() for name, text in texts.items()}
     if zig() is not None:
         compiled, more = _binaries(texts[f"{made.name}.c"], made.name, "3.0")
@@ -269,10 +288,12 @@ def _named(text: str, name: str) -> str:
     return "\n".join([*(f"#define {one} {name}_{one}" for one in functions), "", text])
 
 
-def _arguments(made: Plant) -> Iterator[str]:
-    """Yield the lines that describe the arguments of the C functions."""
+def _arguments(made: Plant, laws: bool) -> Iterator[str]:
+    """Yield the lines that describe the arguments of the C functions; laws: whether there are those for a controller."""
     yield from (f"# {made.title}", "")
     yield from _data("arguments.md").replace("NAME", made.name).splitlines()
+    if laws:
+        yield from ("", f"`{made.name}_laws.c` has what a controller needs: see `{made.name}_laws.h`.")
     if made.signals:
         yield from ("", "## Controller", "", *_data("control.md").replace("NAME", made.name).splitlines())
         yield f"Signals, in this order: {', '.join(f'`{one}`' for one in made.signals)}."

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
+from annotated_types import Ge, Gt
+
+from infinivar._core.bounds import FINITE, Bound, ends, fits
 from infinivar._core.fields import quantities_of, value_at, with_values
 from infinivar.bondgraph.c_code import Code, array_of, c_code
 from infinivar.bondgraph.compiled_step import NO_CONTROLLER, Recorded, data, recorded
@@ -33,7 +37,8 @@ _MOST_LETTERS = 64
 class Variable(NamedTuple):
     """One number of a plant.
 
-    `start` is None where it is computed. `fixed`: a parameter that decides tables, which are data of the export.
+    `start` is None where it is computed. `fixed`: a parameter that decides tables, which are data of the export. `least`, `most`:
+    what it may be, both included.
     """
 
     name: str
@@ -42,6 +47,8 @@ class Variable(NamedTuple):
     description: str
     start: float | None = None
     fixed: bool = False
+    least: float = -math.inf
+    most: float = math.inf
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,14 +60,13 @@ class Plant:
     name, title     Identifier of at most 64 letters, and headline.
     variables       Time, states, their derivatives, inputs, rates of inputs, outputs, parameters, goal of the controller. Of
         the inputs those that the controller commands have a role of their own.
-    code            C of the equations; `text` has with it what a run needs.
+    text            C of the equations, and of what a run needs.
     behind          Places of the variables behind each derivative and output, by its place.
     """
 
     name: str
     title: str
     variables: tuple[Variable, ...]
-    code: Code
     text: str
     behind: Mapping[int, tuple[int, ...]]
     control: str
@@ -126,41 +132,49 @@ def plant(
         control = recorded(made, loop.controller, numbers_apart=False) if closed else NO_CONTROLLER
     tables = {symbol for _, held in code.tape.held for symbol in held}
     stated = _stated(drive, scenario, graph, sources)
+    bounds = {symbol: ends(_bound(drive, graph, symbol, paths)) for symbol, (_, paths) in stated.items()}
     rows = [
         Variable("time", "time", "s", "time"),
         *states,
-        *(_rate_of(one, f"der({one.name})", "derivative", None) for one in states),
+        *(rate_of(one, f"der({one.name})", "derivative", None) for one in states),
         *inputs,
-        *(_rate_of(one, f"{one.name}_rate", "rate", 0.0) for one in inputs if one.name in made.rates),
+        *(rate_of(one, f"{one.name}_rate", "rate", 0.0) for one in inputs if one.name in made.rates),
         *(one for _, one in (*signals, *ports)),
         *_powers(graph, made),
         *(
-            Variable(_plain(one), "parameter", symbols[one].unit or "1", stated[one], parameters[one], one in tables)
+            Variable(
+                _plain(one),
+                "parameter",
+                symbols[one].unit or "1",
+                stated[one][0],
+                parameters[one],
+                one in tables,
+                *bounds[one],
+            )
             for one in code.tape.parameters
         ),
         *(_goal(drive, loop) if closed else []),
     ]
-    variables = tuple(_distinct(rows))
+    variables = tuple(distinct(rows))
     return Plant(
         name=name,
         title=printable(title),
         variables=variables,
-        code=code,
-        text=_text(code, parameters, variables),
-        control=_control(control, variables, loop if closed else None),
-        behind=_behind(code, variables),
+        text=plant_text(code, code.given(parameters).tolist(), variables),
+        control=control_text(control, variables, loop if closed else None),
+        behind=behind_of(code, variables),
         signals=made.signals if closed else (),
     )
 
 
 @contextlib.contextmanager
-def naming_laws() -> Iterator[None]:
+def naming_laws(of: str = "drive") -> Iterator[None]:
     """Report a law that decides by values, or calls what no other program has, as an input error."""
     try:
         yield
     except (TypeError, AttributeError) as problem:
         raise InputError(
-            f"a law of the drive has no C, as it is not written over the array namespace alone: {problem}"
+            f"a law of the {of} has no C, as it is not written over the array namespace alone: {problem}"
         ) from problem
 
 
@@ -185,7 +199,7 @@ def _begun(given: float | Input) -> float:
     return float(given) if isinstance(given, (int, float)) else given.value(0.0)
 
 
-def _rate_of(one: Variable, name: str, role: Role, start: float | None) -> Variable:
+def rate_of(one: Variable, name: str, role: Role, start: float | None) -> Variable:
     """Time derivative of a variable."""
     unit = {"m/s": "m/s^2", "rad/s": "rad/s^2"}.get(one.unit, f"{one.unit}/s" if one.unit else "")
     return Variable(name, role, unit, f"time derivative of {one.name}", start)
@@ -218,7 +232,7 @@ def _ports(graph: BondGraph, made: Model, found: Mapping[Bond, Domain]) -> Itera
             if name not in made.inputs or element.kind != imposed:
                 unit = getattr(found[graph.bonds_of(name)[0]], kind)
                 word = _WORDS.get(unit, kind)
-                described = Variable(f"{_letters(word)}.{name}", "output", unit, f"{word} at {element.title}")
+                described = Variable(f"{letters(word)}.{name}", "output", unit, f"{word} at {element.title}")
                 yield offset + place, described
 
 
@@ -246,13 +260,15 @@ def _powers(graph: BondGraph, made: Model) -> Iterator[Variable]:
         yield from (Variable(f"{kind}.{name}", "output", unit, f"{words} {graph[name].title}") for name in names)
     several = [element for element, _ in made.losses]
     for element, loss in made.losses:
-        where = f".{_letters(loss)}" if several.count(element) > 1 else ""
+        where = f".{letters(loss)}" if several.count(element) > 1 else ""
         before = " before the plant, which the supply adds" if graph[element].kind in SOURCES else ""
         yield Variable(f"loss.{element}{where}", "output", "W", f"power lost: {loss}{before}")
 
 
-def _stated(drive: Any, scenario: Scenario, graph: BondGraph, sources: Iterable[Provenance]) -> dict[str, str]:
-    """What each parameter belongs to, and the fields of the drive that decide it, with kind and source.
+def _stated(
+    drive: Any, scenario: Scenario, graph: BondGraph, sources: Iterable[Provenance]
+) -> dict[str, tuple[str, Sequence[str]]]:
+    """What each parameter belongs to, in words with kind and source, and the fields of the drive that decide it.
 
     A field decides the parameters that change with it.
     """
@@ -276,7 +292,24 @@ def _stated(drive: Any, scenario: Scenario, graph: BondGraph, sources: Iterable[
         symbol: "; ".join(_source(path, known.get(path)) for path in paths) or "program or scenario"
         for symbol, paths in fields.items()
     }
-    return {symbol: f"{symbol} of {', '.join(titles)}; from {sourced[symbol]}" for symbol, titles in owners.items()}
+    said = {symbol: f"{symbol} of {', '.join(titles)}; from {sourced[symbol]}" for symbol, titles in owners.items()}
+    return {symbol: (words, fields[symbol]) for symbol, words in said.items()}
+
+
+def _bound(drive: Any, graph: BondGraph, symbol: str, paths: Sequence[str]) -> Bound:
+    """What a parameter may be: that of the field that it is, that of a linear element, or the sign that its fields have.
+
+    A ratio of several fields may have either sign.
+    """
+    parameter, fields = graph.parameters[symbol], quantities_of(drive)
+    bounds = [fields[path].metadata["bound"] for path in paths]
+    if len(paths) == 1 and value_at(drive, paths[0]) == parameter.value:
+        return bounds[0]
+    if any(one.kind in ("I", "C", "R") and one.parameter == parameter for one in graph.elements):
+        return Gt(0)
+    if parameter.unit in ("", "1") or parameter.value < 0.0 or any(fits(one, -1.0) for one in bounds):
+        return FINITE
+    return Ge(0) if parameter.value == 0.0 or any(fits(one, 0.0) for one in bounds) else Gt(0)
 
 
 def _source(path: str, row: Provenance | None) -> str:
@@ -287,15 +320,15 @@ def _source(path: str, row: Provenance | None) -> str:
 
 def _plain(symbol: str) -> str:
     """Name of a parameter, from its symbol."""
-    return f"parameter.{_letters(symbol.replace(chr(39), '_back').replace('/', '_over_'))}"
+    return f"parameter.{letters(symbol.replace(chr(39), '_back').replace('/', '_over_'))}"
 
 
-def _letters(text: str) -> str:
+def letters(text: str) -> str:
     """A text in letters, digits and underscores."""
     return re.sub(r"[\W_]+", "_", text).strip("_")
 
 
-def _distinct(rows: Iterable[Variable]) -> Iterator[Variable]:
+def distinct(rows: Iterable[Variable]) -> Iterator[Variable]:
     """Yield variables with names of bounded length; of two of one name the second has a number."""
     known: set[str] = set()
     for one in rows:
@@ -305,26 +338,22 @@ def _distinct(rows: Iterable[Variable]) -> Iterator[Variable]:
         yield one._replace(name=name)
 
 
-def _behind(code: Code, variables: Sequence[Variable]) -> dict[int, tuple[int, ...]]:
-    begins = {
-        group: next((place for place, one in enumerate(variables) if one.role in roles), 0)
-        for group, roles in (
-            ("states", ("state",)),
-            ("inputs", ("input", "command")),
-            ("rates", ("rate",)),
-            ("parameters", ("parameter",)),
-        )
-    }
+def behind_of(code: Code, variables: Sequence[Variable]) -> dict[int, tuple[int, ...]]:
+    """Places of the variables behind each derivative and output, by its place."""
+    begins: dict[str, int] = {}
+    groups = {"state": "states", "input": "inputs", "command": "inputs", "rate": "rates", "parameter": "parameters"}
+    for place, one in enumerate(variables):
+        if one.role in groups:
+            begins.setdefault(groups[one.role], place)
     computed = [place for place, one in enumerate(variables) if one.role in ("derivative", "output")]
     return {
-        place: tuple(sorted(begins[group] + number for group, number in groups))
-        for place, groups in zip(computed, code.behind, strict=True)
+        place: tuple(sorted(begins[group] + number for group, number in known if group in begins))
+        for place, known in zip(computed, code.behind, strict=True)
     }
 
 
-def _text(code: Code, parameters: Mapping[str, float], variables: Sequence[Variable]) -> str:
-    """C of the equations and of a run, with the numbers that the plant starts from."""
-    given = code.given(parameters).tolist()
+def plant_text(code: Code, given: Sequence[float], variables: Sequence[Variable]) -> str:
+    """C of the equations and of a run, with the numbers that the plant starts from, `given` among them."""
     outputs, settable = (len(_starts(variables, role)) for role in ("output", "parameter"))
     return "\n".join(
         [
@@ -339,7 +368,7 @@ def _text(code: Code, parameters: Mapping[str, float], variables: Sequence[Varia
     )
 
 
-def _control(control: Recorded, variables: Sequence[Variable], loop: ClosedLoop | None) -> str:
+def control_text(control: Recorded, variables: Sequence[Variable], loop: ClosedLoop | None) -> str:
     """C of the controller, with the numbers that it starts from."""
     goal = _starts(variables, "goal")
     return "\n".join(

@@ -13,7 +13,7 @@ import hashlib
 import inspect
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -21,7 +21,7 @@ import numpy as np
 
 from infinivar._core import collocation, kept
 from infinivar._core.c_library import FLAGS, compiler, library
-from infinivar._core.collocation import MOVED, Step, StuckError
+from infinivar._core.collocation import MOVED, Balance, Step, StuckError
 from infinivar.bondgraph import c_code, tape
 from infinivar.bondgraph.c_code import c_motion, flat
 from infinivar.bondgraph.compiled_step import data
@@ -104,14 +104,16 @@ def machine_code(system: System) -> MachineCode:
     TypeError, AttributeError
         If a law has no C: it decides by a value, or calls what the tape has not.
     """
-    recorded, inputs, functions = _recorded(system)
+    recorded, inputs, functions = record(system, functools.partial(_of_run, system), _watching)
     identified = [[one.place if isinstance(one, Value) else repr(one) for one in row] for row in functions.values()]
-    key = hashlib.sha256((_program() + repr((recorded.nodes, identified))).encode()).hexdigest()[:32]
+    held = [*map(flat, recorded.data(recorded.parameters))]
+    shape = recorded.nodes, identified, [len(one) for one in held]
+    key = hashlib.sha256((_program() + repr(shape)).encode()).hexdigest()[:32]
     if key not in _TEXTS:
         _TEXTS[key] = _kept(key) or _written(key, recorded, inputs, functions)
     text, constants = _TEXTS[key]
     own = np.array(list(recorded.parameters.values()), dtype=float)
-    given = np.concatenate([own, *map(flat, recorded.data(recorded.parameters))])
+    given = np.concatenate([own, *held])
     states, powers, watched = (len(functions[name]) for name in ("motion", "powers", "watched"))
     return MachineCode(text, given, constants, states, inputs, powers, watched)
 
@@ -152,38 +154,68 @@ def derivative_of(system: System, motion: Motion | None) -> Callable[[Inputs, fl
     )
 
 
-class _RecordedSystem(NamedTuple):
+class RecordedSystem(NamedTuple):
+    """Functions of states and inputs on a tape whose parameters are the numbers of the machine."""
+
     tape: Tape
     inputs: int
     functions: dict[str, list[Number]]
 
 
-def _recorded(system: System) -> _RecordedSystem:
-    """States and inputs to derivatives, powers and demands, with the numbers of the machine as parameters."""
+OpenInputs = Callable[[tuple[int, ...]], Recorded]
+"""Makes an array of inputs that are known when the code runs, of a shape."""
+
+Acted = tuple[Inputs, Outside]
+
+
+def record(
+    system: System,
+    acting: Callable[[OpenInputs], Acted],
+    read: Callable[[Balance, Inputs, Recorded], Mapping[str, Any]],
+) -> RecordedSystem:
+    """Record the motion of a system, and what else is read of it.
+
+    Parameters
+    ----------
+    system : System
+    acting : callable   Gives what acts on the system, from a function that makes inputs.
+    read : callable     Rows, (1, n) each, by the names of their functions, from powers and demands, inputs and states (1, n).
+
+    Raises
+    ------
+    TypeError, AttributeError, ValueError
+        If a law decides by a value, or calls what the tape has not.
+    """
     tape = Tape({})
-    idle = system.idle()
     steered = len(system.mechanics.steered) if system.servo is not None else 0
-    states = [tape.input("states", place) for place in range(system.places[2] + steered)]
+    states = Recorded(tape, [[tape.input("states", place) for place in range(system.places[2] + steered)]])
     made: list[Value] = []
 
-    def input_of(like: np.ndarray) -> Recorded:
-        own = [tape.input("inputs", len(made) + place) for place in range(np.size(like))]
+    def input_of(shape: tuple[int, ...]) -> Recorded:
+        own = [tape.input("inputs", len(made) + place) for place in range(math.prod(shape))]
         made.extend(own)
-        return Recorded(tape, np.reshape(np.array(own, dtype=object), np.shape(like)))
+        return Recorded(tape, np.reshape(np.array(own, dtype=object), shape))
 
-    inputs = Inputs(*(input_of(one) for one in (idle.currents, idle.steering, idle.turning, idle.links)))
-    outside = Outside(*(None if one is None else input_of(one) for one in system.outside(np.zeros(1))))
+    inputs, outside = acting(input_of)
     if system.watch is not None:
         system = replace(system, watch=lambda position: position)
-    found = system.moved(inputs, outside, Recorded(tape, [states]))
+    found = system.moved(inputs, outside, states)
     balance = found.balance()
-    functions = {
-        "motion": _row(found.derivative),
-        "powers": _row(balance.power),
-        "watched": _row(balance.demand),
-    }
-    tape, functions = _of_data(tape, functions)
-    return _RecordedSystem(tape, len(made), functions)
+    rows = {"motion": found.derivative, "powers": balance.power, **read(balance, inputs, states)}
+    tape, functions = _of_data(tape, {name: _row(one) for name, one in rows.items()})
+    return RecordedSystem(tape, len(made), functions)
+
+
+def _of_run(system: System, input_of: OpenInputs) -> Acted:
+    """All that may act on a system."""
+    idle, outside = system.idle(), system.outside(np.zeros(1))
+    held = (input_of(np.shape(one)) for one in (idle.currents, idle.steering, idle.turning, idle.links))
+    return Inputs(*held), Outside(*(None if one is None else input_of(np.shape(one)) for one in outside))
+
+
+def _watching(found: Balance, inputs: Inputs, state: Recorded) -> Mapping[str, Any]:
+    """Demands that a run watches."""
+    return {"watched": found.demand}
 
 
 def _row(array: Any) -> list[Number]:
@@ -237,11 +269,11 @@ def _kept(key: str) -> tuple[str, int] | None:
 def _written(key: str, recorded: Tape, inputs: int, functions: dict[str, list[Number]]) -> tuple[str, int]:
     """The same, written."""
     states = [f"state {place}" for place in range(len(functions["motion"]))]
-    text, constants = c_motion(recorded, states, [f"input {place}" for place in range(inputs)], functions)
+    made = c_motion(recorded, states, [f"input {place}" for place in range(inputs)], functions)
     count = f"enum {{ WATCHED = {len(functions['watched'])} }};\n"
-    text += count + data("collocation.c") + data("watched.c")
-    kept.keep(key, ".json", json.dumps([text, constants]).encode())
-    return text, constants
+    text = made.text + count + data("collocation.c") + data("watched.c")
+    kept.keep(key, ".json", json.dumps([text, made.constants]).encode())
+    return text, made.constants
 
 
 @functools.cache

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed, shaft_inertia
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError
+from infinivar.limits import Demand
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gear_law import GearLaw
 from infinivar.parts.gearhead import Gearhead
@@ -27,6 +29,30 @@ Powers = Callable[[], dict[str, np.ndarray]]
 
 POWER_LOSSES = ("winding", "motor friction", "motor iron", "gearhead", "amplifier")
 STEERING_LOSSES = ("winding", "motor friction", "motor iron", "bearing", "patch", "amplifier")
+
+
+class Shaft(NamedTuple):
+    """A motor at m rows."""
+
+    name: str
+    """In columns."""
+    part: str
+    """In words."""
+    motor: Motor
+    current: np.ndarray
+    """(m,) [A]"""
+    speed: np.ndarray
+    """(m,) [rad s^-1]"""
+
+    @property
+    def voltage(self) -> np.ndarray:
+        """(m,) [V]"""
+        return self.motor.resistance * self.current + self.motor.torque_constant * self.speed
+
+    def utilisation(self) -> dict[Demand, np.ndarray]:
+        """Demand over allowance, by limit and part. (m,)"""
+        found = self.motor.utilisation(current=self.current, voltage=self.voltage, speed=self.speed)
+        return {(limit, self.part): demand for limit, demand in found.items()}
 
 
 def _electric(

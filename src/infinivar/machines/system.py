@@ -29,9 +29,11 @@ from infinivar.machines.motors import (
     LinkMotors,
     PowerMotor,
     Powers,
+    Shaft,
     SteeringServo,
 )
 from infinivar.motion.histories import VectorHistory
+from infinivar.parts.motor import Motor
 
 Angles = Callable[[float], Any]
 """Steering angles by time, where no servo sets them. [s] to (s,) [rad]"""
@@ -287,6 +289,42 @@ class System:
         motors = 0 if self.motor is None else len(self.motor.coordinates)
         links = np.zeros(()) if self.links is None else np.zeros(self.mechanics.count)  # type: ignore[attr-defined]
         return Inputs(np.zeros(motors), np.zeros(steered), np.zeros(steered), links)
+
+    def begun(self, configuration: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """State of a configuration and rates, with wheels straight ahead that do not turn."""
+        steered = np.zeros(len(self.mechanics.steered))
+        steers = self.servo is not None or self.prescribed_steering
+        return np.concatenate([configuration, rates, *[steered] * steers, *[steered] * (self.servo is not None)])
+
+    @property
+    def motors(self) -> tuple[str, ...]:
+        """Names of the power motors, or of those of links."""
+        if self.links is not None:
+            return tuple(f"motor_{place + 1}" for place in range(self.mechanics.count))  # type: ignore[attr-defined]
+        if self.motor is None or len(self.motor.coordinates) == 1:
+            return () if self.motor is None else ("motor",)
+        return tuple(f"motor_{place + 1}" for place in range(len(self.motor.coordinates)))
+
+    def shafts(self, inputs: Inputs, state: np.ndarray, turning: np.ndarray) -> list[Shaft]:
+        """Motors and servos at rows of states, by inputs with currents (m, k) or (k,), and rates of steering (m, s)."""
+        first, second, _ = self.places
+        rates, found = state[:, first:second], []
+        known: list[tuple[Sequence[str], Sequence[str], Motor, Any, Any]] = []
+        parts = [one.replace("_", " ") for one in self.motors]
+        if self.motor is not None:
+            speeds = self.motor.reduction * rates[:, list(self.motor.coordinates)]
+            known.append((self.motors, parts, self.motor.motor, inputs.currents, speeds))
+        if self.links is not None:
+            speeds = self.links.ratio * self.mechanics.at(state[:, :first], rates).kinematics.speed
+            known.append((self.motors, parts, self.links.drive.motor, inputs.links, speeds))
+        if self.servo is not None:
+            names = [one.removesuffix("_rad") for one in self.mechanics.steered]
+            parts = [f"steering motor {one.partition('_')[2]}".strip() for one in names]
+            known.append((names, parts, self.servo.plant.motor, inputs.steering, self.servo.plant.ratio * turning))
+        for names, parts, motor, currents, speeds in known:
+            for place, (name, part) in enumerate(zip(names, parts, strict=True)):
+                found.append(Shaft(name, part, motor, currents[..., place] + 0.0 * speeds[:, place], speeds[:, place]))
+        return found
 
     def steering(
         self, outside: Outside, state: np.ndarray, turning: np.ndarray | None = None

@@ -125,8 +125,7 @@ class Setup:
         if system.motor is not None:
             moving[list(system.motor.coordinates)] = self.machine.set_speed
         moving = _row("rates", self.rates, moving)
-        steered = np.zeros(len(mechanics.steered))
-        state = np.concatenate([start, moving, steered, *([steered] if system.servo is not None else [])])
+        state = system.begun(start, moving)
         if not np.all(np.isfinite(system.rates(system.idle(), np.zeros(1), state[None]).derivative)):
             raise ParameterError("pose must be within the reach of the machine at the start")
         return state

@@ -29,7 +29,10 @@ def moment_ratio(x: Array, y: Array, a_over_b: Array, poisson: Array) -> Array:
 def _both(x: Array, y: Array, a_over_b: Array, poisson: Array) -> tuple[Array, Array]:
     if isinstance(x, float) and isinstance(y, float):
         return _of_floats(x, y, a_over_b, poisson)
-    hold = getattr(namespace(x, y, a_over_b, poisson), "hold", None)
+    xp = namespace(x, y, a_over_b, poisson)
+    if hasattr(xp, "each"):
+        return xp.each(_both, x, y, a_over_b, poisson)
+    hold = getattr(xp, "hold", None)
     patch = spin_map(a_over_b, poisson) if hold is None else hold(spin_map, a_over_b, poisson)
     if type(x).__module__.startswith("casadi") or type(y).__module__.startswith("casadi"):
         return _of_casadi(patch, x, y)

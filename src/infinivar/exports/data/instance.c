@@ -32,6 +32,7 @@ typedef struct {
 
 static const double usual_tolerance = 1e-8;
 static const double same_time = 1e-6; /* of a sample's period: instants closer than this are one */
+static const double rounding = 1e-9; /* of a time, over it: importers add up steps */
 
 static const char *started(plant *one)
 {
@@ -124,6 +125,9 @@ static const char *set(plant *one, const unsigned *references, size_t count, con
         if (!is_state && !(is_input && !is_commanded(at - AT_INPUTS)) && !(is_parameter && settable[at - AT_PARAMETERS]) &&
             !is_goal) {
             return "this variable cannot be set";
+        }
+        if (is_parameter && !(values[i] >= least[at - AT_PARAMETERS] && values[i] <= most[at - AT_PARAMETERS])) {
+            return "a parameter to set is not within its min and max";
         }
         tuned |= is_parameter;
     }
@@ -276,6 +280,9 @@ static const char *moved_on(plant *one, double time, double step)
     const double end = time + step;
     if (!(isfinite(time) && isfinite(step) && step > 0.0)) {
         return "a step must be > 0 s";
+    }
+    if (time < now.time - rounding * (fabs(time) + step)) {
+        return "a step begins before the time that the model has reached; set a state of then first";
     }
     now.time = time;
     while (now.time < end) {
