@@ -215,6 +215,7 @@ from infinivar.figures import wrench_set as wrench_set_figure
 from infinivar.figures import z_width as z_width_figure
 from infinivar.figures.duty_cycle import data as duty_cycle_data
 from infinivar.limits import binding, binding_demand, codes, words_of
+from infinivar.machines.bodies import planar_arm
 from infinivar.machines.compiled import compiled_motion, inputs_of, machine_code
 from infinivar.machines.control.controller import Plant as GuidedPlant
 from infinivar.machines.control.controller import begun as controllers_begun

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -75,6 +76,17 @@ class Moved(NamedTuple):
         return pushed + self.bias.reshape(shape)
 
 
+class PlanarBody(NamedTuple):
+    """A rigid body in a plane."""
+
+    mass: float
+    """[kg]"""
+    centre: np.ndarray
+    """Centre of mass. (2,) [m]"""
+    inertia: float
+    """About the centre of mass. [kg m^2]"""
+
+
 def rigid_body(mass: float, principal: np.ndarray, turn: np.ndarray, twist: np.ndarray) -> Moved:
     """A body of which the reference point is the centre of mass, in fixed axes.
 
@@ -101,6 +113,21 @@ def rigid_body(mass: float, principal: np.ndarray, turn: np.ndarray, twist: np.n
     return Moved(inertia, bias)
 
 
+def joined(one: PlanarBody, other: PlanarBody) -> PlanarBody:
+    """Two rigid bodies in a plane as one, in the same axes; one without mass adds its moment of inertia only.
+
+    Source: parallel axes.
+    """
+    mass = one.mass + other.mass
+    if not other.mass:
+        return one._replace(inertia=one.inertia + other.inertia)
+    apart = other.centre - one.centre
+    reduced = one.mass * other.mass / mass
+    return PlanarBody(
+        mass, one.centre + other.mass / mass * apart, one.inertia + other.inertia + reduced * float(apart @ apart)
+    )
+
+
 def planar_arm(
     lengths: np.ndarray,
     masses: np.ndarray,
@@ -108,35 +135,56 @@ def planar_arm(
     tip_mass: float,
     angles: np.ndarray,
     rates: np.ndarray,
+    *,
+    centres: np.ndarray | None = None,
+    gravity: Sequence[float] | None = None,
 ) -> Moved:
-    """An arm of uniform members in a plane, with a mass at its end point, in joint angles.
+    r"""An arm in a plane, with a mass at its end point, in joint angles.
 
     Parameters
     ----------
-    lengths, masses, inertias : (n,) float   Of the members; inertias about the centres of mass, in the middle.
+    lengths, masses, inertias : (n,) float   Of the members; inertias about the centres of mass.
     tip_mass : float                         At the end point. [kg]
     angles, rates : (m, n) float             Of the joints, each relative to the member before. [rad], [rad s^-1]
+    centres : (n, 2) float                   Centres of mass, along and across the member from its joint; without them in the
+                                             middle. [m]
+    gravity : (2,) float                     Acceleration of free fall along x and y; without it none. [m s^-2]
 
     Returns
     -------
-    inertia, bias : (m, n, n), (m, n) float   [kg m^2], [N m]
+    inertia, bias : (m, n, n), (m, n) float   [kg m^2], [N m]; the bias holds the weight, as what the joints exert against it.
 
-    Source: d'Alembert in absolute angles: the pair (i, j) of members has ``H_ij cos(a_i - a_j)`` with constant H, and centrifugal
-    moments ``H_ij sin(a_i - a_j) (da_j/dt)^2``.
+    Notes
+    -----
+    Member j and all beyond it have the first moment :math:`s_j e^{i a_j}` about joint j, with :math:`s_j = m_j c_j + l_j b_j`,
+    the centre c as a complex number and the mass b beyond. A pair (i, j) with i nearer to the base has
+    :math:`H_{ij} = l_i\,\mathrm{Re}(s_j e^{i(a_j - a_i)})`, and weight exerts :math:`\mathrm{Re}(\bar g\, i s_j e^{i a_j})`.
+
+    Source: d'Alembert in absolute angles: centrifugal moments are ``dH_ij/da_j (da_j/dt)^2``.
     """
     n = len(lengths)
     beyond = np.append(np.cumsum(masses[::-1])[::-1][1:], 0.0) + tip_mass  # masses carried by each member's end
-    coupling = np.empty((n, n))
+    along, across = (np.full(n, 0.5), np.zeros(n)) if centres is None else (centres / lengths[:, None]).T
+    coupling, skew = np.empty((n, n)), np.zeros((n, n))
     for i in range(n):
         for j in range(n):
             far, near = max(i, j), min(i, j)
-            coupling[i, j] = lengths[near] * lengths[far] * (0.5 * masses[far] + beyond[far])
+            coupling[i, j] = lengths[near] * lengths[far] * (along[far] * masses[far] + beyond[far])
+            skew[i, j] = np.sign(j - i) * lengths[near] * lengths[far] * across[far] * masses[far]
             if i == j:
-                coupling[i, i] = inertias[i] + lengths[i] ** 2 * (0.25 * masses[i] + beyond[i])
+                square = along[i] ** 2 + across[i] ** 2
+                coupling[i, i] = inertias[i] + lengths[i] ** 2 * (square * masses[i] + beyond[i])
     absolute, turning = np.cumsum(angles, axis=-1), np.cumsum(rates, axis=-1)
     apart = absolute[:, :, None] - absolute[:, None, :]
-    inertia = coupling * np.cos(apart)
-    bias = np.matmul(coupling * np.sin(apart), (turning * turning)[..., None])[..., 0]
+    inertia, pulling = coupling * np.cos(apart), coupling * np.sin(apart)
+    if np.any(skew):
+        inertia, pulling = inertia + skew * np.sin(apart), pulling - skew * np.cos(apart)
+    bias = np.matmul(pulling, (turning * turning)[..., None])[..., 0]
+    if gravity is not None:
+        x, y = gravity
+        sine, cosine = np.sin(absolute), np.cos(absolute)
+        ahead = lengths * (along * masses + beyond) * (x * sine - y * cosine)
+        bias = bias + ahead + lengths * across * masses * (x * cosine + y * sine)
     # Absolute angles are sums of joint angles.
     outward = np.tril(np.ones((n, n)))
     return Moved(outward.T @ inertia @ outward, bias @ outward)

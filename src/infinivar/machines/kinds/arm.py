@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -11,7 +11,7 @@ from annotated_types import Ge, Gt
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import real_array
-from infinivar._core.bounds import NonZero
+from infinivar._core.bounds import FINITE, NonZero
 from infinivar._core.fields import brief, check, component, quantities, quantity
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.control import CoboticControl
@@ -21,7 +21,7 @@ from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.machines import bonds
-from infinivar.machines.bodies import Moved, planar_arm
+from infinivar.machines.bodies import Moved, PlanarBody, joined, planar_arm
 from infinivar.machines.course import MachineCourse
 from infinivar.machines.hand import ArmGrip, Grip, without_point
 from infinivar.machines.kind import MovingMachine, motor_of, servo_of
@@ -50,7 +50,7 @@ Elbow = Literal["left", "right"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArmLoad(Load):
-    """An arm of uniform members, with a pulley on each joint and a mass at the end point."""
+    """An arm of members, uniform unless stated otherwise, with a pulley on each joint and a mass at the end point."""
 
     arm: PlanarArm
     pulleys: np.ndarray
@@ -61,6 +61,12 @@ class ArmLoad(Load):
     tip_inertia: float = 0.0
     """Moment of inertia at the end point, which turns with the last member. [kg m^2]"""
     demands: tuple[tuple[Limit, str], ...] = ()
+    inertias: np.ndarray | None = None
+    """Of the members about their centres of mass; None: of uniform rods. (n,) [kg m^2]"""
+    centres: np.ndarray | None = None
+    """See `planar_arm`. (n, 2) [m]"""
+    gravity: tuple[float, ...] | None = None
+    """Along x and y. (2,) [m s^-2]"""
 
     slides: ClassVar[bool] = False
 
@@ -75,11 +81,13 @@ class ArmLoad(Load):
         return tuple(f"q{place + 1}_rad" for place in range(self.arm.joints))
 
     def inertia(self, angles: np.ndarray, rates: np.ndarray) -> Moved:
-        """Of the arm without pulleys and links."""
+        """Of the arm without pulleys and links; the bias holds its weight."""
         lengths = np.asarray(self.arm.lengths)
-        inertias = self.masses * lengths**2 / 12.0
+        inertias = self.masses * lengths**2 / 12.0 if self.inertias is None else self.inertias.copy()
         inertias[-1] += self.tip_inertia
-        return planar_arm(lengths, self.masses, inertias, self.tip_mass, angles, rates)
+        return planar_arm(
+            lengths, self.masses, inertias, self.tip_mass, angles, rates, centres=self.centres, gravity=self.gravity
+        )
 
     def at(self, pose: np.ndarray, twist: np.ndarray) -> LinkMotion:
         """Kinematics and inertia."""
@@ -309,7 +317,26 @@ class ArmDrive(Linked):
     leg: CoboticDrive | None = component("One leg with the motor of the common cylinder", default=None)
     separate: ConventionalDrive | None = component("Drive of each joint, with a motor of its own", default=None)
     member_masses: tuple[float, ...] | None = quantities(
-        "kg", Ge(0), "Masses of the members, which are uniform, from the base, for simulation", default=None
+        "kg", Ge(0), "Masses of the members from the base; uniform unless their centres are stated", default=None
+    )
+    member_centres: tuple[float, ...] | None = quantities(
+        "m", FINITE, "Distance of each member's centre of mass from its joint, along the member", default=None
+    )
+    member_offsets: tuple[float, ...] | None = quantities(
+        "m", FINITE, "Distance of each member's centre of mass to the left of the member, if not on it", default=None
+    )
+    member_inertias: tuple[float, ...] | None = quantities(
+        "kg m^2", Ge(0), "Moments of inertia of the members about their centres of mass", default=None
+    )
+    payload_mass: float = quantity("kg", Ge(0), "Mass of what the last member carries, such as a tool", default=0.0)
+    payload_centre: tuple[float, ...] | None = quantities(
+        "m", FINITE, "Its centre of mass from the end point: ahead along the last member, and to its left", default=None
+    )
+    payload_inertia: float = quantity(
+        "kg m^2", Ge(0), "Its moment of inertia about its centre of mass, turning with the last member", default=0.0
+    )
+    gravity: tuple[float, ...] | None = quantities(
+        "m/s^2", FINITE, "Acceleration of free fall along x and y; none of an arm in a horizontal plane", default=None
     )
     arm: PlanarArm = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
     legs: LeggedDrive | None = field(init=False, repr=False, compare=False, default=None)
@@ -320,17 +347,39 @@ class ArmDrive(Linked):
         """Validate the fields."""
         check(self)
         require(1 <= len(self.lengths) <= 3, "lengths", f"{len(self.lengths)} members", "one to three members")
-        if self.member_masses is not None:
-            count = len(self.lengths)
-            require(
-                len(self.member_masses) == count,
-                "member_masses",
-                f"{len(self.member_masses)} values",
-                f"{count}, one for each member",
-            )
-            require(self.member_masses[-1] > 0, "member_masses", f"{self.member_masses[-1]:g} at the end", "> 0", "kg")
+        self._check_masses()
         object.__setattr__(self, "arm", PlanarArm(lengths=self.lengths))
         object.__setattr__(self, "legs", self._legs(self.links))
+
+    def _check_masses(self) -> None:
+        count = len(self.lengths)
+        for name in ("member_masses", "member_centres", "member_offsets", "member_inertias"):
+            row = getattr(self, name)
+            if row is not None:
+                require(len(row) == count, name, f"{len(row)} values", f"{count}, one for each member")
+        for name, two in (("payload_centre", "along and to the left"), ("gravity", "along x and y")):
+            row = getattr(self, name)
+            if row is not None:
+                require(len(row) == 2, name, f"{len(row)} values", f"2: {two}")
+        if self.member_masses is None:
+            if self._massive:
+                raise ParameterError(f"member_masses is missing: {self._massive[0]} is stated")
+            return
+        require(self.member_masses[-1] > 0, "member_masses", f"{self.member_masses[-1]:g} at the end", "> 0", "kg")
+        uneven = next((name for name in ("member_centres", "member_offsets") if getattr(self, name) is not None), None)
+        if uneven and self.member_inertias is None:
+            raise ParameterError(f"member_inertias is missing: with {uneven}, members are not uniform")
+        if self.payload_centre is not None and not self.payload_mass:
+            raise ParameterError("payload_mass is missing: payload_centre is stated")
+
+    @property
+    def _massive(self) -> list[str]:
+        """Stated fields of masses besides those of uniform members in a horizontal plane."""
+        rows = ("member_centres", "member_offsets", "member_inertias", "payload_centre", "gravity")
+        numbers = ("payload_mass", "payload_inertia")
+        return [name for name in numbers if getattr(self, name)] + [
+            name for name in rows if getattr(self, name) is not None
+        ]
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -407,40 +456,69 @@ class ArmDrive(Linked):
     def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
         """As `infinivar.machines.machine.Machine.perform`; beyond reach all is nan."""
         pose, twist, wrench = rows(self, pose, twist, wrench)
-        _, rates, torques, configuration = self._placed(pose, twist, wrench)
-        return moved(
+        angles, rates, torques, configuration = self._placed(pose, twist, wrench)
+        weight = None
+        if self.gravity is not None:
+            n = self.links
+            weight = self._members().inertia(angles.reshape(-1, n), np.zeros((angles.size // n, n))).bias
+            weight = weight.reshape(angles.shape)
+        point = moved(
             configuration,
             self.legs,
             self.separate,
             rates,
-            torques,
+            torques if weight is None else torques + weight,
             lever=self.pulley_radius,
             words="joint",
             units=("N m", "rad/s"),
         )
+        if weight is None:
+            return point
+        # What lifts the arm itself is stored in it.
+        lifting = np.sum(weight * rates, axis=-1) + 0.0 * point.power_out
+        return replace(point, power_out=point.power_out - lifting, stored={"machine": lifting})
 
     def picture(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> Picture:
         """Its members, with the torques of its joints."""
         return jointed.picture(self, point, pose, twist, wrench)
 
     def carried(self, course: MachineCourse) -> Carried:
-        """What the joints carry along a course, with what accelerates the members; beyond reach all is nan.
+        """What the joints carry along a course, with weight and what accelerates the members; beyond reach all is nan.
 
         Source: `infinivar.machines.bodies.planar_arm`.
         """
         angles, rates, torques, configuration = self._placed(course.pose, course.twist, course.wrench)
         load = torques[1:4]
         if not self._massless:
-            arm = ArmLoad(
-                arm=self.arm,
-                pulleys=np.full(self.links, self.pulley_radius),
-                masses=np.array(self.member_masses),
-                tip_mass=0.0,
-            )
             n = self.links
-            members = arm.inertia(angles[1:4].reshape(-1, n), rates[1:4].reshape(-1, n))
+            members = self._members().inertia(angles[1:4].reshape(-1, n), rates[1:4].reshape(-1, n))
             load = load + members.forces(course.rate(rates))
         return Carried(course=course, configuration=configuration, twist=rates, load=load)
+
+    def _members(self) -> ArmLoad:
+        """Masses of the arm; the payload is a part of the last member."""
+        lengths, masses = np.array(self.lengths), np.array(self.member_masses)
+        pulleys = np.full(self.links, self.pulley_radius)
+        if not self._massive:
+            return ArmLoad(arm=self.arm, pulleys=pulleys, masses=masses, tip_mass=0.0)
+        inertias = masses * lengths**2 / 12.0 if self.member_inertias is None else np.array(self.member_inertias)
+        along = 0.5 * lengths if self.member_centres is None else self.member_centres
+        across = np.zeros(self.links) if self.member_offsets is None else self.member_offsets
+        centres = np.stack([along, across], axis=-1)
+        held = np.array([lengths[-1], 0.0]) + np.array(self.payload_centre or (0.0, 0.0))
+        masses[-1], centres[-1], inertias[-1] = joined(
+            PlanarBody(masses[-1], centres[-1].copy(), inertias[-1]),
+            PlanarBody(self.payload_mass, held, self.payload_inertia),
+        )
+        return ArmLoad(
+            arm=self.arm,
+            pulleys=pulleys,
+            masses=masses,
+            tip_mass=0.0,
+            inertias=inertias,
+            centres=centres,
+            gravity=self.gravity,
+        )
 
     def along(self, carried: Carried) -> TaskPoint:
         """See `infinivar.machines.links`."""
@@ -473,8 +551,13 @@ class ArmDrive(Linked):
         ------
         ParameterError
             If a value that motion requires is missing, or a separate drive cannot be simulated; or with one joint, whose angle
-            is the coordinate, if there is a mass.
+            is the coordinate, if there is a mass; or if more than the masses of uniform members is stated.
         """
+        if self._massive:
+            raise ParameterError(
+                f"{', '.join(self._massive)} must be left out to simulate the arm, which then has uniform members in a "
+                "horizontal plane: only compare counts more, by inverse dynamics"
+            )
         if load_mass and len(self.lengths) == 1:
             raise ParameterError(
                 f"load_mass must be 0 for an arm of one joint, got {load_mass:g} kg: state load_inertia about the joint"
