@@ -10,7 +10,7 @@ from scipy.optimize import curve_fit
 
 import infinivar as iv
 from internals import default_spread_rules, default_spreads
-from measured import gear_laws, model_errors, motor_map
+from measured import gear_laws, model_errors, motor_map, wanted
 
 
 def test_the_shipped_file_is_what_the_measurements_give():
@@ -103,3 +103,17 @@ def test_verdicts_on_the_knee_are_those_of_the_page():
         )
     wins = np.mean(duty["cobotic"].energy[:, None] < duty["geared"].energy[None, :])
     assert f"{100 * wins:.0f} % of pairs" in page
+
+
+@pytest.mark.slow
+def test_the_sheet_for_the_rig_is_computed():
+    """Its lines are on the page, and the rig reaches what each quantity needs."""
+    page = (Path(__file__).parents[2] / "docs" / "measurements.md").read_text("utf-8")
+    for line in wanted.lines():
+        assert line in page
+    found = wanted.sheet()
+    assert f"after {found.runs} runs" in page
+    assert (math.degrees(found.settings[0]), found.settings[2]) == pytest.approx((45.0, 650.0))
+    rows = {row.name: row for row in found.rows}
+    assert min(rows.values(), key=lambda row: row.needed).name == "nominal_torque"
+    assert all(row.reached < row.needed for row in rows.values())
