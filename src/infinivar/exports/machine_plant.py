@@ -25,6 +25,7 @@ from infinivar.exports.plant import (
     Variable,
     behind_of,
     control_text,
+    demand_of,
     distinct,
     letters,
     naming_laws,
@@ -251,6 +252,6 @@ def _read(system: System, named: _Named, balance: Balance, inputs: Inputs, state
     demands = [*zip(mechanics.demands, balance.demand[0].tolist(), strict=True)]
     demands += [(key, demand[0]) for one in shafts for key, demand in one.utilisation().items()]
     for (limit, part), column in demands:
-        said = f"demand over allowance, 1 at the limit: {limit.words} ({part})"
-        named.add(f"demand.{limit.name}.{letters(part)}", "1", said, column)
+        name, variable = demand_of(limit, part)
+        named.add(name, "1", variable.description, column)
     return {"outputs": [named.columns]}
