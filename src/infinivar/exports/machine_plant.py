@@ -46,7 +46,7 @@ class MovingPlant(NamedTuple):
 
     system: System
     start: np.ndarray
-    """State: at home, at rest but for a cylinder or shaft at its speed, with wheels straight ahead."""
+    """State: at home, at rest but for a cylinder or shaft at its speed and what rolls with it, with wheels straight ahead."""
     notes: tuple[str, ...]
 
 
@@ -105,6 +105,7 @@ def moving_plant(machine: MovingMachine) -> MovingPlant:
     rates = np.zeros(len(mechanics.coordinates))
     if system.motor is not None:
         rates[list(system.motor.coordinates)] = machine.set_speed
+        rates = machine.roll(rates, np.zeros(len(mechanics.steered)))
     start = system.begun(np.asarray(machine.home, dtype=float), rates)
     return MovingPlant(system, start, tuple(notes))
 
