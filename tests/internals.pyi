@@ -88,6 +88,7 @@ from infinivar.analysis.sessions.session import Setup as SessionSetup
 from infinivar.analysis.sessions.session_result import touches
 from infinivar.analysis.shared_motor import run_up_energy
 from infinivar.analysis.simulate import Event as RunEvent
+from infinivar.analysis.simulate import demands_at
 from infinivar.analysis.sphere_efficiency import efficiency_by_ratio
 from infinivar.analysis.steering_step import RELAXED
 from infinivar.analysis.tightest import tightest_of as tightest_of_drives
@@ -106,6 +107,7 @@ from infinivar.bondgraph.compiled_step import recorded as recorded_controller
 from infinivar.bondgraph.compiled_step import run_text
 from infinivar.bondgraph.loops import LawValue
 from infinivar.bondgraph.loops import ordered as ordered_loops
+from infinivar.bondgraph.march import Instants
 from infinivar.bondgraph.model import model as bond_graph_model
 from infinivar.bondgraph.namespaces import FloatNamespace, casadi_namespace
 from infinivar.bondgraph.solver import stepper

@@ -24,11 +24,13 @@ from infinivar.bondgraph import solve
 from infinivar.motion import Sinusoid
 from internals import (
     FloatNamespace,
+    Instants,
     bond_graph_model,
     c_library,
     casadi_namespace,
     closed_loop,
     default_export_scenario,
+    demands_at,
     export_base_units,
     exported_plant,
     plants_of_exports,
@@ -304,6 +306,42 @@ def test_values_are_those_of_the_python_source_and_directional_derivatives_exact
             got = np.array([unit.change(unknowns, [one], [1.0]) for one in knowns]).T
             scale = np.abs(expected) + 1e-3 * np.max(np.abs(expected), axis=1, keepdims=True)
             assert np.all(np.abs(got - expected) <= 1e-9 * scale)
+
+
+@sampled("case", BOTH, every=11, slow=6)
+def test_demands_are_those_that_a_simulation_judges(case):
+    """At random states and inputs; of motors over the currents and voltages that the FMU shows."""
+    name, version = case.rsplit(" ", 1)
+    drive, graph = drive_of(name), closed_loop(drive_of(name), scenario_of(name)).graph
+    made = bond_graph_model(graph)
+    parameters = {symbol: parameter.value for symbol, parameter in graph.parameters.items()}
+    with Unit(exported(name, version)[0], exchange=True) as unit:
+        for values in random_situations(unit, scales=(0.1, 1.0), count=6):
+            unit.set(values)
+            groups = [[float(values[one]) for one in own] for own in (made.states, made.inputs)]
+            rates = [float(values[f"{one}_rate"]) for one in made.rates]
+            rows = [np.array([one]) for one in made.function("outputs", FloatNamespace, parameters)(*groups, rates)]
+            count = len(made.bonds)
+            at = Instants(
+                graph=graph,
+                time=np.zeros(1),
+                states={one: np.array([values[one]]) for one in made.states},
+                signals=dict(zip(made.signals, rows[2 * count :], strict=False)),
+                efforts=dict(zip(made.bonds, rows, strict=False)),
+                flows=dict(zip(made.bonds, rows[count:], strict=False)),
+            )
+            found = demands_at(drive, at)
+            names = unit.names("demand.")
+            assert len(names) >= 3
+            wanted = {
+                f"demand.{limit.name}.{part.replace(' ', '_')}": demand[0] for (limit, part), demand in found.items()
+            }
+            np.testing.assert_allclose(unit.get(names), [wanted[one] for one in names], rtol=1e-9, atol=1e-12)
+            source = "cylinder.source" if isinstance(drive, iv.CoboticDrive) else "source"
+            voltage, current = unit.get([f"voltage.{source}", source])
+            thermal, demand = unit.get(["demand.THERMAL.motor", "demand.VOLTAGE.motor"])
+            assert thermal == pytest.approx(abs(current) / drive.motor.continuous_current)
+            assert demand == pytest.approx(abs(voltage) / drive.motor.voltage)
 
 
 @pytest.mark.slow

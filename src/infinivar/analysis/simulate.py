@@ -205,7 +205,7 @@ def simulate(
         raise ParameterError(f"tolerance must be smaller than {scenario.tolerance:g}: {problem}") from problem
     columns = _columns(drive, scenario, run)
     settled = run_limits.first_settled(run.time, scenario.settling_time)
-    utilisation = _utilisation(drive, run.instants)
+    utilisation = demands_at(drive, run.instants)
     for limit, what in [key for key in utilisation if key[0] == Limit.LIFE]:
         # The rated life limits the cubic mean over the whole run.
         lasting = np.cbrt(run_limits.lasting(run.time, run.cubes[limit, what], settled))
@@ -243,7 +243,7 @@ def _run(loop: ClosedLoop, scenario: Scenario, progress: Callable[[float], None]
 
 def _watched(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, at: Instants) -> dict[Demand | str, Any]:
     """What is judged at each instant, however far apart the outputs are."""
-    return {**_utilisation(drive, at), _ERROR: _error(drive, scenario, at)}
+    return {**demands_at(drive, at), _ERROR: _error(drive, scenario, at)}
 
 
 def _error(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, at: Instants) -> Any:
@@ -287,8 +287,8 @@ def _columns(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, run: T
     return columns
 
 
-def _utilisation(drive: CoboticDrive | ConventionalDrive, run: Instants) -> dict[Demand, Any]:
-    """Demand over allowance of every limit, over time; of the rated life that of each instant."""
+def demands_at(drive: CoboticDrive | ConventionalDrive, run: Instants) -> dict[Demand, Any]:
+    """Demand over allowance of every limit at instants; of the rated life that of each instant."""
     found: dict[Demand, Any] = {}
 
     def motor(part: Motor, what: str, prefix: str) -> None:
@@ -394,7 +394,7 @@ def _output_demands(run: Trajectory | Instants, output: Output) -> dict[Demand, 
         if part.shape == "one-sided" and place.kind == "series":
             demands.append(part.pull_demand(run.at(names(place).elastic)[0]))
         if demands:
-            found[Limit.SPRING, place.name] = np.max(np.broadcast_arrays(*demands), axis=0)
+            found[Limit.SPRING, place.name] = functools.reduce(np.maximum, demands)
     return found
 
 

@@ -25,6 +25,7 @@ from infinivar.exports.plant import (
     Variable,
     behind_of,
     control_text,
+    demand_of,
     distinct,
     letters,
     naming_laws,
@@ -45,7 +46,7 @@ class MovingPlant(NamedTuple):
 
     system: System
     start: np.ndarray
-    """State: at home, at rest but for a cylinder or shaft at its speed, with wheels straight ahead."""
+    """State: at home, at rest but for a cylinder or shaft at its speed and what rolls with it, with wheels straight ahead."""
     notes: tuple[str, ...]
 
 
@@ -104,6 +105,7 @@ def moving_plant(machine: MovingMachine) -> MovingPlant:
     rates = np.zeros(len(mechanics.coordinates))
     if system.motor is not None:
         rates[list(system.motor.coordinates)] = machine.set_speed
+        rates = machine.roll(rates, np.zeros(len(mechanics.steered)))
     start = system.begun(np.asarray(machine.home, dtype=float), rates)
     return MovingPlant(system, start, tuple(notes))
 
@@ -251,6 +253,6 @@ def _read(system: System, named: _Named, balance: Balance, inputs: Inputs, state
     demands = [*zip(mechanics.demands, balance.demand[0].tolist(), strict=True)]
     demands += [(key, demand[0]) for one in shafts for key, demand in one.utilisation().items()]
     for (limit, part), column in demands:
-        said = f"demand over allowance, 1 at the limit: {limit.words} ({part})"
-        named.add(f"demand.{limit.name}.{letters(part)}", "1", said, column)
+        name, variable = demand_of(limit, part)
+        named.add(name, "1", variable.description, column)
     return {"outputs": [named.columns]}

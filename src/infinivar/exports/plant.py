@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
 from annotated_types import Ge, Gt
 
 from infinivar._core.bounds import FINITE, Bound, ends, fits
 from infinivar._core.fields import quantities_of, value_at, with_values
+from infinivar.analysis.simulate import demands_at
 from infinivar.bondgraph.c_code import Code, array_of, c_code
 from infinivar.bondgraph.compiled_step import NO_CONTROLLER, Recorded, data, recorded
 from infinivar.bondgraph.graph import SOURCES, Bond, BondGraph
 from infinivar.bondgraph.inputs import Input
+from infinivar.bondgraph.march import Instants
 from infinivar.bondgraph.model import Model, model
+from infinivar.bondgraph.recorded import Recorded as RecordedArray
+from infinivar.bondgraph.tape import Number, Value
 from infinivar.drivetrain.graphs.closed_loop import ClosedLoop, closed_loop, scenario_graph
 from infinivar.errors import InputError, printable
 from infinivar.exports.domains import Domain, domains, unit_of_input, unit_of_signal, unit_of_state
+from infinivar.limits import Limit
 from infinivar.motion.scenario import Scenario
 from infinivar.study.provenance import Provenance
 
@@ -127,8 +132,15 @@ def plant(
     ]
     ports = list(_ports(graph, made, found))
     single = [2 * len(made.bonds) + place for place, _ in signals] + [place for place, _ in ports]
+    limits: dict[str, Variable] = {}
+
+    def outputs(values: Sequence[Number]) -> list[Number]:
+        judged = _judged(drive, graph, made, values)
+        limits.update((name, variable) for name, (variable, _) in judged.items())
+        return [*_outputs(made, single, values), *(demand for _, demand in judged.values())]
+
     with naming_laws():
-        code = c_code(made, parameters, functools.partial(_outputs, made, single))
+        code = c_code(made, parameters, outputs)
         control = recorded(made, loop.controller, numbers_apart=False) if closed else NO_CONTROLLER
     tables = {symbol for _, held in code.tape.held for symbol in held}
     stated = _stated(drive, scenario, graph, sources)
@@ -141,6 +153,7 @@ def plant(
         *(rate_of(one, f"{one.name}_rate", "rate", 0.0) for one in inputs if one.name in made.rates),
         *(one for _, one in (*signals, *ports)),
         *_powers(graph, made),
+        *limits.values(),
         *(
             Variable(
                 _plain(one),
@@ -248,6 +261,33 @@ def _outputs(made: Model, single: Sequence[int], values: Sequence[Any]) -> list[
     end = begin + len(made.storages)
     taken = [given[place] * given[bonds + place] for place in (_bond_of(made, name) for name in made.storages)]
     return [*(given[place] for place in single), *given[begin:end], *taken, *given[end:]]
+
+
+def _judged(drive: Any, graph: BondGraph, made: Model, values: Sequence[Number]) -> dict[str, tuple[Variable, Number]]:
+    """Demands on limits by name, as a simulation judges them, from all outputs of a model."""
+    tape = next(one.tape for one in values if isinstance(one, Value))
+    rows = [RecordedArray(tape, [one]) for one in values]
+    count = len(made.bonds)
+    at = Instants(
+        graph=graph,
+        time=np.zeros(1),
+        states={name: RecordedArray(tape, [tape.input("states", place)]) for place, name in enumerate(made.states)},
+        signals=dict(zip(made.signals, rows[2 * count :], strict=False)),
+        efforts=dict(zip(made.bonds, rows, strict=False)),
+        flows=dict(zip(made.bonds, rows[count:], strict=False)),
+    )
+    return {
+        name: (variable, demand)
+        for (limit, part), row in demands_at(drive, at).items()
+        for name, variable, demand in [(*demand_of(limit, part), np.ravel(row).tolist()[0])]
+        if isinstance(demand, Value) and limit != Limit.LIFE
+    }
+
+
+def demand_of(limit: Limit, part: str) -> tuple[str, Variable]:
+    """Name and variable of a demand on a limit of a part."""
+    name = f"demand.{limit.name}.{letters(part)}"
+    return name, Variable(name, "output", "1", f"demand over allowance, 1 at the limit: {limit.words} ({part})")
 
 
 def _powers(graph: BondGraph, made: Model) -> Iterator[Variable]:
