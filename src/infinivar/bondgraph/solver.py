@@ -69,14 +69,14 @@ def _scipy(
     method: str, made: Model, parameters: Mapping[str, float], rtol: float, tolerances: Any, energies_too: bool
 ) -> Callable[..., tuple[Any, str]]:
     """Function that integrates one segment by a method of SciPy, as `stepper` has it."""
-    from scipy import integrate
-
     dynamics = made.function("dynamics" if energies_too else "motion", FloatNamespace, parameters)
     count = len(made.states)
     extra = len(tolerances) - count
     moving = [made.inputs.index(name) for name in made.rates]
 
     def piece(now: list[float], begin: float, required: Any, functions: Sequence[Input]) -> tuple[Any, str]:
+        from scipy import integrate  # takes long, and compiled runs need it only where a step fails
+
         # Called some thousand times a second of motion: only what changes is computed again.
         given = [function.value(begin) for function in functions]
         changing = [(i, each.value) for i, each in enumerate(functions) if not isinstance(each, Constant)]
