@@ -93,7 +93,7 @@ class Constant:
 
 
 def over(functions: Sequence[Input], times: np.ndarray, rate: bool = False) -> np.ndarray:
-    """Values or rates of the functions at given times. (n, functions)"""
+    """Values or rates of the functions at given times, at once if one has a method `over` for both. (n, functions)"""
     found = np.empty((len(times), len(functions)))
     if all(isinstance(function, Constant) for function in functions):
         found[:] = 0.0 if rate else [function.value(0.0) for function in functions]
@@ -102,6 +102,8 @@ def over(functions: Sequence[Input], times: np.ndarray, rate: bool = False) -> n
     for column, function in enumerate(functions):
         if isinstance(function, Constant):
             found[:, column] = 0.0 if rate else function.size
+        elif (together := getattr(function, "over", None)) is not None:
+            found[:, column] = together(times)[int(rate)]
         else:
             found[:, column] = [function.rate(time) if rate else function.value(time) for time in instants]
     return found

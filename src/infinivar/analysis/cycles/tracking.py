@@ -243,13 +243,10 @@ def _power(drive: AnyDrive, duty: DutyCycle, course: Course, **options: Any) -> 
 
 def _turned(drive: CoboticDrive, duty: DutyCycle, time: np.ndarray, turning: np.ndarray) -> Varying | None:
     """Cylinder speed given in equal time steps of a cycle, at instants; None if it stops."""
-    from scipy.interpolate import CubicSpline
-
     if len(turning) <= _STEPS or np.min(turning / drive.cylinder_speed) <= 0.0:
         return None
-    nodes = np.linspace(0.0, duty.period, len(turning))
-    speed = CubicSpline(nodes, np.append(turning[:-1], turning[0]), bc_type="periodic")
-    return Varying(speed(time), speed(time, 1))
+    speed, rate, _ = _Repeated(duty.period, turning[:-1]).over(time)
+    return Varying(speed, rate)
 
 
 def _left_at_rest(controller: Any, time: np.ndarray) -> np.ndarray:
@@ -278,16 +275,22 @@ class _Repeated:
     breaks: Sequence[float] = ()
 
     def __init__(self, period: float, values: np.ndarray, axis: Axis = LINEAR) -> None:
-        """From values at equal steps over a cycle."""
-        from scipy.interpolate import CubicSpline
+        """From values at equal steps over a cycle.
 
+        Source: deboor2001, chapter IV (continuity of the slopes), solved wave by wave.
+        """
         self.axis: Axis = axis
         self.period: float = period
         self.step: float = period / len(values)
-        nodes = np.arange(len(values) + 1) * self.step
-        self.pieces: list[list[float]] = CubicSpline(
-            nodes, np.append(values, values[0]), bc_type="periodic"
-        ).c.T.tolist()
+        after = np.roll(values, -1)
+        wave = np.cos(2.0 * np.pi * np.fft.rfftfreq(len(values)))
+        curved = np.fft.rfft((after - 2.0 * values + np.roll(values, 1)) / self.step**2)
+        bend = np.fft.irfft(3.0 * curved / (2.0 + wave), len(values))  # second derivative at the nodes
+        rise = np.roll(bend, -1) - bend
+        slope = (after - values) / self.step - self.step * (0.5 * bend + rise / 6.0)
+        self.pieces: list[list[float]] = np.stack(
+            [rise / (6.0 * self.step), 0.5 * bend, slope, values], axis=-1
+        ).tolist()
 
     def __eq__(self, other: object) -> bool:
         """Whether the other repeats the same spline."""
@@ -299,6 +302,17 @@ class _Repeated:
         return MotionState(
             self.value(time), linear + s * (2.0 * square + 3.0 * s * cubic), 2.0 * square + 6.0 * s * cubic
         )
+
+    def over(self, times: np.ndarray) -> list[np.ndarray]:
+        """As `at`, at many times. (n,) each"""
+        since = times % self.period
+        places = np.minimum((since / self.step).astype(int), len(self.pieces) - 1)
+        s, (cubic, square, linear, constant) = since - places * self.step, np.array(self.pieces)[places].T
+        return [
+            constant + s * (linear + s * (square + s * cubic)),
+            linear + s * (2.0 * square + 3.0 * s * cubic),
+            2.0 * square + 6.0 * s * cubic,
+        ]
 
     def value(self, time: float) -> float:
         """Force at a time. [N]"""
