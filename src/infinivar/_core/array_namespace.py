@@ -361,7 +361,7 @@ def rising_root(
     else:
         for _ in range(steps):
             state = narrow(state, function)
-            if xp.all(state[3] <= least):
+            if xp.all((state[3] <= least) | xp.isnan(state[2])):
                 break
         place = state[2]
     value, slope = function(place)
@@ -386,7 +386,7 @@ def _inward(
         times = 0
     below, above = function(low)[0] <= 0, function(high)[0] >= 0
     for _ in range(times):
-        if xp.all(below & above):
+        if xp.all(below & above | xp.isnan(place)):
             break
         low, high = xp.where(below, low, 0.5 * (low + place)), xp.where(above, high, 0.5 * (high + place))
         below, above = function(low)[0] <= 0, function(high)[0] >= 0
@@ -403,7 +403,7 @@ def _inward_in_jax(xp: Any, function: Any, low: Array, high: Array, place: Array
 
     def goes_on(state: Any) -> Any:
         count, _, _, below, above = state
-        return (count == 0) | ((count <= times) & ~xp.all(below & above))
+        return (count == 0) | ((count <= times) & ~xp.all(below & above | xp.isnan(place)))
 
     def forth(state: Any) -> Any:
         count, low, high, below, above = state
