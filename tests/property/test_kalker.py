@@ -130,3 +130,12 @@ def test_combined(g1, nu1, g2, nu2):
     assert_allclose(kalker.combined(g2, nu2, g1, nu1), (g, nu), rtol=1e-12, atol=1e-14)
     assert min(nu1, nu2) - 1e-15 <= nu <= min(max(nu1, nu2) + 1e-15, 0.5)
     assert kalker.combined(g1, nu1, 1e20 * g1, nu2) == (pytest.approx(2 * g1), pytest.approx(nu1))
+
+
+def test_coefficients_follow_an_array_that_is_written_to():
+    ratio = np.array([1.0, 2.0])
+    before = kalker.coefficients(ratio, 0.3).c22[0]
+    ratio[0] = 3.0
+    after = kalker.coefficients(ratio, 0.3).c22[0]
+    assert_allclose(after, kalker.coefficients(3.0, 0.3).c22, rtol=1e-12)
+    assert after != before

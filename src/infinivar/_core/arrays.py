@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,6 +15,11 @@ from infinivar.errors import ParameterError
 _WHOLE = {float, int, bool, str, type(None)}
 """Types of most fields, which have no rows."""
 
+F = TypeVar("F", bound=Callable[..., Any])
+
+_FEW = 1000
+"""Numbers of an array up to which its content is a quick key."""
+
 _SHOWN = 60
 """Characters of a value shown in a message."""
 
@@ -22,6 +27,33 @@ _SHOWN = 60
 def locked(values: Any) -> np.ndarray:
     """A copy of the values as floats that cannot be written to."""
     return frozen(np.asarray(values, dtype=float))
+
+
+def remembered(function: F) -> F:
+    """A pure function of numbers and arrays that computes once what it is asked again soon: floats, or small arrays of NumPy.
+
+    They count as equal by their content, so that arrays may change later; results must not be written to.
+    """
+
+    @functools.lru_cache(maxsize=64)
+    def known(*keys: Any) -> Any:
+        return function(*(key if type(key) is float else np.frombuffer(key[1]).reshape(key[0]) for key in keys))
+
+    @functools.wraps(function)
+    def run(*arguments: Any, **named: Any) -> Any:
+        if named:
+            return function(*arguments, **named)
+        keys = [_key(one) for one in arguments]
+        return function(*arguments) if None in keys else known(*keys)
+
+    return run  # type: ignore[return-value]
+
+
+def _key(value: Any) -> Any:
+    """What tells equal values; None for what is not remembered."""
+    if type(value) is np.ndarray and value.dtype == np.float64 and 0 < value.size <= _FEW:
+        return value.shape, value.tobytes()
+    return value if type(value) is float else None
 
 
 def shown(value: Any) -> str:

@@ -20,6 +20,7 @@ from annotated_types import Gt
 
 from infinivar._core import files
 from infinivar._core.array_namespace import Array, as_floats, namespace
+from infinivar._core.arrays import remembered
 from infinivar._core.fields import check_value
 from infinivar.contact import kalker
 from infinivar.contact.laws import RESOLUTION, rest_of, signed, size_of
@@ -202,6 +203,7 @@ def steel_circle() -> Curve:
     return _curve_of_numbers(*STEEL_CIRCLE)
 
 
+@remembered
 def _curve(a_over_b: Array, poisson: Array) -> Curve:
     xp = namespace(a_over_b, poisson)
     check_value("a_over_b", a_over_b, "1", Gt(0))

@@ -17,6 +17,7 @@ from annotated_types import Gt, Interval
 
 from infinivar._core import files
 from infinivar._core.array_namespace import Array, as_floats, namespace
+from infinivar._core.arrays import remembered
 from infinivar._core.fields import check_value
 
 _END = math.log(10.0)
@@ -42,6 +43,7 @@ class KalkerCoefficients(NamedTuple):
     """Moment by spin."""
 
 
+@remembered
 def coefficients(a_over_b: Array, poisson: Array) -> KalkerCoefficients:
     r"""Coefficients of the linear theory for any ellipse and any isotropic material.
 
