@@ -6,14 +6,17 @@ controller computes from the measurements of one sample acts from the next sampl
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from infinivar._core.fields import given
+from infinivar.bondgraph.scalars import choose
+from infinivar.bondgraph.tape import Number
 from infinivar.drivetrain.control import LINK_BANDWIDTH, SPEED_BANDWIDTH, CoboticControl, ConventionalControl
 from infinivar.drivetrain.control.loops import Loop, Servo, largest_current, speed_loop, turning_speed
 from infinivar.machines.linkage import LinkMotion, Load, SeparateMechanics
@@ -37,7 +40,7 @@ class Commands:
     """Angles of the steered axes at the next sample. (s,) [rad]"""
     steering_rate: np.ndarray | None = None
     """Rates from then on. (s,) [rad s^-1]"""
-    speed: float | None = None
+    speed: Number | None = None
     """Of the coordinates of the power motors. [rad s^-1]"""
     currents: np.ndarray | None = None
     """Of the power motors, where it replaces `speed`, or of the motors of links. (k,) [A]"""
@@ -59,6 +62,16 @@ class Loops:
     waiting: Inputs | None = None
     """Inputs of the last sample, which act from the next one on."""
 
+    @property
+    def memory(self) -> list[np.ndarray]:
+        """Arrays that a sample changes: integrals, and inputs that wait."""
+        assert self.waiting is not None
+        return [self.integrals, *self.waiting]
+
+    @memory.setter
+    def memory(self, kept: Sequence[np.ndarray]) -> None:
+        self.integrals, self.waiting = kept[0], Inputs(*kept[1:])
+
     def act(self, commands: Commands, speeds: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Inputs:
         """Inputs until the next sample: those of the commands at the last one; at the first, those of now.
 
@@ -72,32 +85,42 @@ class Loops:
         inputs = self.system.idle()
         if self.system.links is not None and commands.currents is not None:
             limit = self.system.links.current_limit
-            inputs.links = np.clip(np.asarray(commands.currents, dtype=float), -limit, limit)
-            self.saturated["motor"] = float(np.max(np.abs(inputs.links))) / limit
+            inputs.links = np.clip(commands.currents, -limit, limit)
+            self.saturated["motor"] = largest(inputs.links) / limit
         elif self.system.motor is not None and (commands.currents is not None or commands.speed is not None):
             limit = math.inf if self.motor is None else self.motor.limit
             if commands.currents is not None:
-                inputs.currents = np.clip(np.asarray(commands.currents, dtype=float), -limit, limit)
+                inputs.currents = np.clip(commands.currents, -limit, limit)
             elif self.motor is not None:
-                for place, speed in enumerate(speeds.tolist()):
-                    inputs.currents[place], self.integrals[place] = self.motor.act(
-                        float(commands.speed or 0.0) - speed, float(self.integrals[place]), self.period
-                    )
-            self.saturated["motor"] = float(np.max(np.abs(inputs.currents))) / limit
+                demanded, before = given(commands.speed, 0.0), self.integrals.tolist()
+                acted = [
+                    self.motor.act(demanded - speed, integral, self.period)
+                    for speed, integral in zip(speeds.tolist(), before, strict=True)
+                ]
+                inputs.currents, self.integrals = np.zeros_like(speeds), np.zeros_like(speeds)
+                inputs.currents[:], self.integrals[:] = zip(*acted, strict=True)
+            self.saturated["motor"] = largest(inputs.currents) / limit
         if commands.steering is None:
             if commands.steering_rate is not None and self.servo is None:
-                inputs.turning = np.array(commands.steering_rate, dtype=float)
+                inputs.turning = np.array(commands.steering_rate, subok=True)
             return inputs
         rate = np.zeros(len(angles)) if commands.steering_rate is None else commands.steering_rate
         if self.servo is None:
             # A wheel that turns as commanded ends the sample where the command has gone by then.
             inputs.turning = rate + (commands.steering - angles) / self.period
             return inputs
-        for place in range(len(angles)):
-            error = float(commands.steering[place]) - float(angles[place])
-            inputs.steering[place] = self.servo.act(error, float(turning[place]), float(rate[place]))
-        self.saturated["steering motor"] = float(np.max(np.abs(inputs.steering))) / self.servo.limit
+        errors = (commands.steering - angles).tolist()
+        inputs.steering = np.zeros_like(angles)
+        inputs.steering[:] = [self.servo.act(*one) for one in zip(errors, turning.tolist(), rate.tolist(), strict=True)]
+        self.saturated["steering motor"] = largest(inputs.steering) / self.servo.limit
         return inputs
+
+
+def largest(values: np.ndarray) -> Number:
+    """The largest size."""
+    return functools.reduce(
+        lambda one, other: choose(one > other, lambda: one, lambda: other), map(abs, values.tolist())
+    )
 
 
 @dataclass(slots=True)
