@@ -115,13 +115,14 @@ def checked(monkeypatch):
         before = controller.acting, controller.memory
         known = controller.ahead(bounds[:200])
         segments = list(within(self, bounds, state))
+        feel = getattr(controller, "acceleration", lambda *now: None)
         after = controller.acting, controller.memory, dict(controller.saturated)
         if segments:
             controller.acting, controller.memory = before
         for place, one in enumerate(segments):
             now = known.row(place)
             found = [*one.inputs, one.saturated.values()]
-            expected = [*controller.act(now, state, controller.acceleration(now, state)), controller.saturated.values()]
+            expected = [*controller.act(now, state, feel(now, state)), controller.saturated.values()]
             for each, like in zip(found, expected, strict=True):
                 each, like = (
                     np.array([*values]) if isinstance(values, type({}.values())) else values for values in (each, like)
@@ -163,3 +164,12 @@ def test_a_session_is_the_same_with_its_controller_in_c(name, monkeypatch):
         np.testing.assert_allclose(found.columns[column], expected.columns[column], rtol=1e-9, atol=1e-9)
     assert [(one.limit, one.what) for one in found.events] == [(one.limit, one.what) for one in expected.events]
     np.testing.assert_allclose(*([one.start for one in each.events] for each in (found, expected)), atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["platform", "arm"])
+def test_samples_of_a_run_in_c_are_those_of_python(name, monkeypatch):
+    """Servos along a motion of the load: C computes all samples but the first."""
+    machine, given = MACHINES[name]
+    counted = checked(monkeypatch)
+    assert iv.simulate_machine(machine, iv.motion.MachineScenario(**given)).outcome == ""
+    assert len(counted) == round(given["duration"] * machine.control.sample_rate) - 1

@@ -320,6 +320,7 @@ class CompiledSteps:
         for row, watched in zip(rows, found, strict=True):
             points, energies = row[2 + n : 2 + 4 * n].reshape(3, n), row[2 + 4 * n :]
             demand = self._demand(watched)
+            assert self.demand is not None
             self.last = Step(row[0], row[1], row[2 : 2 + n], points, energies - passed, self.demand, demand)
             self.demand, passed = demand, energies
             yield self.last
@@ -362,8 +363,8 @@ class CompiledSteps:
                 wide = np.empty((len(halves), self.motion.inputs)), np.zeros((len(halves), self.motion.inputs))
                 wide[0][:, inner], wide[1][:, inner] = values, slopes
                 parts[-1] = halves, *wide
-        found = (np.concatenate(some) for some in zip(*parts, strict=True))
-        return pieces, *found
+        times, inputs, rates = (np.concatenate(some) for some in zip(*parts, strict=True))
+        return pieces, times, inputs, rates
 
     def _halved(self, begin: float, end: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Ends of the pieces of one segment, and what acts from outside there with its rates."""

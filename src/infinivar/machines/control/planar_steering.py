@@ -78,7 +78,7 @@ class Steering:
     @property
     def memory(self) -> list[np.ndarray] | None:
         """The direction of motion, and what its law and the attitude remember; None if one does not tell it."""
-        own = [getattr(one, "memory", None) for one in (self.turning, self.attitude)]
+        own: list[Any] = [getattr(one, "memory", None) for one in (self.turning, self.attitude)]
         if any(one is None for one in own):
             return None
         return [np.array([self.direction]), *(one for some in own for one in some)]

@@ -299,6 +299,7 @@ class Pieces:
                 new = self._downhill(point, *values[:4])
                 return new, new[4] > 0.5
 
+            found: Number
             there, *_, found = there.__array_namespace__().loop(step, state, _FOLLOWED)
             return choose(found > 0.5, lambda: there, lambda: math.nan)
         for _ in range(_FOLLOWED):
