@@ -236,6 +236,7 @@ from infinivar.machines.machine import as_machine
 from infinivar.machines.pictures import rollers as sphere_picture
 from infinivar.machines.pictures import wheeled as wheeled_picture
 from infinivar.machines.registry import MACHINES as MOVING_MACHINES
+from infinivar.machines.sampled import SampledSteps
 from infinivar.machines.system import Defaults, Forces, Place, System
 from infinivar.machines.system import Inputs as SystemInputs
 from infinivar.machines.system import Outside as SystemOutside

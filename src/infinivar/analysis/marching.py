@@ -6,7 +6,7 @@ Runs under a scenario and sessions with a user are marched alike; they differ in
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Protocol
 
@@ -21,6 +21,7 @@ from infinivar.bondgraph.march import Watched
 from infinivar.limits import Demand, Limit
 from infinivar.machines.compiled import CompiledSteps, Motion
 from infinivar.machines.motors import Shaft
+from infinivar.machines.sampled import Recordable, SampledSteps, Segment
 from infinivar.machines.system import Inputs, System
 from infinivar.motion.machine_scenario import check_continuous
 
@@ -188,28 +189,52 @@ class March:
             log.inputs.append(inputs.copy())
             log.needed = True
 
-        outcome, begin = "", 0.0
-        for place, end in enumerate(ends):
-            if self.controller is not None:
-                inputs = self.controller.sample(begin, state)
-                log.sample(begin, self.controller.saturated)
-            if place == 0:
-                keep(0.0)
-            try:
-                state = marching.over(begin, end, state, accept)
-            except StuckError as problem:
-                outcome = (
-                    f"stopped at {float(problem.args[0]):.6g} s: {self._why(problem.args[1], marching.last, state)}"
-                )
-                break
-            log.ended.append((begin, end, len(log.times), state, inputs.copy()))
-            if len(log.ended) >= _MOST_SAMPLES:
-                self._judge_motors()
+        outcome = ""
+
+        def ended(place: int) -> None:
+            log.ended.append((bounds[place], bounds[place + 1], len(log.times), state, inputs.copy()))
+            self._judge_motors(_MOST_SAMPLES)
             if place + 1 in kept:
-                keep(end)
-                progress(end / self.duration)
-            begin = end
+                keep(bounds[place + 1])
+                progress(bounds[place + 1] / self.duration)
+
+        at_once, place = self._at_once(marching), 0
+        bounds = np.array([0.0, *ends])
+        try:
+            while place < len(ends):
+                before = place
+                for segment in at_once(bounds[place:], state):
+                    inputs, state = segment.inputs, segment.state
+                    log.sample(bounds[place], segment.saturated)
+                    for step in segment.steps:
+                        accept(step)
+                    ended(place)
+                    place += 1
+                if place > before:
+                    continue
+                inputs = self._commanded(bounds[place], state)
+                if place == 0:
+                    keep(0.0)
+                state = marching.over(bounds[place], bounds[place + 1], state, accept)
+                ended(place)
+                place += 1
+        except StuckError as problem:
+            outcome = f"stopped at {float(problem.args[0]):.6g} s: {self._why(problem.args[1], marching.last, state)}"
         return self._record(outcome)
+
+    def _commanded(self, time: float, state: np.ndarray) -> Inputs:
+        """Inputs from a sample on."""
+        if self.controller is None:
+            return self.system.idle()
+        found = self.controller.sample(time, state)
+        self.log.sample(time, self.controller.saturated)
+        return found
+
+    def _at_once(self, marching: Collocation | CompiledSteps) -> Callable[[np.ndarray, np.ndarray], Iterable[Segment]]:
+        """What computes many samples at once, if both motion and controller are compiled, from bounds and a state."""
+        if isinstance(marching, CompiledSteps) and isinstance(self.controller, Recordable):
+            return SampledSteps(marching, self.controller).over
+        return lambda bounds, state: ()
 
     def _integrator(
         self, rates: Callable[..., Rates], inputs: Callable[[], Inputs], segments: int
@@ -278,10 +303,10 @@ class March:
             return "the integration takes too many steps; contacts or forces are too stiff or large for the masses they move"
         return "the integration fails; try a larger stick_speed"
 
-    def _judge_motors(self) -> None:
-        """Demands of the motors in the samples since the last call, which are then dropped."""
+    def _judge_motors(self, fewest: int = 1) -> None:
+        """Demands of the motors in the samples since the last call, if there are so many; they are then dropped."""
         log = self.log
-        if not log.ended:
+        if len(log.ended) < fewest:
             return
         begins, ends, results, states, inputs = zip(*log.ended, strict=True)
         log.ended = []

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar.bondgraph.scalars import number
 from infinivar.bondgraph.tape import OPERATIONS, Number, Tape, TapeNamespace, Value
 
 _DIRECT = (np.add, np.subtract, np.multiply, np.matmul, np.negative, np.positive)
@@ -40,6 +41,10 @@ _NAMES = {
     "power": "pow",
 }
 """Operations of a tape by the names of NumPy's functions, where they differ."""
+
+
+_INDEPENDENT = 1e-9
+"""Square of the least sine of the angle between a row and those before it: the rest of least squares is rounding."""
 
 
 class Recorded(np.ndarray):
@@ -78,9 +83,11 @@ class Recorded(np.ndarray):
 
     def __array_function__(self, function: Any, types: Any, inputs: Any, options: Any) -> Any:
         """Choices and linear equations are recorded; all else rearranges elements."""
-        own = {np.where: _where, np.linalg.solve: _solve, np.clip: _clip}.get(function)
+        own = _OWN.get(function)
         if own is not None:
             return Recorded(self.tape, own(self.tape, *inputs, **options))
+        if function is np.linalg.lstsq:
+            return Recorded(self.tape, _least(self.tape, *inputs[:2])), None, None, None
         found = super().__array_function__(function, types, inputs, options)
         return Recorded(self.tape, found) if isinstance(found, np.ndarray) and found.dtype == object else found
 
@@ -162,6 +169,15 @@ class RecordedNamespace:
         return tuple(arrays(self._tape.loop(each, flat(wide), steps)))
 
 
+def vector(*components: Number) -> np.ndarray:
+    """Numbers as an array, recorded if one of them is. (d,)"""
+    numbers = [number(one) for one in components]
+    for one in numbers:
+        if isinstance(one, Value):
+            return Recorded(one.tape, numbers)
+    return np.array(numbers)
+
+
 def _objects(value: Any) -> np.ndarray:
     return np.asarray(value, dtype=object)
 
@@ -210,6 +226,29 @@ def _solve(tape: Tape, matrix: Any, right: Any) -> np.ndarray:
     return found
 
 
+def _cholesky(tape: Tape, matrix: Any) -> np.ndarray:
+    """Lower factor of a symmetric positive definite matrix. (n, n)"""
+    lower, diagonal = _factors(_objects(matrix))
+    found = np.zeros((len(lower), len(lower)), dtype=object)
+    for column, pivot in enumerate(diagonal):
+        size = tape.record("sqrt", pivot)
+        found[column:, column] = [size, *(row[column] * size for row in lower[column + 1 :])]
+    return found
+
+
+def _least(tape: Tape, matrix: Any, right: Any) -> np.ndarray:
+    """Solution of least squares (n,), the shortest if there are several; nan where rows and columns both depend on each other."""
+    matrix, right = _objects(matrix), _objects(right)
+    wide = matrix.shape[0] <= matrix.shape[1]
+    product = matrix @ matrix.T if wide else matrix.T @ matrix
+    found = _solve(tape, product, right if wide else matrix.T @ right)
+    known = functools.partial(tape.record, "and")
+    full = functools.reduce(
+        known, (pivot > _INDEPENDENT * product[row, row] for row, pivot in enumerate(_factors(product)[1]))
+    )
+    return _where(tape, full, matrix.T @ found if wide else found, math.nan)
+
+
 def _factors(matrix: np.ndarray) -> tuple[list[list[Number]], list[Number]]:
     """L, below its diagonal of ones, and D of a symmetric matrix."""
     lower: list[list[Number]] = []
@@ -221,3 +260,12 @@ def _factors(matrix: np.ndarray) -> tuple[list[list[Number]], list[Number]]:
         lower.append([one / by for one, by in zip(scaled, diagonal, strict=True)])
         diagonal.append(matrix[row, row] - sum(one * by for one, by in zip(scaled, lower[row], strict=True)))
     return lower, diagonal
+
+
+_OWN: dict[Callable[..., Any], Callable[..., np.ndarray]] = {
+    np.where: _where,
+    np.clip: _clip,
+    np.linalg.solve: _solve,
+    np.linalg.cholesky: _cholesky,
+}
+"""Functions of NumPy that do not rearrange elements."""

@@ -54,9 +54,10 @@ def angular_velocity(vector: np.ndarray, rate: np.ndarray) -> np.ndarray:
 def rotation_between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Rotation vector, in fixed axes, of the turn from one rotation to another, shorter than pi. (3,) each [rad]"""
     turn = rotation_matrix(end) @ rotation_matrix(start).T
-    axis = 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-    sine, cosine = float(np.sqrt(axis @ axis)), 0.5 * (float(np.trace(turn)) - 1.0)
-    return axis * (np.arctan2(sine, cosine) / sine if sine > 1e-12 else 1.0)
+    axis = 0.5 * (turn[_AFTER, _NEXT] - turn[_NEXT, _AFTER])
+    sine, cosine = np.sqrt(np.sum(axis * axis)), 0.5 * (np.trace(turn) - 1.0)
+    turns = sine > 1e-12
+    return axis * np.where(turns, np.arctan2(sine, cosine) / np.where(turns, sine, 1.0), 1.0)
 
 
 def _crossed(one: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ import hashlib
 import inspect
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -133,6 +133,9 @@ def compiled_motion(system: System) -> Motion | None:
     made.constants.argtypes = [pointer] * 2
     for name in ("rates_at", "powers_at", "slopes_at", "watched_at"):
         getattr(made, name).argtypes = [pointer] * 6
+    made.march_watched.argtypes = [
+        *[pointer] * 3, ctypes.c_int, *[pointer] * 5, ctypes.c_double, *[pointer] * 11
+    ]  # fmt: skip
     made.advance_watched.argtypes = [*[pointer] * 2, ctypes.c_int, *[pointer] * 4, ctypes.c_double, *[pointer] * 5]
     constants = np.zeros(code.constants + 1)
     made.constants(_at(code.given), _at(constants))
@@ -141,17 +144,14 @@ def compiled_motion(system: System) -> Motion | None:
 
 def inputs_of(inputs: Inputs, outside: Outside) -> np.ndarray:
     """The inputs of the C functions, at one row of what acts from outside."""
-    held = (inputs.currents, inputs.steering, inputs.turning, inputs.links)
-    return np.concatenate([*map(np.ravel, held), *(np.ravel(one) for one in outside if one is not None), np.zeros(1)])
+    return np.concatenate([*map(np.ravel, inputs), *(np.ravel(one) for one in outside if one is not None), np.zeros(1)])
 
 
-def derivative_of(system: System, motion: Motion | None) -> Callable[[Inputs, float, np.ndarray], np.ndarray]:
-    """Derivative of a state by inputs, time and state, as compiled or in Python."""
+def derivative_of(system: System, motion: Motion | None) -> Callable[[Inputs, Outside, np.ndarray], np.ndarray]:
+    """Derivative of a state by inputs, a row of what acts from outside, and state, as compiled or in Python."""
     if motion is None:
-        return lambda inputs, time, state: system.rates(inputs, np.array([time]), state[None]).derivative[0]
-    return lambda inputs, time, state: motion.called(
-        "rates_at", motion.states, state, inputs_of(inputs, system.outside(np.array([time])))
-    )
+        return lambda inputs, outside, state: system.moved(inputs, outside, state[None]).derivative[0]
+    return lambda inputs, outside, state: motion.called("rates_at", motion.states, state, inputs_of(inputs, outside))
 
 
 class RecordedSystem(NamedTuple):
@@ -312,11 +312,14 @@ class CompiledSteps:
         self.taken = self.done = 0
         self.demand: np.ndarray | None = None
         self.fixed: bool = not any(map(callable, _functions(system)))
+        self.outside = motion.inputs - len(inputs_of(system.idle(), Outside())) + 1
+        """Number of inputs that act from outside."""
 
     def over(self, begin: float, end: float, state: np.ndarray, accept: Callable[[Step], None]) -> np.ndarray:
         """As `Collocation.over`."""
         motion = self.motion
-        times, inputs, rates = self._given(begin, end)
+        times, inputs, rates = self.given(np.array([begin, end]))[1:]
+        inputs[:, : motion.inputs - self.outside] = inputs_of(self.inputs(), Outside())[:-1]
         if self.demand is None:
             self.demand = self._demand(motion.called("watched_at", motion.watched, state, inputs[0]))
         self.width[0] = self.width[0] or _FIRST * (end - begin)
@@ -330,19 +333,34 @@ class CompiledSteps:
             given, constants, len(times) - 1, at, u, du, x, self.relative, absolute, width, out,
             ctypes.addressof(self.record), _at(self.found),
         )  # fmt: skip
-        n, passed = motion.states, self.energies
-        for row, watched in zip(self.steps[: min(self.record.count, _MOST_STEPS)].copy(), self.found, strict=False):
+        kept = min(self.record.count, _MOST_STEPS)
+        for one in self.steps_of(self.steps[:kept].copy(), self.found[:kept], begin, self.record.count, status):
+            accept(one)
+        return rows[-1, : motion.states]
+
+    def steps_of(
+        self, rows: np.ndarray, found: np.ndarray, begin: float, count: int, status: int = 0
+    ) -> Iterator[Step]:
+        """Yield the steps of a segment from their rows, and what is watched at their ends; `count` of them were taken.
+
+        Raises
+        ------
+        StuckError
+            After the last one, if the status is not 0, or all segments together have taken too many.
+        """
+        n, passed = self.motion.states, self.energies
+        for row, watched in zip(rows, found, strict=True):
             points, energies = row[2 + n : 2 + 4 * n].reshape(3, n), row[2 + 4 * n :]
             demand = self._demand(watched)
+            assert self.demand is not None
             self.last = Step(row[0], row[1], row[2 : 2 + n], points, energies - passed, self.demand, demand)
             self.demand, passed = demand, energies
-            accept(self.last)
+            yield self.last
         self.energies = passed
-        self.taken, self.done = self.taken + self.record.count, self.done + 1
+        self.taken, self.done = self.taken + count, self.done + 1
         many = status == 2 or self.taken > collocation.CALLS + collocation.CALLS_EACH * self.done
         if status or many:
             raise StuckError(begin if self.last is None else self.last.end, many)
-        return rows[-1, :n]
 
     def _demand(self, watched: np.ndarray) -> np.ndarray:
         """Demands, with those that the system watches at the handle."""
@@ -351,21 +369,44 @@ class CompiledSteps:
             return watched[:count].copy()
         return np.concatenate([watched[:count], self.system.watch(watched[None, count:])[0]])
 
-    def _given(self, begin: float, end: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Ends of the pieces of a segment, between which inputs are cubic, and the inputs and their rates there."""
-        held = self.inputs()
-        own = inputs_of(held, Outside())[:-1]
+    def given(self, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Numbers of pieces of segments between bounds, in which what acts from outside is cubic; then the ends of the pieces,
+        the inputs there, of which those that are commanded are left open, and their rates."""
+        begins, widths, inner = bounds[:-1], np.diff(bounds), slice(self.motion.inputs - self.outside, None)
+        count = len(widths)
+        pieces, times = np.ones(count, dtype=np.int32), np.stack([begins, bounds[1:]], axis=1).ravel()
+        inputs, rates = np.empty((2 * count, self.motion.inputs)), np.zeros((2 * count, self.motion.inputs))
         if self.fixed:
-            given = np.concatenate([own, self._outside(np.array([begin]))[0]])
-            return np.array([begin, end]), np.array([given, given]), np.zeros((2, len(given)))
+            inputs[:, inner] = self._outside(bounds[:1])
+            return pieces, times, inputs, rates
+        rows = self._outside((begins[:, None] + widths[:, None] * _SHARES).ravel()).reshape(count, len(_SHARES), -1)
+        smooth = ~_jumps(rows)
+        inputs[:, inner] = (_ENDS @ rows[:, :4]).reshape(2 * count, -1)
+        rates[:, inner] = (_SLOPES @ rows[:, :4] / widths[:, None, None]).reshape(2 * count, -1)
+        if smooth.all():
+            return pieces, times, inputs, rates
+        parts = []
+        for place in range(count):
+            own = slice(2 * place, 2 * place + 2)
+            parts.append((times[own], inputs[own], rates[own]))
+            if not smooth[place]:
+                halves, values, slopes = self._halved(bounds[place], bounds[place + 1])
+                pieces[place] = len(halves) - 1
+                wide = np.empty((len(halves), self.motion.inputs)), np.zeros((len(halves), self.motion.inputs))
+                wide[0][:, inner], wide[1][:, inner] = values, slopes
+                parts[-1] = halves, *wide
+        times, inputs, rates = (np.concatenate(some) for some in zip(*parts, strict=True))
+        return pieces, times, inputs, rates
+
+    def _halved(self, begin: float, end: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Ends of the pieces of one segment, and what acts from outside there with its rates."""
         bounds, values, slopes = [begin], [], []
         waiting = [(begin, end, 0)]
         while waiting:
             first, last, halved = waiting.pop()
             width = last - first
             rows = self._outside(first + width * _SHARES)
-            missed = np.abs(_CHECK @ rows[:4] - rows[4])
-            jumps = (missed > _SMOOTH * (1e-3 + np.abs(rows[4]))).any()
+            jumps = _jumps(rows)
             if jumps and halved < _HALVINGS:
                 middle = 0.5 * (first + last)
                 waiting += [(middle, last, halved + 1), (first, middle, halved + 1)]
@@ -373,12 +414,11 @@ class CompiledSteps:
             bounds.append(last)
             values.append(rows[[0, 3]] if jumps else _ENDS @ rows[:4])
             slopes.append(None if jumps else _SLOPES @ rows[:4] / width)
-        shape = len(bounds), len(own) + values[0].shape[1]
-        inputs, rates = np.empty(shape), np.zeros(shape)
-        inputs[:, : len(own)] = own
-        inputs[0, len(own) :], inputs[1:, len(own) :] = values[0][0], [one[1] for one in values]
-        rates[:, len(own) :] = _at_bounds(slopes, values[0][0])
-        return np.array(bounds), inputs, rates
+        return (
+            np.array(bounds),
+            np.array([values[0][0], *(one[1] for one in values)]),
+            _at_bounds(slopes, values[0][0]),
+        )
 
     def _outside(self, time: np.ndarray) -> np.ndarray:
         """What acts from outside at rows of time, side by side."""
@@ -390,6 +430,12 @@ def _functions(system: System) -> list[Any]:
     """What may change over time."""
     arm = None if system.hand is None else system.hand.arm
     return [system.wrench, system.angles, None if system.hand is None else system.hand.force, arm and arm.intention]
+
+
+def _jumps(rows: np.ndarray) -> np.ndarray:
+    """Whether what acts from outside, at the instants of pieces (..., 5, d), is no cubic. (...,)"""
+    missed = np.abs(_CHECK @ rows[..., :4, :] - rows[..., 4, :])
+    return (missed > _SMOOTH * (1e-3 + np.abs(rows[..., 4, :]))).any(axis=-1)
 
 
 def _at_bounds(slopes: list[np.ndarray | None], like: np.ndarray) -> np.ndarray:

@@ -227,12 +227,18 @@ class Hand:
         return wound + 0.5 * np.sum(rates * np.matmul(grasp.inertia, rates[..., None])[..., 0], axis=-1)
 
     def felt(
-        self, time: np.ndarray, configuration: np.ndarray, rates: np.ndarray, accelerations: np.ndarray
+        self,
+        pushed: Any,
+        intended: Any,
+        intending: Any,
+        configuration: np.ndarray,
+        rates: np.ndarray,
+        accelerations: np.ndarray,
     ) -> np.ndarray:
-        """Force between hand and handle, on the handle, as a sensor there measures it. (m, d) [N]"""
+        """Force between hand and handle, on the handle, as a sensor there measures it; arguments as of `act`. (m, d) [N]"""
         if self.arm is None:
-            return self.pushed(time)
-        force = self.acting(time, configuration, rates).force
+            return pushed
+        force = self.act(pushed, intended, intending, configuration, rates).force
         held = self.grip.at(configuration, rates)
         return force - self.arm.mass * (np.matmul(held.jacobian, accelerations[..., None])[..., 0] + held.bias())
 
@@ -245,14 +251,13 @@ def at_times(function: Callable[[float], Any], time: np.ndarray) -> np.ndarray:
     ParameterError
         If a value is not finite, or has another shape than the others.
     """
-    known: dict[float, Any] = {}
-    rows = []
-    for one in time.tolist():
-        if one not in known:
-            known[one] = value = np.asarray(function(one), dtype=float)
-            if not np.isfinite(value).all():
-                raise ParameterError(f"user must be finite numbers at each instant, got {value} at {one:.6g} s")
-        rows.append(known[one])
-    if len({row.shape for row in rows}) > 1:
+    instants = time.tolist()
+    known = {one: np.asarray(function(one), dtype=float) for one in dict.fromkeys(instants)}
+    rows = [known[one] for one in instants]
+    if len({row.shape for row in known.values()}) > 1:
         raise ParameterError(f"user must be as many numbers at each instant, got {rows[0]} and {rows[-1]}")
-    return np.array(rows)
+    found = np.array(rows)
+    if not np.isfinite(found).all():
+        one, value = next((one, value) for one, value in known.items() if not np.isfinite(value).all())
+        raise ParameterError(f"user must be finite numbers at each instant, got {value} at {one:.6g} s")
+    return found

@@ -13,7 +13,7 @@ Source: faulring2006, Fig 11 and Fig 12, for the motors; Newton and Euler.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
@@ -184,9 +184,13 @@ class Inputs:
     links: np.ndarray = field(default_factory=lambda: np.zeros(()))
     """Currents of the motors of links, (n,) or one for all. [A]"""
 
+    def __iter__(self) -> Iterator[np.ndarray]:
+        """The arrays in order."""
+        return iter((self.currents, self.steering, self.turning, self.links))
+
     def copy(self) -> Inputs:
         """The same, with arrays of its own."""
-        return Inputs(self.currents.copy(), self.steering.copy(), self.turning.copy(), self.links.copy())
+        return Inputs(*(one.copy() for one in self))
 
 
 class Outside(NamedTuple):
@@ -204,6 +208,10 @@ class Outside(NamedTuple):
     """Prescribed steering. (m, s) [rad]"""
     turning: np.ndarray | None = None
     """Its rate. (m, s) [rad s^-1]"""
+
+    def row(self, place: int) -> Outside:
+        """One row of it."""
+        return Outside(*(None if one is None else one[place : place + 1] for one in self))
 
 
 class _Acting(NamedTuple):

@@ -318,7 +318,7 @@ def least_creep_speed(link_speed: Array) -> np.ndarray:
 
     Source: the minimum of `creep_loss` over the surface speed.
     """
-    return math.sqrt(2.0) * np.abs(np.asarray(link_speed, dtype=float))
+    return math.sqrt(2.0) * np.abs(link_speed)
 
 
 def least_surface_speed(link_speed: Array, link_force: Array, slip_force: Array) -> np.ndarray:
@@ -337,10 +337,10 @@ def least_surface_speed(link_speed: Array, link_force: Array, slip_force: Array)
 
     Source: ``|f| <= mu P cos(phi)``.
     """
-    ratio = np.abs(np.asarray(link_force, dtype=float)) / slip_force
+    ratio = np.abs(link_force) / slip_force
     room = 1.0 - ratio * ratio
     slope = ratio / np.sqrt(np.where(room > 0, room, 1.0))
-    return np.where(room > 0, np.abs(np.asarray(link_speed, dtype=float)) * slope, np.inf)
+    return np.where(room > 0, np.abs(link_speed) * slope, np.inf)
 
 
 def reflected_mass(mass: Array, inertia: Array, cylinder_radius: Array, steering_tangent: Array) -> np.ndarray:

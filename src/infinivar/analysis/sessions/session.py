@@ -341,8 +341,9 @@ def _felt(system: System, motion: Motion | None, found: Record, inputs: Sequence
     hand = system.hand
     assert hand is not None
     acceleration = np.zeros_like(nu)
+    outside = system.outside(found.time)
     if hand.arm is not None:
         derivative = derivative_of(system, motion)
-        for row, (one, time) in enumerate(zip(inputs, found.time, strict=True)):
-            acceleration[row] = derivative(one, float(time), found.states[row])[first:second]
-    return hand.felt(found.time, c, nu, acceleration)
+        for row, one in enumerate(inputs):
+            acceleration[row] = derivative(one, outside.row(row), found.states[row])[first:second]
+    return hand.felt(outside.force, outside.intended, outside.intending, c, nu, acceleration)

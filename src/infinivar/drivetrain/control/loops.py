@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from infinivar._core.fields import given
-from infinivar.bondgraph.tape import Number, Value
+from infinivar.bondgraph.scalars import choose, share_of, signed, within
+from infinivar.bondgraph.tape import Number
 from infinivar.parts.motor import Motor
 
 _SLOWEST = 0.05
@@ -79,44 +79,6 @@ class Servo:
             + self.friction * share_of(heading, self.full_speed)
         )
         return within(current, self.limit)
-
-
-def choose(condition: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
-    """What one of two functions gives, numbers or tuples of them; of recorded values both are evaluated."""
-    if not isinstance(condition, Value):
-        return yes() if condition else no()
-    return _chosen(condition, yes(), no())
-
-
-def _chosen(condition: Value, yes: Any, no: Any) -> Any:
-    if isinstance(yes, tuple):
-        return tuple(_chosen(condition, *both) for both in zip(yes, no, strict=True))
-    return condition.tape.record("where", condition, yes, no)
-
-
-def within(value: Number, limit: float) -> Number:
-    """A value, or the limit of its size."""
-    if isinstance(value, Value):
-        return value.__array_namespace__().clip(value, -limit, limit)
-    return min(max(value, -limit), limit)
-
-
-def share_of(value: Number, full: float) -> Number:
-    """A value over that from which on it counts in full, within -1 and 1."""
-    return within(value / full, 1.0)
-
-
-def signed(size: Number, like: Number) -> Number:
-    """A size with the sign of another number."""
-    for one in (size, like):
-        if isinstance(one, Value):
-            return one.tape.record("copysign", size, like)
-    return math.copysign(size, like)
-
-
-def arc_tangent(value: Number) -> Number:
-    """Angle of a slope. [rad]"""
-    return value.tape.record("atan", value) if isinstance(value, Value) else math.atan(value)
 
 
 def turning_speed(speed: Number, set_speed: float) -> Number:

@@ -18,8 +18,9 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from infinivar.bondgraph.scalars import arc_tangent, choose, share_of, signed, within
 from infinivar.bondgraph.tape import Number
-from infinivar.drivetrain.control.loops import Loop, Servo, arc_tangent, choose, share_of, signed, turning_speed, within
+from infinivar.drivetrain.control.loops import Loop, Servo, turning_speed
 from infinivar.motion.motion import Motion, states_over
 
 

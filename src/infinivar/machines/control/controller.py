@@ -60,6 +60,20 @@ class Plant:
         return self.system.mechanics
 
 
+class Unremembering:
+    """A function whose results follow from its arguments alone: it can be recorded once for all samples."""
+
+    __slots__ = ("function", "memory")
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        """Of a function."""
+        self.function, self.memory = function, list[np.ndarray]()
+
+    def __call__(self, *given: Any) -> Any:
+        """What the function gives."""
+        return self.function(*given)
+
+
 Law = Callable[[Measured], Commands]
 """Called at each sample, in order; the first one is at the start."""
 
@@ -101,7 +115,7 @@ def begun(controller: Any, plant: Plant) -> Law:
         If it is of neither.
     """
     if controller is None:
-        return lambda measured: Commands()
+        return Unremembering(lambda measured: Commands())
     if isinstance(controller, Controller):
         return controller.begin(plant)
     if callable(controller):

@@ -5,6 +5,7 @@ The display measures positions and speeds and commands forces; what it renders i
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -13,11 +14,16 @@ from annotated_types import Ge, Interval
 
 from infinivar._core.arrays import real_array
 from infinivar._core.fields import check, component, quantity
+from infinivar.bondgraph.recorded import vector
+from infinivar.bondgraph.scalars import choose
+from infinivar.bondgraph.tape import Number
 from infinivar.errors import InputError, ParameterError, require
 from infinivar.machines.control.controller import Law, Measured, Plant
 from infinivar.machines.control.loops import Commands
 from infinivar.machines.control.planar import Surface
+from infinivar.machines.hand import Grip
 from infinivar.machines.linkage import SeparateMechanics
+from infinivar.machines.motors import LinkMotors
 from infinivar.motion.virtual.fixtures import Allowed
 
 
@@ -109,48 +115,79 @@ class ImpedanceGuide:
                 f"ImpedanceGuide drives a motor for each link, as of a GearedSlideMachine, not a {type(plant.machine).__name__}"
             )
         count = len(plant.grip.axes)
-        starts = isinstance(self.hold, str) and self.hold == "start"
-        held: list[np.ndarray] = []
         kept = None if self.allowed is None else held_directions(self.allowed, plant.grip.axes)
-        near: list[Any] = [None]
-        hold = None if self.hold is None or starts else real_array("hold", self.hold)
-        if hold is not None:
+        hold = self.hold
+        if hold is not None and not (isinstance(hold, str) and hold == "start"):
+            hold = real_array("hold", hold)
             fits = hold.shape == (count,) and bool(np.all(np.isfinite(hold)))
             require(fits, "hold", f"{self.hold}", f"{count} finite numbers, one for each axis", "m")
-        friction = self.compensation * sum(motors.frictions)
+        return _Impedance(self, mechanics, motors, plant.grip, kept, hold)
 
-        def law(measured: Measured) -> Commands:
-            force = np.zeros(count)
-            if self.wall is not None:
-                dimension = getattr(self.wall, "dimension", count)
-                at, moves = measured.position[:dimension], measured.velocity[:dimension]
-                normal = np.asarray(self.wall.normal(at))
-                depth, inward = -float(self.wall.distance(at)), -float(normal @ moves)
-                pushed = wall_force(depth, inward, self.stiffness, self.damping)
-                if self.two_sided:
-                    pushed = self.stiffness * depth + self.damping * inward
-                force[:dimension] += pushed * normal
-            if not held:
-                held.append(measured.position.copy())
-            if self.curve is not None:
-                there = self.curve.nearest(measured.position, near[0])
-                near[0] = float(there.arc_length)
-                along = np.asarray(there.tangent)
-                stopped = self.ends == "stop" and bool(there.beyond)
-                free = np.zeros((count, count)) if stopped else np.outer(along, along)
-                spring = self.stiffness * (np.asarray(there.point) - measured.position)
-                force += (np.eye(count) - free) @ (spring - self.damping * measured.velocity)
-            if kept is not None:
-                off = measured.position - held[0]
-                force -= kept @ (self.stiffness * off + self.damping * measured.velocity)
-            point = held[0] if starts else hold
-            if point is not None:
-                force += self.stiffness * (point - measured.position) - self.damping * measured.velocity
-            pose, rates = measured.configuration[None], measured.rates[None]
-            link = mechanics.load.at(pose, rates)
-            felt = plant.grip.at(pose, rates).jacobian[0].T
-            on_links = np.linalg.lstsq(link.jacobian[0].T, felt @ force, rcond=None)[0]
-            share = np.clip(link.speed[0] / self.compensation_speed, -1.0, 1.0)
-            return Commands(currents=(on_links + friction * share) / motors.gain)
 
-        return law
+@dataclass(slots=True)
+class _Impedance:
+    """Springs and dampers in a session."""
+
+    settings: ImpedanceGuide
+    mechanics: SeparateMechanics
+    motors: LinkMotors
+    grip: Grip
+    kept: np.ndarray | None
+    """Projection on the directions that a fixture holds."""
+    hold: Any
+    start: np.ndarray | None = None
+    """Position of the handle at the first sample. (d,) [m]"""
+    near: Number | None = None
+    """Arc length of the closest point of a curve."""
+
+    @property
+    def memory(self) -> list[np.ndarray]:
+        """The arc length, of a curve."""
+        return [] if self.near is None else [np.array([self.near])]
+
+    @memory.setter
+    def memory(self, kept: Sequence[np.ndarray]) -> None:
+        if kept:
+            ((self.near,),) = kept
+
+    def __call__(self, measured: Measured) -> Commands:
+        """Currents of the motors."""
+        settings, motors = self.settings, self.motors
+        if self.start is None:
+            self.start = measured.position.copy()
+        force = self._force(measured, self.start)
+        pose, rates = measured.configuration[None], measured.rates[None]
+        link = self.mechanics.load.at(pose, rates)
+        felt = self.grip.at(pose, rates).jacobian[0].T
+        on_links = np.linalg.lstsq(link.jacobian[0].T, felt @ force, rcond=None)[0]
+        share = np.clip(link.speed[0] / settings.compensation_speed, -1.0, 1.0)
+        friction = settings.compensation * sum(motors.frictions)
+        return Commands(currents=(on_links + friction * share) / motors.gain)
+
+    def _force(self, measured: Measured, start: np.ndarray) -> np.ndarray:
+        """On the handle. (d,) [N]"""
+        settings, position, velocity = self.settings, measured.position, measured.velocity
+        count, force = len(position), np.zeros_like(position)
+        stiffness, damping = settings.stiffness, settings.damping
+        wall = settings.wall
+        if wall is not None:
+            dimension = getattr(wall, "dimension", count)
+            at, moves = position[:dimension], velocity[:dimension]
+            normal = wall.normal(at)
+            depth, inward = -wall.distance(at), -(normal @ moves)
+            pushed = wall_force(depth, inward, stiffness, damping)
+            if settings.two_sided:
+                pushed = stiffness * depth + damping * inward
+            force[:dimension] += pushed * normal
+        if settings.curve is not None:
+            there = settings.curve.nearest(position, self.near)
+            self.near, along = there.arc_length, vector(*there.tangent)
+            stopped = choose(settings.ends == "stop", lambda: there.beyond != 0.0, lambda: False)
+            drawn = stiffness * (vector(*there.point) - position) - damping * velocity
+            force = force + drawn - choose(stopped, lambda: 0.0, lambda: along @ drawn) * along
+        if self.kept is not None:
+            force = force - self.kept @ (stiffness * (position - start) + damping * velocity)
+        if self.hold is not None:
+            point = start if isinstance(self.hold, str) else self.hold
+            force = force + stiffness * (point - position) - damping * velocity
+        return force

@@ -13,6 +13,7 @@ Source: featherstone2008, chapter 3, for motion under constraints; `infinivar.tr
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
@@ -20,20 +21,26 @@ import numpy as np
 from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.fields import check, component, given, quantity
+from infinivar.bondgraph.recorded import Recorded, vector
+from infinivar.bondgraph.scalars import signed
+from infinivar.bondgraph.tape import Number
+from infinivar.drivetrain.control.loops import turning_speed
 from infinivar.errors import ParameterError
-from infinivar.machines.control.controller import Law, Measured, Plant
-from infinivar.machines.control.loops import Commands
+from infinivar.machines.control.controller import Law, Measured, Plant, Unremembering
+from infinivar.machines.control.loops import Commands, largest
 from infinivar.machines.control.planar import Surface
+from infinivar.machines.hand import PointGrip
 from infinivar.machines.linkage import LeggedMechanics
 from infinivar.motion.virtual.constrained import free_basis
 from infinivar.motion.virtual.curves import Curve
+from infinivar.motion.virtual.fixtures import Allowed
 from infinivar.transmission.legs import least_creep_speed, least_surface_speed
 
 _NEVER_SLIPS = 0.95
 """Most of the slip force for which a slip angle is fed forward, and of the steering range that is commanded."""
 
-_SLOWEST = 0.05
-"""A cylinder slower than this share of its set speed counts as that."""
+_ELSEWHERE = np.array([0.01, 0.02, 0.03])
+"""From a position to another one, at which a fixture of fixed directions has the same rows. [m]"""
 
 _STRICT = 1e-10
 """Tolerance of the limits in the quadratic program, in units of the free twist."""
@@ -59,7 +66,7 @@ class Constraint(Protocol):
         ...
 
 
-def nearest_within(demanded: np.ndarray, limits: np.ndarray, least: np.ndarray) -> np.ndarray:
+def nearest_within(demanded: np.ndarray, limits: np.ndarray, least: np.ndarray, first: int = 0) -> np.ndarray:
     """The point nearest to the demanded one with ``limits @ point >= least``; where there is none, zero.
 
     Parameters
@@ -67,11 +74,28 @@ def nearest_within(demanded: np.ndarray, limits: np.ndarray, least: np.ndarray) 
     demanded : (d,) float       Coordinates in which distance is Euclidean.
     limits : (k, d) float
     least : (k,) float
+    first : int         The first of the limits that are tried alone.
+
+    Where one limit alone binds, the point is nearest on it. Recorded, it is nan where several bind.
 
     Source: a quadratic program, solved by the dual active-set method of daqp.
     """
-    if np.all(limits @ demanded >= least):
+    short = least - limits @ demanded
+    alone = []
+    for place in range(first, len(least)):
+        row, others = limits[place], np.arange(len(least)) != place
+        there = demanded + short[place] / (row @ row) * row
+        alone.append((there, short[place] > 0.0, limits[others] @ there >= least[others]))
+    if isinstance(short, Recorded):
+        xp, found = short.__array_namespace__(), math.nan
+        for there, binds, kept in alone:
+            found = np.where(xp.all(np.append(kept, binds)), there, found)
+        return np.where(xp.all(short <= 0.0), demanded, found)
+    if np.all(short <= 0.0):
         return demanded
+    for there, binds, kept in alone:
+        if binds and np.all(kept):
+            return there
     import daqp  # imported where limits bind
 
     found, _, flag, _ = daqp.solve(
@@ -139,7 +163,7 @@ class AdmittanceGuide:
             )
         control: Any = plant.machine.control
         gain = given(self.gain, 2.0 * math.pi * control.link_bandwidth)
-        return _Admittance(self, mechanics, plant, gain).commands
+        return _Admittance(self, mechanics, plant, gain)
 
 
 @dataclass(slots=True)
@@ -154,8 +178,20 @@ class _Admittance:
     """Of the virtual mass."""
     pose: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Where it is when the next command acts."""
+    fixed: np.ndarray | None = None
+    """Basis of the free twists, where it does not depend on the position."""
 
-    def commands(self, measured: Measured) -> Commands:
+    @property
+    def memory(self) -> list[np.ndarray]:
+        """Twist and pose of the virtual mass."""
+        assert self.twist is not None
+        return [self.twist, self.pose]
+
+    @memory.setter
+    def memory(self, kept: Sequence[np.ndarray]) -> None:
+        self.twist, self.pose = kept
+
+    def __call__(self, measured: Measured) -> Commands:
         """Steering angles and rates, and the speed of the cylinder."""
         mechanics, period = self.mechanics, self.plant.period
         c, nu = measured.configuration, measured.rates[:-1]
@@ -172,8 +208,11 @@ class _Admittance:
         place = mechanics.load.at(c[None], nu[None])
         jacobian = place.jacobian[0]
         back = self.gain * self._apart(c + (0.0 if begins else period) * self._changes(c, nu))
-        surface = self._surface(float(measured.rates[-1]))
-        share = nearest_within(free.T @ mass @ demanded, *self._limits(measured, grip, jacobian, free, back, surface))
+        radius, set_speed = mechanics.transmission.cylinder_radius, self.plant.machine.set_speed
+        surface = radius * turning_speed(measured.rates[-1], set_speed)
+        limits, least = self._limits(measured, grip, jacobian, free, back, surface)
+        # Speeds of links bind rarely: they are not tried one by one.
+        share = nearest_within(free.T @ mass @ demanded, limits, least, 2 * len(jacobian))
         acceleration = (free @ share - self.twist) / period
         self.twist = free @ share
         self.pose = self._moved(self.pose, (2.0 if begins else 1.0) * period * self.twist)
@@ -203,13 +242,24 @@ class _Admittance:
     def _free(self, measured: Measured, grip: np.ndarray, mass: np.ndarray) -> np.ndarray:
         """Basis of the free twists, orthonormal in the metric of the virtual mass."""
         constraint = self.settings.constraint
+        if self.fixed is not None:
+            return self.fixed
         if constraint is None:
-            return np.linalg.inv(np.linalg.cholesky(mass)).T
-        position = np.zeros(3)
-        position[: len(measured.position[:3])] = measured.position[:3]
-        if self.mechanics.load.turns:
-            return free_basis(constraint.rows(IN_SPACE, position, None).rows, mass)
-        return free_basis(np.asarray(constraint.rows(self.plant.grip.axes, position, None).rows) @ grip, mass)
+            return np.linalg.solve(mass, np.linalg.cholesky(mass))  # the inverse of the factor, transposed
+        position = np.append(measured.position[:3], np.zeros(3 - len(measured.position[:3])))
+        rows = self._rows(position)
+        found = free_basis(rows if self.mechanics.load.turns else rows @ grip, mass)
+        if isinstance(self.plant.grip, PointGrip) and isinstance(constraint, Allowed):
+            elsewhere = self._rows(position + _ELSEWHERE)
+            if elsewhere.shape == rows.shape and np.allclose(rows, elsewhere, rtol=0.0, atol=1e-12):
+                self.fixed = found
+        return found
+
+    def _rows(self, position: np.ndarray) -> np.ndarray:
+        """Of the constraint, at a position. (k, d)"""
+        assert self.settings.constraint is not None
+        axes = IN_SPACE if self.mechanics.load.turns else self.plant.grip.axes
+        return np.asarray(self.settings.constraint.rows(axes, position, None).rows)
 
     def _limits(
         self,
@@ -218,7 +268,7 @@ class _Admittance:
         jacobian: np.ndarray,
         free: np.ndarray,
         back: np.ndarray,
-        surface: float,
+        surface: Number,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Rows and least values for the free twist: speeds of the links, a wall, and ends of a path."""
         fastest = abs(surface) * math.tan(_NEVER_SLIPS * self.mechanics.transmission.steering_range)
@@ -230,9 +280,9 @@ class _Admittance:
             dimension = getattr(wall, "dimension", len(measured.position))
             ahead = measured.position + self.plant.period * measured.velocity
             at = ahead[:dimension]
-            into = np.asarray(wall.normal(at)) @ grip[:dimension]
+            into = wall.normal(at) @ grip[:dimension]
             rows.append((into @ free)[None])
-            least.append(np.array([-float(wall.distance(at)) / self.settings.wall_time - float(into @ back)]))
+            least.append(vector(-wall.distance(at) / self.settings.wall_time - into @ back))
         ends = self.settings.ends
         if ends is not None and not ends.is_closed:
             dimension = ends.dimension
@@ -260,12 +310,6 @@ class _Admittance:
         half = pose + 0.5 * self._changes(pose, step)
         return pose + self._changes(half, step)
 
-    def _surface(self, turning: float) -> float:
-        """Surface speed of the cylinder, with a lower bound. [m s^-1]"""
-        whole = self.plant.machine.set_speed
-        turning = math.copysign(max(abs(turning), _SLOWEST * abs(whole)), whole)
-        return self.mechanics.transmission.cylinder_radius * turning
-
     def _forces(self, place: Any, jacobian: np.ndarray, push: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
         """Forces of the wheels on the links, those of the smallest squares. (n,)"""
         mechanics = self.mechanics
@@ -274,25 +318,23 @@ class _Admittance:
         rubbing = mechanics.guideway_friction * np.clip(place.speed[0] / mechanics.stick_speed, -1.0, 1.0)
         return np.linalg.lstsq(jacobian.T, load, rcond=None)[0] + mechanics.link_mass * links + rubbing
 
-    def _slip_angles(self, forces: np.ndarray, surface: float) -> np.ndarray:
+    def _slip_angles(self, forces: np.ndarray, surface: Number) -> np.ndarray:
         if not self.settings.slip_feedforward:
             return np.zeros(len(forces))
         wheel = self.mechanics.transmission.wheel
         most = _NEVER_SLIPS * wheel.slip_force
         creepage = wheel.creepage(np.clip(-forces, -most, most), groups=wheel.groups(self.mechanics.surface_speed))
-        return math.copysign(1.0, surface) * np.arctan(np.asarray(creepage))
+        return signed(1.0, surface) * np.arctan(creepage)
 
-    def _cylinder_speed(self, speed: np.ndarray, forces: np.ndarray) -> float:
+    def _cylinder_speed(self, speed: np.ndarray, forces: np.ndarray) -> Number:
         machine, transmission = self.plant.machine, self.mechanics.transmission
         if self.settings.cylinder == "set":
             return machine.set_speed
         held = np.minimum(np.abs(forces), _NEVER_SLIPS * transmission.slip_force)
         needed = np.maximum(least_creep_speed(speed), least_surface_speed(speed, held, transmission.slip_force))
         fastest = abs(machine.set_speed)
-        chosen = min(
-            max(float(np.max(needed)) / transmission.cylinder_radius, self.settings.slowest * fastest), fastest
-        )
-        return math.copysign(chosen, machine.set_speed)
+        chosen = largest(np.clip(needed / transmission.cylinder_radius, self.settings.slowest * fastest, fastest))
+        return signed(chosen, machine.set_speed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -320,5 +362,6 @@ class HoldGuide:
             raise ParameterError(f"HoldGuide holds legs on a common cylinder, not a {type(plant.machine).__name__}")
         locked = np.zeros(len(plant.mechanics.steered))
         if self.stop_cylinder:
-            return lambda measured: Commands()
-        return lambda measured: Commands(steering=locked, steering_rate=0.0 * locked, speed=plant.machine.set_speed)
+            return Unremembering(lambda measured: Commands())
+        held = Commands(steering=locked, steering_rate=0.0 * locked, speed=plant.machine.set_speed)
+        return Unremembering(lambda measured: held)

@@ -6,18 +6,22 @@ controller computes from the measurements of one sample acts from the next sampl
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from infinivar._core.fields import given
+from infinivar.bondgraph.scalars import choose
+from infinivar.bondgraph.tape import Number
 from infinivar.drivetrain.control import LINK_BANDWIDTH, SPEED_BANDWIDTH, CoboticControl, ConventionalControl
 from infinivar.drivetrain.control.loops import Loop, Servo, largest_current, speed_loop, turning_speed
 from infinivar.machines.linkage import LinkMotion, Load, SeparateMechanics
 from infinivar.machines.motors import LinkMotors
+from infinivar.machines.sampled import Known
 from infinivar.machines.system import Inputs, SteeringLaw, System
 from infinivar.motion.histories import VectorHistory
 from infinivar.transmission.planar import PlanarCobot
@@ -37,7 +41,7 @@ class Commands:
     """Angles of the steered axes at the next sample. (s,) [rad]"""
     steering_rate: np.ndarray | None = None
     """Rates from then on. (s,) [rad s^-1]"""
-    speed: float | None = None
+    speed: Number | None = None
     """Of the coordinates of the power motors. [rad s^-1]"""
     currents: np.ndarray | None = None
     """Of the power motors, where it replaces `speed`, or of the motors of links. (k,) [A]"""
@@ -59,6 +63,16 @@ class Loops:
     waiting: Inputs | None = None
     """Inputs of the last sample, which act from the next one on."""
 
+    @property
+    def memory(self) -> list[np.ndarray]:
+        """Arrays that a sample changes: integrals, and inputs that wait."""
+        assert self.waiting is not None
+        return [self.integrals, *self.waiting]
+
+    @memory.setter
+    def memory(self, kept: Sequence[np.ndarray]) -> None:
+        self.integrals, self.waiting = kept[0], Inputs(*kept[1:])
+
     def act(self, commands: Commands, speeds: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Inputs:
         """Inputs until the next sample: those of the commands at the last one; at the first, those of now.
 
@@ -72,32 +86,42 @@ class Loops:
         inputs = self.system.idle()
         if self.system.links is not None and commands.currents is not None:
             limit = self.system.links.current_limit
-            inputs.links = np.clip(np.asarray(commands.currents, dtype=float), -limit, limit)
-            self.saturated["motor"] = float(np.max(np.abs(inputs.links))) / limit
+            inputs.links = np.clip(commands.currents, -limit, limit)
+            self.saturated["motor"] = largest(inputs.links) / limit
         elif self.system.motor is not None and (commands.currents is not None or commands.speed is not None):
             limit = math.inf if self.motor is None else self.motor.limit
             if commands.currents is not None:
-                inputs.currents = np.clip(np.asarray(commands.currents, dtype=float), -limit, limit)
+                inputs.currents = np.clip(commands.currents, -limit, limit)
             elif self.motor is not None:
-                for place, speed in enumerate(speeds.tolist()):
-                    inputs.currents[place], self.integrals[place] = self.motor.act(
-                        float(commands.speed or 0.0) - speed, float(self.integrals[place]), self.period
-                    )
-            self.saturated["motor"] = float(np.max(np.abs(inputs.currents))) / limit
+                demanded, before = given(commands.speed, 0.0), self.integrals.tolist()
+                acted = [
+                    self.motor.act(demanded - speed, integral, self.period)
+                    for speed, integral in zip(speeds.tolist(), before, strict=True)
+                ]
+                inputs.currents, self.integrals = np.zeros_like(speeds), np.zeros_like(speeds)
+                inputs.currents[:], self.integrals[:] = zip(*acted, strict=True)
+            self.saturated["motor"] = largest(inputs.currents) / limit
         if commands.steering is None:
             if commands.steering_rate is not None and self.servo is None:
-                inputs.turning = np.array(commands.steering_rate, dtype=float)
+                inputs.turning = np.array(commands.steering_rate, subok=True)
             return inputs
         rate = np.zeros(len(angles)) if commands.steering_rate is None else commands.steering_rate
         if self.servo is None:
             # A wheel that turns as commanded ends the sample where the command has gone by then.
             inputs.turning = rate + (commands.steering - angles) / self.period
             return inputs
-        for place in range(len(angles)):
-            error = float(commands.steering[place]) - float(angles[place])
-            inputs.steering[place] = self.servo.act(error, float(turning[place]), float(rate[place]))
-        self.saturated["steering motor"] = float(np.max(np.abs(inputs.steering))) / self.servo.limit
+        errors = (commands.steering - angles).tolist()
+        inputs.steering = np.zeros_like(angles)
+        inputs.steering[:] = [self.servo.act(*one) for one in zip(errors, turning.tolist(), rate.tolist(), strict=True)]
+        self.saturated["steering motor"] = largest(inputs.steering) / self.servo.limit
         return inputs
+
+
+def largest(values: np.ndarray) -> Number:
+    """The largest size."""
+    return functools.reduce(
+        lambda one, other: choose(one > other, lambda: one, lambda: other), map(abs, values.tolist())
+    )
 
 
 @dataclass(slots=True)
@@ -156,26 +180,62 @@ class MachineController:
     links: LinkController | None = None
     """Of a machine with a motor for each link, instead of all others."""
 
+    acting: Inputs | None = None
+
     @property
     def saturated(self) -> dict[str, float]:
         """As of `Loops`."""
         return self.loops.saturated
 
-    def sample(self, time: float, state: np.ndarray) -> Inputs:
+    @property
+    def memory(self) -> list[np.ndarray] | None:
+        """That of the loops, after the first sample; None where a law does not tell its goals ahead."""
+        if self.loops.waiting is None or self.links is not None:
+            return None
+        plain = self.steering_law is None or self.loops.servo is None or hasattr(self.steering_law, "goals")
+        return self.loops.memory if plain else None
+
+    @memory.setter
+    def memory(self, kept: Sequence[np.ndarray]) -> None:
+        self.loops.memory = kept
+
+    def ahead(self, times: np.ndarray) -> Known:
+        """What is known of the next samples: with goals of the steering law."""
+        goals, law = np.zeros((len(times), 0)), self.steering_law
+        if self.loops.servo is not None and hasattr(law, "goals"):
+            goals = law.goals(np.minimum(times + self.loops.period, self.duration))  # type: ignore[union-attr]
+        return Known(times, self.loops.system.outside(times), goals)
+
+    def past(self, samples: int) -> None:
+        """Nothing that is drawn."""
+
+    def act(self, known: Known, state: np.ndarray, acceleration: np.ndarray) -> Inputs:
         """Inputs until the next sample, as of `Loops`."""
+        law: Any = self.steering_law
+        return self._acted(state, lambda *now: law.steer(known.more[0], *now))
+
+    def sample(self, time: float, state: np.ndarray) -> Inputs:
+        """The same at a time."""
+        law: Any = self.steering_law
+        ahead = min(time + self.loops.period, self.duration)
+        currents = None
+        if self.links is not None:
+            first, second, _ = self.loops.system.places
+            currents = self.links.act(time, state[:first], state[first:second], self.loops.period)
+        return self._acted(state, lambda *now: law(ahead, *now), currents)
+
+    def _acted(self, state: np.ndarray, steered: Callable[..., Any], currents: np.ndarray | None = None) -> Inputs:
         loops, system = self.loops, self.loops.system
         first, second, third = system.places
         c, nu, angles, turning = state[:first], state[first:second], state[second:third], state[third:]
         speeds = np.zeros(0)
-        commands = Commands()
-        if self.links is not None:
-            commands.currents = self.links.act(time, c, nu, loops.period)
+        commands = Commands(currents=currents)
         if loops.motor is not None and system.motor is not None:
             commands.speed, speeds = self.set_speed, nu[list(system.motor.coordinates)]
         if loops.servo is not None and self.steering_law is not None:
-            ahead = min(time + loops.period, self.duration)
-            commands.steering, commands.steering_rate = self.steering_law(ahead, c, nu, angles)
-        return loops.act(commands, speeds, angles, turning)
+            commands.steering, commands.steering_rate = steered(c, nu, angles)
+        self.acting = loops.act(commands, speeds, angles, turning)
+        return self.acting
 
 
 def placed_servo(system: System, control: CoboticControl | ConventionalControl) -> Servo | None:
@@ -259,23 +319,45 @@ def following_pose(
     set_speed : float        Of the cylinder; a nearly stationary one counts as a twentieth of that. [rad s^-1]
     largest : float          Angle to which the wheels can be steered. [rad]
     """
+    return _AlongPoses(load, motion, gain, radius, set_speed, largest)
 
-    def law(time: float, c: np.ndarray, nu: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        before, after = around(motion, time)
-        poses, twists = load.along(motion, time, before, after)
-        pose, twist = poses[0], twists[0]
-        # As the machine is, and as planned before and after.
-        link = load.at(np.stack([c, *poses[1:]]), np.stack([nu[:-1], *twists[1:]]))
-        jacobian = link.jacobian[0]
-        off = load.apart(c, pose)
-        turning = turning_speed(float(nu[-1]), set_speed)
-        slope = -(jacobian @ (twist + gain * off)) / (radius * turning)
-        acceleration = (link.speed[2] - link.speed[1]) / (after - before)
-        change = -(acceleration + gain * (jacobian @ (twist - nu[:-1]))) / (radius * turning)
-        goal = np.clip(np.arctan(slope), -largest, largest)
-        return goal, np.where(np.abs(goal) < largest, change / (1.0 + slope * slope), 0.0)
 
-    return law
+@dataclass(frozen=True, slots=True)
+class _AlongPoses:
+    """The law of `following_pose`; what depends on the time alone is a goal."""
+
+    load: Load
+    motion: VectorHistory
+    gain: float
+    radius: float
+    set_speed: float
+    largest: float
+
+    def goals(self, times: np.ndarray) -> np.ndarray:
+        """Pose, twist, and accelerations of the links as planned, side by side. (m, k)"""
+        ahead = [(time, *around(self.motion, time)) for time in times.tolist()]
+        poses, twists = self.load.along(self.motion, *np.ravel(ahead).tolist())
+        poses, twists = poses.reshape(len(ahead), 3, -1), twists.reshape(len(ahead), 3, -1)
+        before, after = (self.load.at(poses[:, side], twists[:, side]).speed for side in (1, 2))
+        spans = np.array([after - before for _, before, after in ahead])
+        return np.concatenate([poses[:, 0], twists[:, 0], (after - before) / spans[:, None]], axis=1)
+
+    def steer(
+        self, goal: np.ndarray, c: np.ndarray, nu: np.ndarray, angles: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Angles and rates for a goal, as the machine is."""
+        own = len(c)
+        pose, twist, acceleration = goal[:own], goal[own : own + len(nu) - 1], goal[own + len(nu) - 1 :]
+        jacobian = self.load.at(c[None], nu[None, :-1]).jacobian[0]
+        surface = self.radius * turning_speed(nu[-1], self.set_speed)
+        slope = -(jacobian @ (twist + self.gain * self.load.apart(c, pose))) / surface
+        change = -(acceleration + self.gain * (jacobian @ (twist - nu[:-1]))) / surface
+        found = np.clip(np.arctan(slope), -self.largest, self.largest)
+        return found, np.where(np.abs(found) < self.largest, change / (1.0 + slope * slope), 0.0)
+
+    def __call__(self, time: float, c: np.ndarray, nu: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As `SteeringLaw`."""
+        return self.steer(self.goals(np.array([time]))[0], c, nu, angles)
 
 
 def around(motion: VectorHistory, time: float) -> tuple[float, float]:

@@ -14,6 +14,7 @@ Source: `infinivar.motion.virtual.fixtures` for the rows; kinematics of a body i
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,10 +22,14 @@ import numpy as np
 from annotated_types import Gt
 
 from infinivar._core.fields import check, component, quantity
+from infinivar.bondgraph.recorded import vector
+from infinivar.bondgraph.scalars import angle_of, length_of, sine, wrapped
+from infinivar.bondgraph.tape import Number
 from infinivar.errors import InputError, ParameterError
-from infinivar.machines.control.controller import Law, Measured, Plant
+from infinivar.machines.control.controller import Law, Measured, Plant, Unremembering
 from infinivar.machines.control.loops import Commands
-from infinivar.machines.control.planar import CasterGuide, Going, PathGuide, Surface, cobot_of
+from infinivar.machines.control.planar import CasterGuide, PathGuide, Surface, cobot_of
+from infinivar.machines.control.planar_steering import Going
 from infinivar.motion.virtual.fixtures import Allowed
 from infinivar.motion.virtual.surfaces import Ball, HalfSpace
 from infinivar.transmission.planar import COORDINATES
@@ -47,10 +52,10 @@ class Beside:
 
     def nearest(self, point: Any, near: Any = None) -> BesidePoint:
         """The line through the point that keeps its distance, and how far it is from the surface."""
-        normal = np.asarray(self.surface.normal(point))
-        tangent = np.array([normal[1], -normal[0]])
-        distance = float(self.surface.distance(point))
-        bend = -float(tangent @ np.asarray(self.surface.hessian(point)) @ tangent)
+        normal = self.surface.normal(point)
+        tangent = vector(normal[1], -normal[0])
+        distance = self.surface.distance(point)
+        bend = -(tangent @ self.surface.hessian(point) @ tangent)
         return BesidePoint(0.0, tangent, bend / (1.0 + bend * distance), distance)
 
 
@@ -60,8 +65,8 @@ class BesidePoint:
 
     arc_length: float
     tangent: np.ndarray
-    curvature: float
-    offset: float
+    curvature: Number
+    offset: Number
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -92,14 +97,7 @@ class PlanarFixtureGuide:
             At the first sample, if the cobot cannot be guided so.
         """
         wheels = cobot_of(plant, "PlanarFixtureGuide guides").mechanism.wheels
-        chosen: list[Law] = []
-
-        def law(measured: Measured) -> Commands:
-            if not chosen:
-                chosen.append(self._chosen(measured, plant, wheels))
-            return chosen[0](measured)
-
-        return law
+        return _Chosen(lambda measured: self._chosen(measured, plant, wheels))
 
     def _chosen(self, measured: Measured, plant: Plant, wheels: int) -> Law:
         rows = self.allowed.rows(COORDINATES, measured.position).rows
@@ -133,20 +131,59 @@ class PlanarFixtureGuide:
         return self._path(HalfSpace(point=measured.position.tolist(), direction=[-float(way[1]), float(way[0])]))
 
     def _about(self, centre: np.ndarray, radius: float, plant: Plant) -> Law:
-        first: list[float] = []
-        last = [0.0]
-
-        def attitude(going: Going) -> tuple[float, float]:
-            out = going.position - centre
-            around = math.atan2(out[1], out[0])
-            if not first:
-                first.append(around)
-                last[0] = around
-            last[0] += math.remainder(around - last[0], 2.0 * math.pi)  # whole turns count
-            return math.sin(going.direction - around) / float(np.hypot(*out)), last[0] - first[0]
-
         circle = Ball(centre=centre.tolist(), radius=radius)
-        return self._path(circle).begin(plant, attitude)
+        return self._path(circle).begin(plant, _About(centre))
+
+
+@dataclass(slots=True)
+class _Chosen:
+    """A law that the first measurement chooses."""
+
+    choice: Callable[[Measured], Any]
+    law: Any = None
+
+    @property
+    def memory(self) -> list[np.ndarray] | None:
+        """That of the law."""
+        return self.law.memory
+
+    @memory.setter
+    def memory(self, kept: Sequence[np.ndarray]) -> None:
+        self.law.memory = kept
+
+    def __call__(self, measured: Measured) -> Commands:
+        """What the law commands."""
+        if self.law is None:
+            self.law = self.choice(measured)
+        return self.law(measured)
+
+
+@dataclass(slots=True)
+class _About:
+    """Attitude of a body that turns about a point."""
+
+    centre: np.ndarray
+    first: float | None = None
+    """Direction from the centre to the handle, when the handle first moves. [rad]"""
+    last: Number = 0.0
+
+    @property
+    def memory(self) -> list[np.ndarray] | None:
+        """The last direction, whole turns counted; None before the first."""
+        return None if self.first is None else [np.array([self.last])]
+
+    @memory.setter
+    def memory(self, kept: Sequence[np.ndarray]) -> None:
+        ((self.last,),) = kept
+
+    def __call__(self, going: Going) -> tuple[Number, Number]:
+        """As `Attitude`."""
+        out = going.position - self.centre
+        around = angle_of(out[1], out[0])
+        if self.first is None:
+            self.first = self.last = around
+        self.last = self.last + wrapped(around - self.last, 2.0 * math.pi)
+        return sine(going.direction - around) / length_of(*out), self.last - self.first
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -163,7 +200,7 @@ class PlanarHoldGuide:
         """The law of one session."""
         headings = locking_headings(cobot_of(plant, "PlanarHoldGuide holds").positions)
         first: list[Commands] = [Commands(steering=headings, steering_rate=0.0 * headings)]
-        return lambda measured: first.pop() if first else Commands()
+        return Unremembering(lambda measured: first.pop() if first else Commands())
 
 
 def locking_headings(positions: Any) -> np.ndarray:

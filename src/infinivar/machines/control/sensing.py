@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from infinivar.bondgraph.recorded import Recorded
 from infinivar.machines.compiled import Motion, derivative_of
 from infinivar.machines.control.controller import Law, Measured, checked
 from infinivar.machines.control.loops import Commands, Loops
 from infinivar.machines.control.sampling import Sensing
+from infinivar.machines.sampled import Known
 from infinivar.machines.system import Inputs, Outside, System
 
 
@@ -39,7 +41,7 @@ class Sensors:
     system: System
     motion: Motion | None = None
     """Of the system, where it is compiled."""
-    derivative: Callable[[Inputs, float, np.ndarray], np.ndarray] = field(init=False)
+    derivative: Callable[[Inputs, Outside, np.ndarray], np.ndarray] = field(init=False)
     steps: np.ndarray = field(init=False)
     """Resolution of each component of the configuration. (c,)"""
     stepped: bool = field(init=False)
@@ -48,6 +50,8 @@ class Sensors:
     turned: np.ndarray | None = field(init=False, default=None)
     filters: dict[str, _Filter] = field(init=False, default_factory=dict)
     noise: np.random.Generator = field(init=False)
+    drawn: np.ndarray = field(init=False)
+    """Noise of samples ahead. (k, d) [N]"""
 
     def __post_init__(self) -> None:
         """Begin without memory."""
@@ -64,10 +68,33 @@ class Sensors:
             ("force", sensing.force_filter),
         ):
             self.filters[name] = _Filter.of(cut_off, sensing.period)
-        self.noise = np.random.default_rng(sensing.seed)
+        hand = self.system.hand
+        axes = 0 if hand is None or not sensing.force_noise > 0.0 else len(hand.grip.axes)
+        self.noise, self.drawn = np.random.default_rng(sensing.seed), np.zeros((0, axes))
 
-    def measure(self, time: float, state: np.ndarray, inputs: Inputs) -> Measured:
-        """Readings at a sample; the true inputs determine the accelerations that a force sensor feels."""
+    @property
+    def memory(self) -> list[np.ndarray]:
+        """Arrays that a sample changes: what was read, and filters."""
+        assert self.read is not None
+        assert self.turned is not None
+        return [self.read, self.turned, *(one.value for one in self.filters.values() if one.value is not None)]
+
+    @memory.setter
+    def memory(self, kept: Sequence[np.ndarray]) -> None:
+        self.read, self.turned = kept[:2]
+        for one, value in zip(self.filters.values(), kept[2:], strict=True):
+            one.value = value
+
+    def noise_ahead(self, samples: int) -> np.ndarray:
+        """Noise of the force at the next samples. (samples, d) [N]"""
+        missing = samples - len(self.drawn)
+        if missing > 0:
+            fresh = self.sensing.force_noise * self.noise.standard_normal((missing, self.drawn.shape[1]))
+            self.drawn = np.concatenate([self.drawn, fresh])
+        return self.drawn[:samples]
+
+    def measure(self, known: Known, state: np.ndarray, acceleration: np.ndarray) -> Measured:
+        """Readings at a sample; a force sensor feels the acceleration of the coordinates."""
         system, sensing = self.system, self.sensing
         first, second, _ = system.places
         c, nu = state[:first], state[first:second]
@@ -88,28 +115,22 @@ class Sensors:
         turning = self.filters["steering"].act(turning)
         assert system.hand is not None
         held = system.hand.grip.at(position[None], speeds[None])
+        outside = known.outside
+        force = system.hand.felt(
+            outside.force, outside.intended, outside.intending, c[None], nu[None], acceleration[None]
+        )[0]
+        if known.more.size:
+            force = force + known.more[0]
         return Measured(
-            time=time,
+            time=known.time,
             configuration=position,
             rates=speeds,
             position=held.position[0],
             velocity=held.jacobian[0] @ speeds,
-            force=self._force(time, state, c, nu, inputs),
+            force=self.filters["force"].act(force),
             steering=heading,
             steering_rate=turning,
         )
-
-    def _force(self, time: float, state: np.ndarray, c: np.ndarray, nu: np.ndarray, inputs: Inputs) -> np.ndarray:
-        hand = self.system.hand
-        assert hand is not None
-        now, first = np.array([time]), len(c)
-        acceleration = np.zeros((1, len(nu)))
-        if hand.arm is not None:
-            acceleration = self.derivative(inputs, time, state)[None, first : first + len(nu)]
-        force = hand.felt(now, c[None], nu[None], acceleration)[0]
-        if self.sensing.force_noise > 0.0:
-            force = force + self.sensing.force_noise * self.noise.standard_normal(len(force))
-        return self.filters["force"].act(force)
 
 
 @dataclass(slots=True)
@@ -123,33 +144,79 @@ class GuidedController:
     first: tuple[Measured, Commands] | None = None
 
     @property
-    def saturated(self) -> Mapping[str, float]:
+    def saturated(self) -> dict[str, float]:
         """As of `Loops`."""
         return self.loops.saturated
 
     def start(self, state: np.ndarray) -> Commands:
         """Commands of the first sample, which act at once."""
         self.acting = self.loops.system.idle()
-        measured = self.sensors.measure(0.0, state, self.acting)
+        known = self._next(0.0)
+        measured = self.sensors.measure(known, state, self.acceleration(known, state))
         self.first = measured, self._commanded(measured)
         return self.first[1]
 
     def sample(self, time: float, state: np.ndarray) -> Inputs:
         """Inputs until the next sample, as of `Loops`."""
+        if self.first is None:
+            known = self._next(time)
+            return self.act(known, state, self.acceleration(known, state))
+        measured, commands = self.first
+        self.first = None
+        return self._acted(self._begun(measured, state), commands)
+
+    def act(self, known: Known, state: np.ndarray, acceleration: np.ndarray) -> Inputs:
+        """Inputs by what is known of a sample, and the state there with the acceleration of its rates."""
+        measured = self.sensors.measure(known, state, acceleration)
+        return self._acted(measured, self._commanded(measured))
+
+    def ahead(self, times: np.ndarray) -> Known:
+        """What is known of the next samples: with the noise of the force."""
+        return Known(times, self.loops.system.outside(times), self.sensors.noise_ahead(len(times)))
+
+    def past(self, samples: int) -> None:
+        """Go on behind some samples."""
+        self.sensors.drawn = self.sensors.drawn[samples:]
+
+    def _next(self, time: float) -> Known:
+        """What is known of the next sample, which is then past."""
+        known = self.ahead(np.array([time]))
+        self.past(1)
+        return known.row(0)
+
+    @property
+    def memory(self) -> list[np.ndarray] | None:
+        """Arrays that a sample changes, after the first one; None if the law does not tell its own."""
+        own = getattr(self.law, "memory", None)
+        if own is None or self.first is not None or self.loops.waiting is None:
+            return None
+        return [*self.sensors.memory, *self.loops.memory, *own]
+
+    @memory.setter
+    def memory(self, kept: Sequence[np.ndarray]) -> None:
+        first, second = len(self.sensors.memory), len(self.loops.memory)
+        self.sensors.memory, self.loops.memory = kept[:first], kept[first : first + second]
+        self.law.memory = kept[first + second :]  # type: ignore[attr-defined]
+
+    def acceleration(self, known: Known, state: np.ndarray) -> np.ndarray:
+        """Of the rates, by the inputs that act; not computed where nobody feels it. (N,)"""
         system = self.loops.system
-        if self.first is not None:
-            measured, commands = self.first
-            measured = self._begun(measured, state)
-            self.first = None
-        else:
-            measured = self.sensors.measure(time, state, self.acting or system.idle())
-            commands = self._commanded(measured)
+        first, second, _ = system.places
+        assert system.hand is not None
+        if system.hand.arm is None:
+            return np.zeros(second - first)
+        return self.sensors.derivative(self.acting or system.idle(), known.outside, state)[first:second]
+
+    def _acted(self, measured: Measured, commands: Commands) -> Inputs:
+        system = self.loops.system
         speeds = np.zeros(0) if system.motor is None else measured.rates[list(system.motor.coordinates)]
         self.acting = self.loops.act(commands, speeds, self._ahead(measured), measured.steering_rate)
         return self.acting
 
     def _commanded(self, measured: Measured) -> Commands:
         system = self.loops.system
+        if isinstance(measured.rates, Recorded):
+            return self.law(measured)  # what is not finite is found where it is used
         motors = 0 if system.motor is None else len(system.motor.coordinates)
         if system.links is not None:
             motors = system.mechanics.count  # type: ignore[attr-defined]
@@ -175,4 +242,4 @@ class GuidedController:
 def quantised(values: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """Values to the nearest multiple of a step; a step of 0 leaves them."""
     whole = np.where(steps > 0.0, steps, 1.0)
-    return np.where(steps > 0.0, whole * np.round(values / whole), values)
+    return np.where(steps > 0.0, whole * np.floor(values / whole + 0.5), values)

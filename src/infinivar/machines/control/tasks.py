@@ -9,7 +9,7 @@ import numpy as np
 
 from infinivar._core.fields import given
 from infinivar.errors import ParameterError
-from infinivar.machines.control.controller import Commands, Law, Measured, Plant
+from infinivar.machines.control.controller import Commands, Law, Measured, Plant, Unremembering
 from infinivar.machines.control.impedance import ImpedanceGuide
 from infinivar.machines.control.legs import AdmittanceGuide, HoldGuide
 from infinivar.machines.control.planar import CasterGuide, PathGuide, WallGuide
@@ -47,7 +47,7 @@ class CoastGuide:
                 kept.append(plant.machine.coast(measured.rates, measured.steering))
             return Commands(steering=kept[0], steering_rate=0.0 * kept[0])
 
-        return law
+        return Unremembering(law)  # but of the first sample
 
 
 def controller_of(task: HandleTask, machine: MovingMachine) -> Any:

@@ -25,6 +25,7 @@ from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import real_array
 from infinivar._core.fields import brief, check, component, given, quantity, several
 from infinivar.bondgraph.graph import Parameter, Signal
+from infinivar.bondgraph.recorded import vector
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.steering import SteeringPlant
@@ -105,9 +106,9 @@ class PlanarMechanics(Defaults):
 
     def rates_of(self, configuration: np.ndarray, change: np.ndarray) -> np.ndarray:
         """In axes of the body."""
-        cosine, sine = math.cos(configuration[2]), math.sin(configuration[2])
+        (c,), (s,) = np.cos(configuration[2:]), np.sin(configuration[2:])
         x, y, turning = change
-        return np.array([cosine * x + sine * y, cosine * y - sine * x, turning])
+        return vector(c * x + s * y, c * y - s * x, turning)
 
     def grip(self, handle: Sequence[float] = (0.0, 0.0)) -> Grip:
         """A point of the body."""

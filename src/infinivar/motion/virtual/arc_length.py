@@ -17,6 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from infinivar.bondgraph.scalars import choose, floor, within
+from infinivar.bondgraph.tape import Number, Value
 from infinivar.errors import InputError
 
 TOLERANCE = 1e-10
@@ -35,6 +37,9 @@ _FEW = 12
 
 _FLAT = 0.05
 """Second derivative of half the squared distance below which a step of Newton's method is not trusted."""
+
+_FOLLOWED = 40
+"""Most steps downhill to the closest point."""
 
 Base = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 """Points (n, d) of a curve at parameters (n,), and their first and second derivative by the parameter."""
@@ -227,7 +232,7 @@ class Pieces:
             share = new
         return share, math.sqrt(square)
 
-    def _slope(self, point: list[float], piece: int, share: float) -> tuple[float, float, float]:
+    def _slope(self, point: list[Number], piece: Number, share: Number) -> tuple[Number, Number, Number]:
         """First and second derivative of half the squared distance from a point by the arc length, and the squared distance."""
         square = slope = curve = 0.0
         place, tangent, bend = self._local(piece, share)
@@ -238,46 +243,96 @@ class Pieces:
             curve += t * t + gap * k
         return slope, curve, square
 
-    def local(self, arc_length: float) -> tuple[list[float], list[float], list[float]]:
-        """Point, tangent and curvature vector at one arc length within the curve, as plain floats."""
+    def local(self, arc_length: Number) -> tuple[list[Number], list[Number], list[Number]]:
+        """Point, tangent and curvature vector at one arc length within the curve, as plain numbers."""
         return self._local(*self._place(arc_length))
 
-    def _place(self, arc_length: float) -> tuple[int, float]:
+    def _place(self, arc_length: Number) -> tuple[Number, Number]:
         """The piece at an arc length, and the share of it."""
+        if isinstance(arc_length, Value):
+            return self._place_of_value(arc_length)
         piece = min(max(bisect.bisect_right(self._starts, arc_length) - 1, 0), len(self._starts) - 1)
         return piece, (arc_length - self._starts[piece]) / self._steps[piece]
 
-    def _local(self, piece: int, x: float) -> tuple[list[float], list[float], list[float]]:
-        step = self._steps[piece]
+    def _place_of_value(self, arc_length: Value) -> tuple[Number, Number]:
+        """The same, recorded: by halving, as many times whatever the arc length."""
+        take, piece, count = arc_length.__array_namespace__().take, 0.0, len(self._starts)
+        begins, steps = self.knots, self._lengths
+        half = 1 << max(count - 1, 1).bit_length() - 1
+        while half:
+            there = within(piece + half, float(count - 1))
+            piece = choose(arc_length >= take(begins, there), lambda there=there: there, lambda piece=piece: piece)
+            half >>= 1
+        return piece, (arc_length - take(begins, piece)) / take(steps, piece)
+
+    def _coefficients(self, piece: Number) -> list[list[Number]]:
+        """Of the powers of the share, for each direction."""
+        if not isinstance(piece, Value):
+            return self._lists[int(piece)]
+        take, six = piece.__array_namespace__().take, 6 * self.dimension
+        return [
+            [take(self.coefficients, six * piece + float(self.dimension * power + axis)) for power in range(6)]
+            for axis in range(self.dimension)
+        ]
+
+    def _local(self, piece: Number, x: Number) -> tuple[list[Number], list[Number], list[Number]]:
+        step = (
+            piece.__array_namespace__().take(self._lengths, piece)
+            if isinstance(piece, Value)
+            else self._steps[int(piece)]
+        )
         point, slope, bend = [], [], []
-        for c0, c1, c2, c3, c4, c5 in self._lists[piece]:
+        for c0, c1, c2, c3, c4, c5 in self._coefficients(piece):
             point.append(c0 + x * (c1 + x * (c2 + x * (c3 + x * (c4 + x * c5)))))
             slope.append((c1 + x * (2.0 * c2 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))) / step)
             bend.append((2.0 * c2 + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5))) / (step * step))
         return point, slope, bend
 
-    def follow(self, point: list[float], near: float) -> float | None:
-        """Arc length of the closest point that is reached downhill from an arc length; None if it is not found soon."""
-        there = near % self.length if self.closed else min(max(near, 0.0), self.length)
-        small, farthest = self._small, 0.125 * self.length
-        before, step, old = math.inf, 0.0, there
-        for _ in range(40):
-            slope, curve, square = self._slope(point, *self._place(there))
-            if square > before * (1.0 + 1e-12) and abs(step) > 1e-9 * self.length:
-                step *= 0.5
-                there = self._moved(old, step)
-                continue
-            step = -slope / curve if curve > _FLAT else -slope
-            step = min(max(step, -farthest), farthest)
-            old, before = there, square
-            there = self._moved(old, step)
-            if abs(step) <= small or there == old:
-                return there
+    def follow(self, point: list[Number], near: Number) -> Number | None:
+        """Arc length of the closest point that is reached downhill from an arc length; None, recorded nan, if it is not found
+        soon."""
+        there = self._moved(near, 0.0)
+        state: tuple[Number, ...] = there, there, math.inf, 0.0, 0.0
+        if isinstance(there, Value):
+
+            def step(*values: Value) -> tuple[tuple[Number, ...], Number]:
+                new = self._downhill(point, *values[:4])
+                return new, new[4] > 0.5
+
+            found: Number
+            there, *_, found = there.__array_namespace__().loop(step, state, _FOLLOWED)
+            return choose(found > 0.5, lambda: there, lambda: math.nan)
+        for _ in range(_FOLLOWED):
+            state = self._downhill(point, *state[:4])
+            if state[4]:
+                return state[0]
         return None
 
-    def _moved(self, arc_length: float, step: float) -> float:
+    def _downhill(
+        self, point: list[Number], there: Number, old: Number, before: Number, step: Number
+    ) -> tuple[Number, ...]:
+        """The next arc length, that from which it steps, the squared distance there, the step, and 1 if that is the last."""
+        slope, curve, square = self._slope(point, *self._place(there))
+
+        def back() -> tuple[Number, ...]:
+            return self._moved(old, 0.5 * step), old, before, 0.5 * step, 0.0
+
+        def on() -> tuple[Number, ...]:
+            wanted = choose(curve > _FLAT, lambda: -slope / curve, lambda: -slope)
+            new = within(wanted, 0.125 * self.length)
+            moved = self._moved(there, new)
+            last = choose((abs(new) <= self._small) | (moved == there), lambda: 1.0, lambda: 0.0)
+            return moved, there, square, new, last
+
+        farther = (square > before * (1.0 + 1e-12)) & (abs(step) > 1e-9 * self.length)
+        return choose(farther, back, on)
+
+    def _moved(self, arc_length: Number, step: Number) -> Number:
         there = arc_length + step
-        return there % self.length if self.closed else min(max(there, 0.0), self.length)
+        if self.closed:
+            return there - self.length * floor(there / self.length)
+        capped = choose(there > self.length, lambda: self.length, lambda: there)
+        return choose(there < 0.0, lambda: 0.0, lambda: capped)
 
 
 def coordinates(place: np.ndarray) -> str:

@@ -23,6 +23,9 @@ from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import Whole, real_array, shown
 from infinivar._core.bounds import FINITE, NonZero
 from infinivar._core.fields import check_real, component, quantities, quantity
+from infinivar.bondgraph.recorded import Recorded
+from infinivar.bondgraph.scalars import choose, length_of
+from infinivar.bondgraph.tape import Number
 from infinivar.errors import ParameterError, require
 from infinivar.motion.virtual import sampled_curve
 from infinivar.motion.virtual.arc_length import CurvePoint, Pieces
@@ -96,6 +99,9 @@ class Curve(Whole):
         ParameterError
             If a point has another number of coordinates, or a value is not finite.
         """
+        if isinstance(point, Recorded):
+            components = point.tolist()
+            return self._single(components, self._pieces.follow(components, near))
         points = placed("point", point, self.dimension)
         starts = None if near is None else _starts(near, points)
         if points.ndim == 1:
@@ -112,21 +118,22 @@ class Curve(Whole):
         found = self._pieces.follow(point.tolist(), near)
         return self._pieces.nearest_to(point) if found is None else found
 
-    def _single(self, point: list[float], there: float) -> CurvePoint:
-        """What a `CurvePoint` tells, in plain floats."""
+    def _single(self, point: list[Number], there: Number) -> CurvePoint:
+        """What a `CurvePoint` tells, in plain numbers."""
         place, slope, bend = self._pieces.local(there)
-        speed = math.hypot(*slope)
+        speed = length_of(*slope)
         tangent = [one / speed for one in slope]
         gap = [p - a for p, a in zip(point, place, strict=True)]
-        beyond = 0.0
-        if not self._pieces.closed and (there <= 0.0 or there >= self._pieces.length):
-            beyond = sum(t * g for t, g in zip(tangent, gap, strict=True))
+        beyond: Number = 0.0
+        if not self._pieces.closed:
+            along = sum(t * g for t, g in zip(tangent, gap, strict=True))
+            beyond = choose((there <= 0.0) | (there >= self._pieces.length), lambda: along, lambda: 0.0)
         if len(place) == 2:
             turn = tangent[0] * bend[1] - tangent[1] * bend[0]
             offset = tangent[0] * gap[1] - tangent[1] * gap[0]
         else:
-            turn = math.hypot(*bend)
-            offset = math.hypot(*(g - beyond * t for t, g in zip(tangent, gap, strict=True)))
+            turn = length_of(*bend)
+            offset = length_of(*(g - beyond * t for t, g in zip(tangent, gap, strict=True)))
         return CurvePoint(there, np.array(place), np.array(tangent), np.array(bend), turn, offset, beyond)
 
     def _many(self, points: np.ndarray, there: np.ndarray) -> CurvePoint:
