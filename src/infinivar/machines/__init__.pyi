@@ -4,10 +4,11 @@ from .control.legs import AdmittanceGuide, HoldGuide
 from .control.planar import CasterGuide, PathGuide, WallGuide
 from .control.sampling import Sensing
 from .control.tasks import CoastGuide
-from .kinds.arm import ArmDrive, ArmMachine, SerialArmMachine
+from .kinds.arm import ArmDrive, ArmMachine
 from .kinds.omniwheels import OmniwheelDrive, OmniwheelMachine
 from .kinds.planar import PlanarDrive, PlanarMachine
 from .kinds.platform import PlatformDrive, PlatformGeometry, PlatformMachine
+from .kinds.serial_arm import SerialArmMachine
 from .kinds.slide import GearedSlideMachine, SlideMachine
 from .kinds.sphere import SphereDrive, SphereMachine
 from .machine import TaskPoint
