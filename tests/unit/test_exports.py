@@ -426,7 +426,7 @@ def test_a_parameter_keeps_the_bounds_of_its_part(version):
 
 
 @pytest.mark.parametrize("version", VERSIONS)
-def test_a_step_does_not_begin_before_the_time_that_is_reached(version):
+def test_a_step_begins_at_the_time_that_is_reached(version):
     """Nothing changes then; after a saved state is set it may."""
     (file,) = exported("hand_controller cobotic", version)
     with Unit(file) as unit:
@@ -435,7 +435,7 @@ def test_a_step_does_not_begin_before_the_time_that_is_reached(version):
             unit.step(row * 1e-3, 1e-3)
         every = [*unit.states, "time"]
         before = unit.get(every)
-        for time in (0.0, 9e-3, -1.0):
+        for time in (0.0, 9e-3, -1.0, 0.5):
             with pytest.raises(fmi1.FMICallException):
                 unit.step(time, 1e-3)
             np.testing.assert_array_equal(unit.get(every), before)
@@ -720,6 +720,11 @@ def test_every_variable_of_a_shipped_drive_has_a_unit():
             ": drive 'cobotix' is not in the study (did you mean 'cobotic'?)",
         ),
         (("hand_controller", "cobotic", "--as", "c", "--scenario", "shak"), "--scenario 'shak' is not in the study"),
+        (("hand_controller", "cobotic", "--as", "c", "--loop", "shak"), "--loop 'shak' is not in the study"),
+        (
+            ("hand_controller", "cobotic", "--as", "mujoco", "--loop", "shake"),
+            "--loop does not apply to --as mujoco",
+        ),
         (("six_leg_display", "one-motor", "--as", "mujoco"), "a machine of type platform"),
         (("hand_controller", "cobotic", "--as", "c", "--out", "file"), "file"),
     ],
@@ -740,6 +745,16 @@ def test_the_first_drive_needs_no_name(number, tmp_path):
     assert (outcome.code, outcome.out) == (0, "Wrote out/one.fmu\n")
     assert ("no drive given: using one, the first of one, two" in outcome.err) == (number == 2)
     assert "--drive" not in outcome.err
+
+
+@pytest.mark.parametrize("names", [("a-b", "a_b"), ("y" * 50 + "1", "y" * 50 + "2")])
+def test_drives_of_one_name_in_c_are_refused(names, tmp_path):
+    drives = "".join(f'[drives.{name}]\nbase = "faulring2006.motor1-gear1"\n' for name in names)
+    (tmp_path / "study.toml").write_text(f'[requirement]\nbase = "faulring2006"\n{drives}')
+    outcome = run("export", "study.toml", names[1], "--as", "c", folder=tmp_path)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert f"drives '{names[1]}' and '{names[0]}' would both be written as" in outcome.err
+    assert [one.name for one in tmp_path.iterdir()] == ["study.toml"]
 
 
 def test_no_drive_overwrites_files_of_another(tmp_path):

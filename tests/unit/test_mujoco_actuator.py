@@ -427,6 +427,7 @@ int main(int count, char **arguments)
         ('value="298.15"', 'value="warm"', "ambient must be a temperature in K, such as 298.15"),
         ('value="298.15"', 'value="-1"', "ambient must be a temperature in K"),
         ('actdim="3"', "", 'needs exactly one actuator, with actdim="3"'),
+        ('type="slide"', 'type="hinge"', "the joint of the actuator must be of type slide"),
     ],
 )
 def test_a_model_with_a_fault_says_what_is_right(written, instead, said, tmp_path):

@@ -336,7 +336,7 @@ def export(
     Inputs are the force on the load and the motors' currents, or with --loop the goal of their controllers.
     """
     from infinivar.drivetrain.drive import is_machine
-    from infinivar.exports.export import FORMATS
+    from infinivar.exports.export import FORMATS, identifier_of
     from infinivar.exports.export import export as run
     from infinivar.study.load import load_study
 
@@ -344,14 +344,24 @@ def export(
         raise InputError(f"--as {kind!r} is not a format{nearest(kind, FORMATS)}; formats: {', '.join(FORMATS)}")
     loaded = load_study(study)
     name = chosen(study, "drive", drive, loaded.drives, "drive")
+    if same := [one for one in loaded.drives if one != name and identifier_of(one) == identifier_of(name)]:
+        raise InputError(
+            f"{printable(study)}: drives {name!r} and {same[0]!r} would both be written as {identifier_of(name)}; rename one"
+        )
     if kind == "mujoco":
         of_one_axis(study, loaded.drives, "export --as mujoco", name)
+        if scenario is not None or loop is not None:
+            raise InputError(
+                f"{'--scenario' if loop is None else '--loop'} does not apply to --as mujoco: MuJoCo has the load and the motion"
+            )
     if scenario is not None and loop is not None:
         raise InputError(
             "--scenario and --loop exclude each other: the plant alone, or with the controllers of a scenario"
         )
-    scenario = scenario if loop is None else loop
-    requested = None if scenario is None else loaded.scenarios[chosen(study, "scenario", scenario, loaded.scenarios)]
+    option, scenario = ("--scenario", scenario) if loop is None else ("--loop", loop)
+    requested = (
+        None if scenario is None else loaded.scenarios[chosen(study, "scenario", scenario, loaded.scenarios, option)]
+    )
     with naming_place(study, f"drives.{name}"):
         found = run(
             loaded.drives[name],

@@ -126,7 +126,8 @@ def export(
             raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
     elif kind == "mujoco":
         refuse_machine(drive, "export as mujoco")
-    identifier = _identifier(name)
+    require(isinstance(name, str) and bool(name), "name", repr(name), "a name of one letter or more")
+    identifier = identifier_of(name)
     if several:
         require(
             scenario is None and not closed, "scenario", "one", "left out: a machine is exported as its plant, at home"
@@ -151,7 +152,7 @@ def export(
     return Exported(tuple(folder / file for file in content), notes)
 
 
-def _identifier(name: str) -> str:
+def identifier_of(name: str) -> str:
     """Name of a drive in C and of its files, of which none is a file of a drive with another name."""
     made = re.sub(r"\W", "_", name, flags=re.ASCII)[:48]
     made = made if made[:1].isalpha() else f"drive_{made}"

@@ -170,6 +170,7 @@ def plugin_source(drive: Any, name: str) -> tuple[str, tuple[str, ...], str]:
         f"enum {{ OUTPUTS = {len(shown)}, SENSORS = {len(sensors)}, LIMITS = {len(limits)} }};",
         f"enum {{ VOLTAGE_OUT = {shown.index('motor_voltage_V')}, VOLTAGE_DEMAND = {shown.index('demand_VOLTAGE')} }};",
         f'static const char plugin_name[] = "infinivar.{name}";',
+        f"enum {{ ROTARY = {int(drive.axis.rotary)} }};",
         f"static const double AMBIENT = {REFERENCE!r};",
         f"static const char *const sensors[] = {{{quoted}}};",
         f'static const char known[] = "{", ".join(sensors)}";',

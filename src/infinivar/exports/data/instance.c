@@ -281,8 +281,8 @@ static const char *moved_on(plant *one, double time, double step)
     if (!(isfinite(time) && isfinite(step) && step > 0.0)) {
         return "a step must be > 0 s";
     }
-    if (time < now.time - rounding * (fabs(time) + step)) {
-        return "a step begins before the time that the model has reached; set a state of then first";
+    if (!(fabs(time - now.time) <= rounding * (fabs(time) + step))) {
+        return "a step must begin at the time that the model has reached; to go back, set a state of then first";
     }
     now.time = time;
     while (now.time < end) {

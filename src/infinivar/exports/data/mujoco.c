@@ -197,8 +197,13 @@ static int begin(const mjModel *m, mjData *d, int instance)
         mju_warning("%s: this process has loaded another drive of that name before; start a new one", plugin_name);
         return -1;
     }
-    if (actuator_of(m, instance) < 0) {
+    const int id = actuator_of(m, instance);
+    if (id < 0) {
         mju_warning("%s: an instance needs exactly one actuator, with actdim=\"%d\"", plugin_name, STATES);
+        return -1;
+    }
+    if (m->actuator_trntype[id] == mjTRN_JOINT && m->jnt_type[m->actuator_trnid[2 * id]] != (ROTARY ? mjJNT_HINGE : mjJNT_SLIDE)) {
+        mju_warning("%s: the joint of the actuator must be of type %s", plugin_name, ROTARY ? "hinge" : "slide");
         return -1;
     }
     if (!(ambient_of(m, instance) > 0.0 && isfinite(ambient_of(m, instance)))) {
