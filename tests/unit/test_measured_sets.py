@@ -56,6 +56,9 @@ def test_a_needless_term_is_left_out(tmp_path):
     assert part.form == "constant"
 
 
+ROWS = np.arange(40)
+
+
 def of_row(row, factor):
     def change(current, speed):
         current = current.copy()
@@ -71,6 +74,7 @@ def of_row(row, factor):
         (lambda current, speed: (speed, current), "speed and current fit if their columns are exchanged"),
         (lambda current, speed: (1e3 * current, speed), "current fits if divided by 1000"),
         (lambda current, speed: (current, speed * 30 / np.pi), "speed fits if divided by 9.549: is it in rpm?"),
+        (lambda current, speed: ((-1) ** ROWS * current, (-1) ** ROWS * speed), "current fits without its sign"),
         (lambda current, speed: (current + np.linspace(0, 0.2, 40), speed), "current drifts by 0.1"),
         (of_row(6, 1e3), "line 8: current is"),
     ],

@@ -72,6 +72,11 @@ def _corrected(rows: MeasuredRows) -> Iterator[tuple[str, MeasuredRows]]:
         yield said, made({one: (other, ratio), other: (one, 1.0 / ratio)})
     for name, (factor, cause) in itertools.product(varied, FACTORS.items()):
         yield f"{name} fits if divided by {plain(factor, 4)}: {cause}", made({name: (name, 1.0 / factor)})
+    for place, name in enumerate(rows.signals):
+        if rows.read[:, place].min() < 0.0 < rows.read[:, place].max():
+            size = rows.read.copy()
+            size[:, place] = np.abs(size[:, place])
+            yield f"{name} fits without its sign: the bench has its size in both directions", replace(rows, read=size)
 
 
 def of_rows(fit: Fit, rows: MeasuredRows) -> dict[int, str]:
