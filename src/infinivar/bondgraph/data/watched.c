@@ -57,17 +57,17 @@ int march_watched(const double *p, const double *k, const controller *by, int co
         double *const out = held + segment * all;
         double *in = work;
         const double before = *width;
-        memcpy(in, known + segment * by->known, by->known * sizeof *in);
+        memcpy(in, known + segment * by->known, (size_t)by->known * sizeof *in);
         in += by->known;
         memset(in, 0, STATES * sizeof *in);
         if (by->feels) {
             double u[INPUTS + 1], du[RATES + 1] = {0.0};
-            memcpy(u, kept, by->own * sizeof *u);
-            memcpy(u + by->own, work + 1, (INPUTS - by->own) * sizeof *u);
+            memcpy(u, kept, (size_t)by->own * sizeof *u);
+            memcpy(u + by->own, work + 1, (size_t)(INPUTS - by->own) * sizeof *u);
             motion(p, k, x, u, du, in);
         }
         memcpy(in + STATES, x, STATES * sizeof *in);
-        memcpy(in + 2 * STATES, kept + by->own, by->memory * sizeof *in);
+        memcpy(in + 2 * STATES, kept + by->own, (size_t)by->memory * sizeof *in);
         by->law(by->c, by->tables, work, out);
         for (int i = 0; i < all; i++) {
             if (!isfinite(out[i])) {
@@ -75,7 +75,7 @@ int march_watched(const double *p, const double *k, const controller *by, int co
             }
         }
         for (int row = 0; row <= pieces[segment]; row++) {
-            memcpy(inputs + row * INPUTS, out, by->own * sizeof *out);
+            memcpy(inputs + row * INPUTS, out, (size_t)by->own * sizeof *out);
         }
         record own = {0, steps->most - steps->count, steps->rows + steps->count * KEPT};
         if (own.most <= 0 || advanced(p, k, pieces[segment], times, inputs, rates, x, relative, absolute, width, rows, &own) ||
@@ -88,7 +88,7 @@ int march_watched(const double *p, const double *k, const controller *by, int co
         taken[segment] = own.count;
         memcpy(x, rows + (pieces[segment] - 1) * ALL, ALL * sizeof *x);
         memcpy(ends + segment * ALL, x, ALL * sizeof *x);
-        memcpy(kept, out, all * sizeof *kept);
+        memcpy(kept, out, (size_t)all * sizeof *kept);
         times += pieces[segment] + 1;
         inputs += (pieces[segment] + 1) * INPUTS;
         rates += (pieces[segment] + 1) * INPUTS;
