@@ -329,6 +329,7 @@ from infinivar.report import page as report_page
 from infinivar.report import saving as report_saving
 from infinivar.report import video
 from infinivar.report.calibration import save_data as save_calibration_data
+from infinivar.report.measured import HEAD as HEAD_OF_MEASURED
 from infinivar.report.measured import rows as rows_of_measured
 from infinivar.report.motion_summary import rows as motion_summary_rows
 from infinivar.report.output import all_or_nothing

@@ -102,6 +102,22 @@ def test_coasting_cobot_keeps_its_energy_under_any_steering():
     assert run.closure < 1e-6
 
 
+def test_a_reversal_of_prescribed_angles_is_no_jump():
+    """Rates of the angles are differences: near 0 their noise is all that is left."""
+    machine = cart(IDEAL_WHEEL)
+    run = simulate_machine(
+        machine,
+        MachineScenario(
+            duration=0.05,
+            source="none",
+            servos=False,
+            steering=lambda time: machine.cobot.headings([1.0, 0.0, 1.2 * math.sin(3.0 * time + 4.65)]),
+            rates=[0.5, 0.0, 0.0],
+        ),
+    )
+    assert run.outcome == ""
+
+
 def integrated(cobot, twist, steering, push, time, stick_speed):
     """Pose, and losses by name, of a pushed body on wheels without spin: Newton and Euler, by an integrator of SciPy."""
     start = np.zeros(3)

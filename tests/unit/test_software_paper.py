@@ -6,7 +6,7 @@ from collections import Counter
 import pytest
 
 import infinivar as iv
-from infinivar.report.measured import HEAD, rows
+from internals import HEAD_OF_MEASURED, rows_of_measured
 from made import ROOT, made
 
 TEXT = (ROOT / "paper/paper.md").read_text("utf-8")
@@ -20,7 +20,9 @@ VALIDATION = [
 def test_residuals_are_those_of_the_report(row):
     name, reading, *stated = row
     report = iv.calibration.measured_report(name)
-    cells = next(dict(zip(HEAD, one, strict=True)) for one in rows(report) if one[:2] == (name, reading))
+    cells = next(
+        dict(zip(HEAD_OF_MEASURED, one, strict=True)) for one in rows_of_measured(report) if one[:2] == (name, reading)
+    )
     assert stated == [cells["rms"], cells["left out: rms"]]
 
 

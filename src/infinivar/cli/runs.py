@@ -329,7 +329,7 @@ def export(
     ] = None,
     out: Out = Path("out"),
 ) -> None:
-    """Write a drive or machine for other programs: FMU, C or MuJoCo.
+    """Write a drive or machine as FMU, C or for MuJoCo.
 
     The plant alone, or with --loop also its controllers; for MuJoCo an actuator. Machines are written as plants.
     An FMU needs no Python; it holds a binary for this platform if a C compiler is found, and sources.

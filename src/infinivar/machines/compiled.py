@@ -58,6 +58,9 @@ _SLOPES = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 1.0, 2.0, 3.0]]) @ _CUBIC
 _SMOOTH, _HALVINGS = 1e-8, 20
 """Error of the cubic over an input, above which a piece is halved, and how often at most."""
 
+_SMALL = 0.1
+"""Inputs below this count as large as this: rates of prescribed angles are differences with a noise of some 1e-10 rad/s. [SI]"""
+
 
 class Motion(NamedTuple):
     """The compiled motion of a system."""
@@ -435,7 +438,7 @@ def _functions(system: System) -> list[Any]:
 def _jumps(rows: np.ndarray) -> np.ndarray:
     """Whether what acts from outside, at the instants of pieces (..., 5, d), is no cubic. (...,)"""
     missed = np.abs(_CHECK @ rows[..., :4, :] - rows[..., 4, :])
-    return (missed > _SMOOTH * (1e-3 + np.abs(rows[..., 4, :]))).any(axis=-1)
+    return (missed > _SMOOTH * (_SMALL + np.abs(rows[..., 4, :]))).any(axis=-1)
 
 
 def _at_bounds(slopes: list[np.ndarray | None], like: np.ndarray) -> np.ndarray:
