@@ -321,7 +321,8 @@ class March:
         count = len(system.sources)
         supplied, lost = energies[:, :count], energies[:, count:]
         residual = _residual(supplied, lost, stored)
-        columns = self._columns(time, states, log.inputs)
+        shafts = self._shafts(time, states, log.inputs)
+        columns = self._columns(time, states, log.inputs, shafts)
         early = run_limits.first_settled(time, self.settling_time)
         instants, demands = np.array(log.instants), np.array(log.demands)
         names = system.mechanics.demands
@@ -334,7 +335,7 @@ class March:
             for place, (limit, what) in enumerate(names):
                 if limit == Limit.SLIP:
                     columns[f"slip_demand_{what.replace(' ', '_')}"] = demands[rows, place]
-        others = self._motor_demands(self._shafts(time, states, log.inputs))
+        others = self._motor_demands(shafts)
         between = log.watched.until(len(time))
         found = tuple(
             sorted(
@@ -357,7 +358,9 @@ class March:
             watched=demands[:, len(names) :] if log.instants else np.zeros((0, 0)),
         )
 
-    def _columns(self, time: np.ndarray, states: np.ndarray, inputs: Sequence[Inputs]) -> dict[str, np.ndarray]:
+    def _columns(
+        self, time: np.ndarray, states: np.ndarray, inputs: Sequence[Inputs], shafts: Sequence[Shaft]
+    ) -> dict[str, np.ndarray]:
         system, mechanics = self.system, self.system.mechanics
         names = [*mechanics.configuration, *mechanics.coordinates]
         columns = {name: states[:, place] for place, name in enumerate(names)}
@@ -365,7 +368,7 @@ class March:
         for place, name in enumerate(mechanics.steered):
             columns[name] = angles[:, place]
             columns[name.replace("_rad", "_rate_rad_s")] = (turning + 0.0 * angles)[:, place]
-        for one in self._shafts(time, states, inputs):
+        for one in shafts:
             columns[f"{one.name}_current_A"] = one.current
             if one.name in system.motors:
                 columns[f"{one.name}_voltage_V"] = one.voltage
@@ -373,10 +376,7 @@ class March:
 
     def _shafts(self, time: np.ndarray, states: np.ndarray, inputs: Sequence[Inputs]) -> list[Shaft]:
         """Motors and servos at the ends of samples."""
-        rows = (
-            np.array([getattr(one, name) for one in inputs]) for name in ("currents", "steering", "turning", "links")
-        )
-        held = Inputs(*rows)
+        held = Inputs(*map(np.array, zip(*inputs, strict=True)))
         turning = self.system.steering(self.system.outside(time), states, held.turning)[1]
         return self.system.shafts(held, states, turning)
 

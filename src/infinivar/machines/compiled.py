@@ -212,8 +212,9 @@ def record(
 def _of_run(system: System, input_of: OpenInputs) -> Acted:
     """All that may act on a system."""
     idle, outside = system.idle(), system.outside(np.zeros(1))
-    held = (input_of(np.shape(one)) for one in (idle.currents, idle.steering, idle.turning, idle.links))
-    return Inputs(*held), Outside(*(None if one is None else input_of(np.shape(one)) for one in outside))
+    return Inputs(*(input_of(np.shape(one)) for one in idle)), Outside(
+        *(None if one is None else input_of(np.shape(one)) for one in outside)
+    )
 
 
 def _watching(found: Balance, inputs: Inputs, state: Recorded) -> Mapping[str, Any]:
@@ -289,7 +290,9 @@ def _at(array: np.ndarray) -> int:
     return array.ctypes.data
 
 
-class _Record(ctypes.Structure):
+class KeptSteps(ctypes.Structure):
+    """Where C keeps the steps it takes: how many there were, for how many there is room, and their rows."""
+
     _fields_ = [("count", ctypes.c_int), ("most", ctypes.c_int), ("rows", ctypes.c_void_p)]
 
 
@@ -310,7 +313,7 @@ class CompiledSteps:
         self.width = np.zeros(1)
         self.steps = np.empty((_MOST_STEPS, 2 + motion.powers + 4 * motion.states))
         self.found = np.empty((_MOST_STEPS, motion.watched))
-        self.record = _Record(0, _MOST_STEPS, _at(self.steps))
+        self.record = KeptSteps(0, _MOST_STEPS, _at(self.steps))
         self.last: Step | None = None
         self.taken = self.done = 0
         self.demand: np.ndarray | None = None

@@ -18,7 +18,7 @@ from infinivar._core.collocation import Step
 from infinivar.bondgraph.c_code import data_of, statements
 from infinivar.bondgraph.recorded import Recorded
 from infinivar.bondgraph.tape import Tape
-from infinivar.machines.compiled import CompiledSteps
+from infinivar.machines.compiled import CompiledSteps, KeptSteps
 from infinivar.machines.system import Inputs, Outside
 
 _FEWEST, _MOST = 4, 128
@@ -101,10 +101,6 @@ class _Controller(ctypes.Structure):
         ("tables", ctypes.c_void_p),
         *((name, ctypes.c_int) for name in ("known", "own", "memory", "said", "feels")),
     ]
-
-
-class _Record(ctypes.Structure):
-    _fields_ = [("count", ctypes.c_int), ("most", ctypes.c_int), ("rows", ctypes.c_void_p)]
 
 
 def flat(known: Known) -> np.ndarray:
@@ -236,7 +232,7 @@ class SampledSteps:
         rows, found = np.empty((room, steps.steps.shape[1])), np.empty((room, motion.watched))
         reached = np.empty((int(pieces.max()), len(x)))
         work = np.empty(by.known + 2 * motion.states + by.memory + 1)
-        record = _Record(0, len(rows), rows.ctypes.data)
+        record = KeptSteps(0, len(rows), rows.ctypes.data)
         at = [one.ctypes.data for one in (pieces, known, times, inputs, rates)]
         after = [one.ctypes.data for one in (steps.absolute, steps.width, x, kept, held, ends, taken)]
         last = [one.ctypes.data for one in (found, reached, work)]

@@ -298,26 +298,17 @@ class _Repeated:
 
     def at(self, time: float) -> MotionState:
         """Value and its first two derivatives at a time [s]."""
-        s, (cubic, square, linear, _) = self._piece(time)
-        return MotionState(
-            self.value(time), linear + s * (2.0 * square + 3.0 * s * cubic), 2.0 * square + 6.0 * s * cubic
-        )
+        return MotionState(*_cubic(*self._piece(time)))
 
-    def over(self, times: np.ndarray) -> list[np.ndarray]:
+    def over(self, times: np.ndarray) -> tuple[np.ndarray, ...]:
         """As `at`, at many times. (n,) each"""
         since = times % self.period
         places = np.minimum((since / self.step).astype(int), len(self.pieces) - 1)
-        s, (cubic, square, linear, constant) = since - places * self.step, np.array(self.pieces)[places].T
-        return [
-            constant + s * (linear + s * (square + s * cubic)),
-            linear + s * (2.0 * square + 3.0 * s * cubic),
-            2.0 * square + 6.0 * s * cubic,
-        ]
+        return _cubic(since - places * self.step, np.array(self.pieces)[places].T)
 
     def value(self, time: float) -> float:
         """Force at a time. [N]"""
-        s, (cubic, square, linear, constant) = self._piece(time)
-        return constant + s * (linear + s * (square + s * cubic))
+        return self.at(time)[0]
 
     def rate(self, time: float) -> float:
         """Slope of the force over time. [N s^-1]"""
@@ -328,3 +319,13 @@ class _Repeated:
         since = time % self.period
         place = min(int(since / self.step), len(self.pieces) - 1)
         return since - place * self.step, self.pieces[place]
+
+
+def _cubic(s: Any, piece: Any) -> tuple[Any, Any, Any]:
+    """Value and first two derivatives of a polynomial, highest power first, at a time since its begin."""
+    cubic, square, linear, constant = piece
+    return (
+        constant + s * (linear + s * (square + s * cubic)),
+        linear + s * (2.0 * square + 3.0 * s * cubic),
+        2.0 * square + 6.0 * s * cubic,
+    )
