@@ -63,6 +63,7 @@ from infinivar.analysis.options import CompareOptions, MotionOptions, Sensitivit
 from infinivar.analysis.plane import MAP_REACH, of_drives, of_study
 from infinivar.analysis.plane import path as plane_path
 from infinivar.analysis.pose_map import pose_map
+from infinivar.analysis.region import best_efficiency
 from infinivar.analysis.robustness import outcomes, sampling, verdicts
 from infinivar.analysis.robustness.derivatives import METHODS as DERIVATIVE_METHODS
 from infinivar.analysis.robustness.derivatives import designs, gradient, values_of, varied

@@ -10,7 +10,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
 from infinivar import AuditError, InputError, Limit, power
-from internals import binding
+from internals import best_efficiency, binding, of_drives
+from sampled import sampled
 
 RECTANGLE = iv.Requirement(force=50.0, speed=1.05)
 CAPPED = iv.Requirement(force=50.0, speed=1.05, power=12.0)
@@ -277,3 +278,29 @@ def test_corner_and_verdict(comparison):
     )
     assert comparison.results["motor1-gear3"].verdict.startswith("covers 53.7 %")
     assert comparison.best.name == "cobotic-b"
+
+
+@pytest.mark.parametrize("share", [0.15, 1.0, 1000.0])
+def test_best_efficiency_without_other_losses_is_that_of_the_motor(share):
+    """Closed form of the peak of a DC motor, which is searched over force and speed from far and near."""
+    motor = iv.load_study("hand_controller").drives["motor1-gear1"].motor
+    drive = iv.ConventionalDrive(
+        motor=motor, gearhead=iv.parts.Gearhead(ratio=1.0, efficiency=1.0), pulley=iv.parts.Pulley(radius=0.01)
+    )
+    speed, force = 0.01 * motor.no_load_speed, motor.continuous_torque / 0.01
+    found, residual = best_efficiency(drive, share * speed, share * force, (-1.0, 1.0), "drive")
+    assert found == pytest.approx(motor.peak_efficiency, abs=2e-4)  # along the limit of voltage it is flat
+    assert residual < 1e-12
+
+
+@sampled("study", ["hand_controller", "knee_walking", "reach_and_hold", "ankle_walking"], every=2)
+def test_no_point_of_a_grid_is_more_efficient_than_the_best(study):
+    """Its best points lie where limits meet, where the finest of these grids comes no nearer than half a percent."""
+    loaded = iv.load_study(study)
+    plane = of_drives(loaded)
+    signs = (1.0,) if plane.one_quadrant else (-1.0, 1.0)
+    reach = np.concatenate([sign * np.geomspace(1e-5, 10.0, 240) for sign in signs])
+    for name, drive in loaded.drives.items():
+        grid = iv.steady_map(drive, reach * plane.speed, reach * plane.force).efficiency
+        best, _ = best_efficiency(drive, plane.speed, plane.force, signs, name)
+        assert -1e-6 <= best - np.nanmax(grid) < 0.02, name

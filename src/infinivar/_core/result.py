@@ -52,7 +52,7 @@ class Frozen:
     always a bool. As they may hold arrays, they have no hash.
     """
 
-    __slots__ = ()
+    __slots__ = ("__dict__",)  # for what is computed of it once, by `functools.cached_property`
 
     def __post_init__(self) -> None:
         """Copy and lock what could be changed."""

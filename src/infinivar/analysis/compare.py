@@ -27,7 +27,7 @@ from infinivar.analysis.loss_ranking import LeastLoss, least_loss
 from infinivar.analysis.machines import MachineComparison, compare_machines
 from infinivar.analysis.options import CompareOptions
 from infinivar.analysis.plane import Plane, of_drives, place
-from infinivar.analysis.region import Corner, Margin, against, peak
+from infinivar.analysis.region import Corner, Margin, against, best_efficiency, peak
 from infinivar.analysis.robustness.verdicts import Builds, builds
 from infinivar.analysis.steady_map import SteadyMap, steady_map
 from infinivar.analysis.whole_mass import WholeMass, whole_mass
@@ -46,9 +46,6 @@ from infinivar.units import margin_words, plain
 if TYPE_CHECKING:
     from infinivar.analysis.cycles.tracking import TwoWays
 
-PEAK_REACH = 10.0
-"""Multiple of the required force and speed up to which the peak efficiency is searched."""
-
 
 @result
 class DriveResult(Result):
@@ -57,7 +54,7 @@ class DriveResult(Result):
     Attributes
     ----------
     coverage                  Share of the required region, by area, within every limit; nan without a requirement. [-]
-    peak_efficiency           Best within limits anywhere (up to `PEAK_REACH` times the requirement or the motions). [-]
+    peak_efficiency           Best within limits anywhere (up to 10 times the requirement or the motions). [-]
     peak_efficiency_in_region Best within limits in the required region; nan without one. [-]
     mean_loss                 Mean loss over the covered part of the region; nan without one. [W]
     tightest                  The limit with the least margin in the region, and where; None without one.
@@ -268,10 +265,9 @@ def evaluate(
 ) -> DriveResult:
     """Evaluate one drive on a plane, and on a requirement if there is one; `options` are passed to `steady_map`."""
     signs = (1.0,) if plane.one_quadrant else (-1.0, 1.0)
-    reach = np.concatenate([sign * np.geomspace(1e-7, 1.0, 320) for sign in signs]) * PEAK_REACH
-    wide = steady_map(drive, reach * plane.speed, reach * plane.force, engine=engine)
+    highest, worst = best_efficiency(drive, plane.speed, plane.force, signs, name)
     steady = steady_map(drive, *plane.axes(), engine=engine, **options)
-    residuals, efficiencies = [wide.audit_residual, steady.audit_residual], [wide.efficiency, steady.efficiency]
+    residuals, efficiencies = [worst, steady.audit_residual], [np.array(highest), steady.efficiency]
     judged: dict[str, Any] = {
         "coverage": np.nan,
         "peak_efficiency_in_region": np.nan,

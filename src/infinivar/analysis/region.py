@@ -21,6 +21,16 @@ _CHUNK = 16384
 _COARSE, _CLOSE = 41, 0.02
 """Points along each axis that settle coverage, unless the least margin is this close to 1; then all of `Requirement.sample`."""
 
+PEAK_REACH = 10.0
+"""Multiple of the required force and speed up to which the peak efficiency is searched."""
+
+_SLOWEST, _FIRST = 1e-6, 64
+"""Least multiple, and points along each axis and direction at which the search looks first."""
+
+_WINDOW, _CLOSER, _FOUND, _ROUNDS = 9, 3.0, 1e-4, 60
+"""Points along a side of the window around the best point, what it shrinks by once that is inside, the share of force and speed
+down to which it does, and windows at most."""
+
 
 @result
 class Margin(Frozen):
@@ -117,6 +127,47 @@ def _mean_loss(found: _Points, weight: np.ndarray) -> float:
     """Mean over the points within limits; nan without any. [W]"""
     loss, within = found.power_in - found.power_out, found.limit == Limit.OK
     return float(np.average(loss[within], weights=weight[within])) if weight[within].sum() > 0 else float("nan")
+
+
+def best_efficiency(
+    drive: Drive, speed: float, force: float, signs: tuple[float, ...], audited: str
+) -> tuple[float, float]:
+    """Best efficiency within limits anywhere up to `PEAK_REACH` times a speed and a force, and the largest residual on the way.
+
+    In each quadrant a window around the best point of a coarse grid follows it uphill, and shrinks where it stays inside: the
+    best point often lies where limits meet, at which slopes say nothing. Along a limit, where efficiency is flat, the window may
+    stop before its top: what is found is at most 2e-4 below it. nan where no point is within limits.
+    """
+    quadrants = np.array([(across, along) for across in signs for along in signs])
+    low, high = np.log(_SLOWEST), np.log(PEAK_REACH)
+    first = np.linspace(low, high, _FIRST)
+    residual = 0.0
+
+    def best(places: np.ndarray, ways: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Index and efficiency of the best of the points (q, n, 2), logarithms of multiples, of each quadrant."""
+        nonlocal residual
+        there = ways[:, None, :] * np.exp(places) * (speed, force)
+        found = _operated(drive, there[..., 0].ravel(), there[..., 1].ravel(), audited)
+        residual = max(residual, found.residual)
+        efficiency = power.efficiency_within(found.limit, found.power_in, found.power_out).reshape(places.shape[:2])
+        index = np.argmax(np.where(np.isnan(efficiency), -1.0, efficiency), axis=1)
+        return index, np.take_along_axis(efficiency, index[:, None], axis=1)[:, 0]
+
+    coarse = np.stack(np.meshgrid(first, first, indexing="ij"), axis=-1).reshape(1, -1, 2)
+    index, found = best(np.repeat(coarse, len(quadrants), axis=0), quadrants)
+    able = np.flatnonzero(~np.isnan(found))
+    quadrants, centre, found = quadrants[able], coarse[0, index[able]], found[able]
+    half = np.full(len(able), first[1] - first[0])
+    side = np.linspace(-1.0, 1.0, _WINDOW)
+    window = np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(1, -1, 2)
+    for _ in range(_ROUNDS):
+        if not np.any(half > _FOUND):
+            break
+        places = np.clip(centre[:, None, :] + half[:, None, None] * window, low, high)
+        index, found = best(places, quadrants)
+        inside = np.all((np.abs(window[0, index]) < 1.0) | (places[np.arange(len(index)), index] >= high), axis=1)
+        centre, half = places[np.arange(len(index)), index], np.where(inside, half / _CLOSER, half)
+    return peak(found), residual
 
 
 def peak(efficiency: np.ndarray) -> float:

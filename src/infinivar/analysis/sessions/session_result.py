@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -153,14 +154,14 @@ class Session(Run, Animated, Result):
         ParameterError
             If the session has no path.
         """
-        return self._beside_path()[:, 0]
+        return self._beside_path[:, 0]
 
     @property
     def overruns(self) -> tuple[Overrun, ...]:
         """Intervals in which the handle is past an end of an open path; none without a path."""
         if self.path is None:
             return ()
-        past = np.abs(self._beside_path()[:, 1])
+        past = np.abs(self._beside_path[:, 1])
         return tuple(
             Overrun(
                 start=float(self.time[first]), end=float(self.time[last - 1]), distance=float(np.max(past[first:last]))
@@ -168,6 +169,7 @@ class Session(Run, Animated, Result):
             for first, last in run_limits.intervals(past > _ROUNDED)
         )
 
+    @cached_property
     def _beside_path(self) -> np.ndarray:
         """Offset from the path, and distance past an end of it. (t, 2) [m]"""
         if self.path is None:

@@ -10,8 +10,7 @@ import numpy as np
 
 from infinivar import power
 from infinivar._core.fields import given
-from infinivar.analysis.compare import PEAK_REACH
-from infinivar.analysis.region import binding_at
+from infinivar.analysis.region import PEAK_REACH, best_efficiency, binding_at
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, DrivePoint
@@ -367,9 +366,7 @@ def b1(machine: PaperMachine) -> Finding:
 def _peak(machine: PaperMachine, drive: CoboticDrive) -> float:
     """Peak efficiency within limits, inside the required region and far beyond it."""
     requirement = machine.requirement
-    reach = np.geomspace(1e-2, PEAK_REACH, 120)
-    point = drive.operate(speed=(reach * requirement.speed)[:, None], force=(reach * requirement.force)[None, :])
-    return float(np.nanmax(point.efficiency))
+    return best_efficiency(drive, requirement.speed, requirement.force, (1.0,), "peak efficiency")[0]
 
 
 def b2(machine: PaperMachine) -> Finding:
