@@ -271,16 +271,15 @@ from infinivar.paper.claims.bench import MOVES as BENCH_MOVES
 from infinivar.paper.claims.bench import Bench
 from infinivar.paper.claims.claim import FACTOR as VERDICT_FACTOR
 from infinivar.paper.claims.claim import (
+    Checked,
     Claim,
     Found,
     PaperMachine,
     at_ratio,
     counted,
     efficiency_by,
-    settle,
     statements,
 )
-from infinivar.paper.claims.claim import Varied as VariedClaim
 from infinivar.paper.claims.claim import near as near_verdict
 from infinivar.paper.claims.claim import row as verdict_row
 from infinivar.paper.claims.claim import turned as turned_verdict

@@ -27,7 +27,7 @@ from infinivar.displays.rounds import DISPLAYS, RESTING, STOPPED, TURNING, round
 from infinivar.displays.stability import largest_force_gain, stiffest_wall
 from infinivar.errors import require
 from infinivar.motion.users import ArmModel
-from infinivar.paper.claims.claim import Claim, Finding, Found, Kind, Variant, row, settle, yes
+from infinivar.paper.claims.claim import Checked, Claim, Found, Kind, Variant, row, yes
 from infinivar.study.load import shipped_study
 
 _SIX = 6
@@ -141,7 +141,15 @@ def display_claims(
     }
     return DisplayClaims(
         claims=tuple(
-            Claim(id=name, section=section, figure=None, claim=claim, paper=paper, unit=unit, **finding._asdict())
+            Claim(
+                id=name,
+                section=section,
+                figure=None,
+                claim=claim,
+                paper=paper,
+                unit=unit,
+                **finding.settled()._asdict(),
+            )
             for (name, finding), (section, claim, paper, unit) in zip(requested.items(), _STATED, strict=True)
         ),
         comparison=found,
@@ -161,7 +169,7 @@ _STATED = (
 )
 
 
-def _holding(meets: Mapping[str, DisplayPair], session: HandleSession, axes: int) -> Finding:
+def _holding(meets: Mapping[str, DisplayPair], session: HandleSession, axes: int) -> Checked:
     """Power while each axis holds the force required, against that of the conventional display."""
     held = replace(session, hold_force=session.required_force)
 
@@ -192,10 +200,10 @@ def _holding(meets: Mapping[str, DisplayPair], session: HandleSession, axes: int
         row("value", f"required force {words}, {one.required_force:.3g} N", found(shown, one))
         for words, one in _forces(shown, held)
     ]
-    return settle(first[1], why, [*variants, row("definition", "a cylinder at rest while it holds", stopped)])
+    return Checked(first[1], why, [*variants, row("definition", "a cylinder at rest while it holds", stopped)])
 
 
-def _session(found: DisplayComparison, axes: int, chosen: Mapping[str, Mapping[str, np.ndarray]]) -> Finding:
+def _session(found: DisplayComparison, axes: int, chosen: Mapping[str, Mapping[str, np.ndarray]]) -> Checked:
     """Energy of a session against that of the conventional display."""
     count = found.axes.tolist().index(axes)
 
@@ -223,10 +231,10 @@ def _session(found: DisplayComparison, axes: int, chosen: Mapping[str, Mapping[s
         f"conventional display needs none; that one needs {held:.1f} J to hold. The largest part of the cobotic display is "
         f"{_PARTS[most]}, {parts[most]:.1f} J."
     )
-    return settle(shown, why, variants)
+    return Checked(shown, why, variants)
 
 
-def _clutched(meets: Mapping[str, DisplayPair], session: HandleSession) -> Finding:
+def _clutched(meets: Mapping[str, DisplayPair], session: HandleSession) -> Checked:
     """Speed of a link under the force required, with its wheel steered so that it holds."""
     force = session.required_force
 
@@ -252,7 +260,7 @@ def _clutched(meets: Mapping[str, DisplayPair], session: HandleSession) -> Findi
         f"Under {force:g} N, a wheel steered by its slip angle holds the link still, as does a cylinder at rest; kept at the "
         f"angle 0, the link creeps at {locked.computed:.2f} mm/s. Beyond the slip limit nothing holds."
     )
-    return settle(shown, why, variants)
+    return Checked(shown, why, variants)
 
 
 def _measured(
@@ -348,7 +356,7 @@ def _backdrivable(
     meets: Mapping[str, DisplayPair],
     rivals: list[_Rival],
     beside: list[_Beside],
-) -> Finding:
+) -> Checked:
     """Least mass felt, against that of the conventional display."""
 
     def finding(one: DisplayComparison, place: int) -> Found:
@@ -385,7 +393,7 @@ def _backdrivable(
         f"friction. The conventional display reflects {reflected:.2f} kg and rubs with {rubbing:.1f} N, less what it feeds "
         "forward."
     )
-    return settle(shown, why, variants)
+    return Checked(shown, why, variants)
 
 
 def _ratios(one: DisplayComparison, place: int) -> np.ndarray:
@@ -398,7 +406,7 @@ def _range(
     others: list[tuple[str, DisplayComparison]],
     rivals: list[_Rival],
     beside: list[_Beside],
-) -> Finding:
+) -> Checked:
     """Stiffest wall over least mass, cobotic over conventional."""
 
     def finding(one: DisplayComparison, place: int) -> Found:
@@ -425,10 +433,10 @@ def _range(
     for one in beside:
         made = Found(one.ratio, "above 1, of the conventional display", yes(one.ratio > 1.0))
         variants.append(row("choice", one.words, made))
-    return settle(shown, why, variants)
+    return Checked(shown, why, variants)
 
 
-def _infinite(found: DisplayComparison) -> Finding:
+def _infinite(found: DisplayComparison) -> Checked:
     """Whether stiffest over softest impedance has a limit."""
     decades = math.log10(float(_ratios(found, 0)[0]) / (2.0 * math.pi * 0.1) ** 2)
     shown = Found(decades, "infinite (decades at 0.1 Hz)", yes(False))
@@ -443,10 +451,10 @@ def _infinite(found: DisplayComparison) -> Finding:
         f"A sampled wall is stable with {found.arm} up to a finite stiffness: {decades:.1f} decades of impedance at 0.1 Hz. The "
         "ratio of the transmission itself has no limit: locked on a cylinder at rest it yields nothing up to the slip limit."
     )
-    return settle(shown, why, [row(*one) for one in locked])
+    return Checked(shown, why, [row(*one) for one in locked])
 
 
-def _motors(pair: DisplayPair, other: Any) -> Finding:
+def _motors(pair: DisplayPair, other: Any) -> Checked:
     """Masses of the motors of six axes."""
     shared = [
         share_motor(leg, pair.conventional, force=[0.0], legs=(1, _SIX), duty=1.0) for leg in (pair.cobotic, other)
@@ -469,7 +477,7 @@ def _motors(pair: DisplayPair, other: Any) -> Finding:
         f"One power motor and {_SIX} steering motors weigh {shown.computed:.2f} kg. The cylinder, an assumption, weighs "
         f"{float(shared[0].cylinder_mass):.2f} kg at least."
     )
-    return settle(shown, why, variants)
+    return Checked(shown, why, variants)
 
 
 def _forces(pair: DisplayPair, session: HandleSession) -> Iterator[tuple[str, HandleSession]]:

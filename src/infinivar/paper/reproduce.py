@@ -10,7 +10,7 @@ from infinivar._core.processes import apart
 from infinivar._core.result import Result, result
 from infinivar.errors import InputError
 from infinivar.paper.claims import contact, design, element, plants, shaking, system
-from infinivar.paper.claims.claim import Claim, Finding, Found, PaperMachine, Varied, counted, row, statements, turned
+from infinivar.paper.claims.claim import Checked, Claim, Finding, PaperMachine, counted, row, statements, turned
 from infinivar.paper.displays import display_claims
 from infinivar.paper.figures import FIGURES
 from infinivar.parts.bearing import Bearing
@@ -24,7 +24,7 @@ _BY_LAW = f"creep law {EXACT}"
 _BY_SPIN = "steering as spin"
 _BY_BEARINGS = "friction of the cylinder's bearings, two 6004"
 
-CHECKS: dict[str, Callable[[PaperMachine], Finding]] = {
+CHECKS: dict[str, Callable[[PaperMachine], Checked]] = {
     **element.CHECKS,
     **contact.CHECKS,
     **system.CHECKS,
@@ -116,29 +116,21 @@ class Reproduction(Result):
 
 
 def _beside(
-    check: Callable[[PaperMachine], Finding], machine: PaperMachine, others: Mapping[str, PaperMachine]
+    check: Callable[[PaperMachine], Checked], machine: PaperMachine, others: Mapping[str, PaperMachine]
 ) -> Finding:
     """The finding of a check; among its variants those on machines with other laws, if their results differ.
 
     The paper states its creep law and its resistance to steering, so other laws do not count in the verdict. Of the cylinder's
     bearings it states nothing but that they lose power: they count as a value that it leaves open.
     """
-    found = check(machine)
+    found = check(machine).settled()
     for assuming, changed in others.items():
-        other = row("value" if assuming == _BY_BEARINGS else "contrary", assuming, _shown(check, changed))
+        other = row("value" if assuming == _BY_BEARINGS else "contrary", assuming, check(changed).found)
         if (other.computed, other.verdict) != (found.computed, found.shown):
             found = found._replace(variants=(*found.variants, other))
             if found.verdict == found.shown and turned(found.shown, [other]):
                 found = found._replace(verdict="undecidable", why=f"Not with {assuming}. {found.why}")
     return found
-
-
-def _shown(check: Callable[[PaperMachine], Finding], machine: PaperMachine) -> Found:
-    """What a check finds with the shipped choices, definitions and values."""
-    if isinstance(check, Varied):
-        return check.shown(machine)
-    found = check(machine)
-    return Found(found.computed, found.threshold, found.shown)
 
 
 def two_6004() -> CylinderBearings:

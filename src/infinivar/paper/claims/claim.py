@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
+from typing import Any, Literal, NamedTuple
 
 from infinivar import power
 from infinivar._core.text import few
@@ -151,42 +151,53 @@ def turned(verdict: Verdict, variants: Iterable[Variant]) -> list[Variant]:
     return [variant for variant in variants if variant.kind != "contrary" and variant.verdict == opposite]
 
 
-def settle(
-    found: Found,
-    why: str,
-    variants: Iterable[Variant] = (),
-    ranges: Iterable[Range] = (),
-    *,
-    by_construction: bool = False,
-) -> Finding:
-    """The finding: undecidable if any variant that counts reverses the verdict; the reason then names those variants.
-
-    A claim that holds by construction is not decided by variants: they only show how closely it does.
+class Checked(NamedTuple):
+    """What a check finds, before the choices, definitions and values tried besides, which take most of its time.
 
     Parameters
     ----------
     found : Found        Finding with the shipped choices, definitions and values.
-    why : str            Reason, in one or more full sentences.
+    why : str            Reason, in one or more full sentences; or a function that returns it.
+    variants, ranges     Findings under other choices, definitions and values, and ranges of open ones; or functions.
     by_construction      The machine was fitted to the claim, or no law of the program permits anything else; `why` says which.
     """
-    variants = tuple(variants)
-    built = by_construction and found.verdict == "holds"
-    against = [] if built else turned(found.verdict, variants)
-    verdict = "by construction" if built else found.verdict
-    if against:
-        named = few([variant.assuming for variant in against], _NAMED, "; ")
-        reversal = {"holds": "Holds as shown, but not with", "does not hold": "Does not hold as shown, but would with"}
-        why = f"{reversal[verdict]}: {named}. {why}"
-        verdict = "undecidable"
-    return Finding(
-        computed=_spaced(found.computed) if isinstance(found.computed, str) else found.computed,
-        threshold=_spaced(found.threshold),
-        verdict=verdict,
-        shown=found.verdict,
-        why=_spaced(why),
-        ranges=tuple(ranges),
-        variants=variants,
-    )
+
+    found: Found
+    why: str | Callable[[], str]
+    variants: Iterable[Variant] | Callable[[], Iterable[Variant]] = ()
+    ranges: Iterable[Range] | Callable[[], Iterable[Range]] = ()
+    by_construction: bool = False
+
+    def settled(self) -> Finding:
+        """The finding: undecidable if any variant that counts reverses the verdict; the reason then names those variants.
+
+        A claim that holds by construction is not decided by variants: they only show how closely it does.
+        """
+        found, why, variants, ranges = self.found, _made(self.why), tuple(_made(self.variants)), _made(self.ranges)
+        built = self.by_construction and found.verdict == "holds"
+        against = [] if built else turned(found.verdict, variants)
+        verdict = "by construction" if built else found.verdict
+        if against:
+            named = few([variant.assuming for variant in against], _NAMED, "; ")
+            reversal = {
+                "holds": "Holds as shown, but not with",
+                "does not hold": "Does not hold as shown, but would with",
+            }
+            why = f"{reversal[verdict]}: {named}. {why}"
+            verdict = "undecidable"
+        return Finding(
+            computed=_spaced(found.computed) if isinstance(found.computed, str) else found.computed,
+            threshold=_spaced(found.threshold),
+            verdict=verdict,
+            shown=found.verdict,
+            why=_spaced(why),
+            ranges=tuple(ranges),
+            variants=variants,
+        )
+
+
+def _made(value: Any) -> Any:
+    return value() if callable(value) else value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -353,15 +364,6 @@ def _study(machine: PaperMachine) -> Study:
         for name, drive in found.drives.items()
     }
     return replace(found, drives=drives)
-
-
-@runtime_checkable
-class Varied(Protocol):
-    """A check that can be made without the choices, definitions and values tried besides, which take most of its time."""
-
-    def shown(self, machine: PaperMachine) -> Found:
-        """What it finds with the shipped choices, definitions and values alone."""
-        ...
 
 
 def at_ratio(element: RotaryLinearIVT, load: Any, ratio: Any, cylinder_speed: float = 14.0) -> OperatingPoint:

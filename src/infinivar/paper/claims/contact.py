@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from infinivar.contact import creep
-from infinivar.paper.claims.claim import Finding, Found, PaperMachine, either_way, row, settle, yes
+from infinivar.paper.claims.claim import Checked, Found, PaperMachine, either_way, row, yes
 from infinivar.paper.claims.element import elements, gears, with_bearing, with_geometry, with_oil
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
@@ -20,7 +20,7 @@ _ONE_STAGE = 10.0
 """Largest ratio of a planetary gear of one stage. [-]"""
 
 
-def e12(machine: PaperMachine) -> Finding:
+def e12(machine: PaperMachine) -> Checked:
     """Stiction, friction, compliance and backlash of the element by the paper's own laws."""
     speed = machine.cylinder_speed
 
@@ -74,10 +74,10 @@ def e12(machine: PaperMachine) -> Finding:
         f"rest; by its Eq 7 it yields to a lateral force by {yields(machine.element):.2%} at half load, and by its Eq 17 not in "
         "proportion. There is no backlash. While the cylinder turns, no friction is felt at the link as that reverses."
     )
-    return settle(found(), why, variants)
+    return Checked(found(), why, variants)
 
 
-def e13(machine: PaperMachine) -> Finding:
+def e13(machine: PaperMachine) -> Checked:
     """Rise of the axle bearings' friction from no lateral force to the slip limit."""
 
     def rise(element: RotaryLinearIVT, first: float = 0.0) -> float:
@@ -114,10 +114,10 @@ def e13(machine: PaperMachine) -> Finding:
         f"calculator) gives {rise(skf):+.0%}, of which {at_once:+.0%} come as soon as any lateral force acts. "
         "A constant coefficient of friction gives none: the preload alone decides the equivalent load."
     )
-    return settle(found(), why, variants)
+    return Checked(found(), why, variants)
 
 
-def e14(machine: PaperMachine) -> Finding:
+def e14(machine: PaperMachine) -> Checked:
     """Planetary gears above 90 % that are neither very strong nor a single pair."""
     own = machine.conventional("motor2-gear4").gearhead
 
@@ -153,7 +153,7 @@ def e14(machine: PaperMachine) -> Finding:
         f"and so do all but {' and '.join(names) or 'none'}, from a catalogue of 2020. The data state neither "
         'prices nor torques, so "very expensive" is not checked.'
     )
-    return settle(found(), why, variants)
+    return Checked(found(), why, variants)
 
 
 CHECKS = {"E12": e12, "E13": e13, "E14": e14}

@@ -13,7 +13,7 @@ from infinivar.analysis.design_trends import Duty, elasticities, with_friction
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import motor_side, needed
 from infinivar.paper.claims.bench import Bench
-from infinivar.paper.claims.claim import Finding, Found, PaperMachine, Variant, row, settle, yes
+from infinivar.paper.claims.claim import Checked, Found, PaperMachine, Variant, row, yes
 from infinivar.paper.claims.element import with_bearing
 from infinivar.paper.claims.planes import PLANES
 from infinivar.parts.bearing import SIZE_POWERS
@@ -71,13 +71,10 @@ class _AtPlace:
     why: Callable[[PaperMachine], str]
     variants: Callable[[PaperMachine, _Found], Iterator[Variant]]
 
-    def __call__(self, machine: PaperMachine) -> Finding:
-        """Return the finding, with every choice, definition and value tried."""
-        return settle(self.shown(machine), self.why(machine), self.variants(machine, self.found))
-
-    def shown(self, machine: PaperMachine) -> Found:
-        """Return what the check finds at the working point of the paper's element."""
-        return self.found(machine.drive, _SHIPPED)
+    def __call__(self, machine: PaperMachine) -> Checked:
+        """Check the working point of the paper's element."""
+        shown = self.found(machine.drive, _SHIPPED)
+        return Checked(shown, lambda: self.why(machine), self.variants(machine, self.found))
 
 
 def _elsewhere(machine: PaperMachine, found: _Found) -> Iterator[Variant]:
@@ -159,7 +156,7 @@ def _bell_slope(drive: CoboticDrive, model: str) -> float:
     return (after / before - 1.0) / step
 
 
-def s4(machine: PaperMachine) -> Finding:
+def s4(machine: PaperMachine) -> Checked:
     """Effect of the size of the bearings, by both friction models."""
 
     def found(drive: CoboticDrive, place: _Place = _SHIPPED) -> Found:
@@ -173,10 +170,13 @@ def s4(machine: PaperMachine) -> Finding:
     simple = _slopes(machine.drive, "axle_bore")["bearing"]
     skf = _slopes(_with_bearings(machine.drive, "skf"), "axle_bore")["bearing"]
     bells = {"a constant coefficient of friction": bell("coefficient"), "SKF's later friction model": bell("skf")}
-    variants = [
-        *_elsewhere(machine, found),
-        *(row("definition", f"bell bearing with {words}", tried) for words, tried in bells.items()),
-    ]
+
+    def variants() -> list[Variant]:
+        return [
+            *_elsewhere(machine, found),
+            *(row("definition", f"bell bearing with {words}", tried) for words, tried in bells.items()),
+        ]
+
     by_model = " and ".join(f"{tried.computed:+.2f} %" for tried in bells.values())
     why = (
         f"With a constant coefficient of friction, axle bearings 1 % larger change their loss by {simple:+.2f} %. With SKF's "
@@ -184,7 +184,7 @@ def s4(machine: PaperMachine) -> Finding:
         f"torque rises. A bell bearing 1 % larger changes its torque by {by_model} in the two models."
     )
     value = f"{simple:+.2f} and {skf:+.2f} % per percent of size"
-    return settle(found(machine.drive)._replace(computed=value), why, variants)
+    return Checked(found(machine.drive)._replace(computed=value), why, variants)
 
 
 def run_up_energy(drive: CoboticDrive, time: float = _RUN_UP_TIME) -> float:
@@ -217,7 +217,7 @@ def _shaken(bench: Bench, drive: CoboticDrive, cylinder: str) -> tuple[np.ndarra
     return found.power_in, found.works
 
 
-def s5(machine: PaperMachine) -> Finding:
+def s5(machine: PaperMachine) -> Checked:
     """Effect of a 1 % lighter bell, link or cylinder on the power drawn while shaking a mass."""
 
     def mean_change(bench: Bench, drive: CoboticDrive, cylinder: str = "constant") -> float:
@@ -254,12 +254,15 @@ def s5(machine: PaperMachine) -> Finding:
         "run-up": f"one run-up of the cylinder every {_RUN_UPS:g} s",
         "flywheel": "cylinder as a flywheel",
     }
-    variants = [
-        row("value" if name == "cobotic-b" else "definition", f"{cases[case]}{letter}", found(name, case))
-        for name, letter in (("cobotic", ""), ("cobotic-b", ", reconstruction B"))
-        for case in cases
-        if (name, case) != ("cobotic", "constant")
-    ]
+
+    def variants() -> list[Variant]:
+        return [
+            row("value" if name == "cobotic-b" else "definition", f"{cases[case]}{letter}", found(name, case))
+            for name, letter in (("cobotic", ""), ("cobotic-b", ", reconstruction B"))
+            for case in cases
+            if (name, case) != ("cobotic", "constant")
+        ]
+
     benches = {name: Bench.of(machine, name) for name in ("cobotic", "cobotic-b")}
     flown = {name: mean_change(bench, lighter(bench.cobotic), "flywheel") for name, bench in benches.items()}
     drive = machine.drive
@@ -275,7 +278,7 @@ def s5(machine: PaperMachine) -> Finding:
         f"cylinder stores braking energy as a flywheel, lowering its inertia by 1 % changes the power by "
         f"{flown['cobotic']:+.1g} % (A) and {flown['cobotic-b']:+.1g} % (B)."
     )
-    return settle(found("cobotic", "constant"), why, variants)
+    return Checked(found("cobotic", "constant"), why, variants)
 
 
 def _ranked(drive: CoboticDrive, place: _Place) -> Found:
@@ -300,7 +303,7 @@ def _ranked_otherwise(machine: PaperMachine, found: _Found) -> Iterator[Variant]
     yield row("definition", "SKF's later friction model of the bearings", found(skf, _SHIPPED))
 
 
-CHECKS: Mapping[str, Callable[[PaperMachine], Finding]] = {
+CHECKS: Mapping[str, Callable[[PaperMachine], Checked]] = {
     "S1": _AtPlace(_by_hysteresis, _why_hysteresis, _elsewhere),
     "S2": _AtPlace(_by_friction, _why_friction, _elsewhere),
     "S3": _AtPlace(_by_modulus, _why_modulus, _elsewhere),

@@ -14,7 +14,7 @@ from infinivar.contact import creep
 from infinivar.drivetrain.drive import needed
 from infinivar.paper.claims.claim import (
     FACTOR,
-    Finding,
+    Checked,
     Found,
     PaperMachine,
     Range,
@@ -22,7 +22,6 @@ from infinivar.paper.claims.claim import (
     efficiency_by,
     near,
     row,
-    settle,
     yes,
 )
 from infinivar.parts import catalogue
@@ -134,7 +133,7 @@ def elements(machine: PaperMachine) -> Iterator[tuple[str, RotaryLinearIVT]]:
     yield from fitted_elements(machine.element).items()
 
 
-def _printed_point(machine: PaperMachine, ratio: float, printed: float) -> Finding:
+def _printed_point(machine: PaperMachine, ratio: float, printed: float) -> Checked:
     """Check E1 or E2, to which H and K were fitted."""
 
     def found(element: RotaryLinearIVT) -> Found:
@@ -148,7 +147,7 @@ def _printed_point(machine: PaperMachine, ratio: float, printed: float) -> Findi
         f"K = {groups.creep_group:.0f}), so this tests nothing. The wheels of the reconstructions were shaped to match: "
         f"A misses the printed value by {missed[0]}, B by {missed[1]}."
     )
-    return settle(found(machine.element), why, variants, by_construction=True)
+    return Checked(found(machine.element), why, variants, by_construction=True)
 
 
 def _missed(found: Found, printed: float) -> str:
@@ -156,17 +155,17 @@ def _missed(found: Found, printed: float) -> str:
     return f"{abs(found.computed - printed):.3f}"
 
 
-def e1(machine: PaperMachine) -> Finding:
+def e1(machine: PaperMachine) -> Checked:
     """Efficiency at 100:1 and half load."""
     return _printed_point(machine, 100.0, PRINTED[0])
 
 
-def e2(machine: PaperMachine) -> Finding:
+def e2(machine: PaperMachine) -> Checked:
     """Efficiency at 8:1 and half load."""
     return _printed_point(machine, 8.0, PRINTED[1])
 
 
-def e3(machine: PaperMachine) -> Finding:
+def e3(machine: PaperMachine) -> Checked:
     """Efficiency at 1:1 and half load, with Eqs 16 and 17."""
 
     def found(element: RotaryLinearIVT, law: str = "faulring", ratio: float = 1.0) -> Found:
@@ -186,7 +185,7 @@ def e3(machine: PaperMachine) -> Finding:
         *(row("value", words, found(other)) for words, other in elements(machine)),
         row("contrary", f"read at {falls:.2f}:1", found(element, ratio=falls)),
     ]
-    return settle(shipped, why, variants)
+    return Checked(shipped, why, variants)
 
 
 def best_point(element: RotaryLinearIVT, load: np.ndarray | None = None) -> tuple[float, float, float]:
@@ -198,7 +197,7 @@ def best_point(element: RotaryLinearIVT, load: np.ndarray | None = None) -> tupl
     return float(efficiency[place, column]), float(ratios[column]), float(loads[place])
 
 
-def e4(machine: PaperMachine) -> Finding:
+def e4(machine: PaperMachine) -> Checked:
     """Peak efficiency over load and ratio."""
     value, ratio, load = best_point(machine.element)
     others = {words: best_point(element)[0] for words, element in elements(machine)}
@@ -215,10 +214,10 @@ def e4(machine: PaperMachine) -> Finding:
         f"{abs(value - 0.98) * 100:.1f} points and rounds to {value:.0%}. Values of H and K consistent with E1 and E2 give "
         f"{min(known):.3f} to {max(known):.3f}."
     )
-    return settle(found, why, variants)
+    return Checked(found, why, variants)
 
 
-def e5(machine: PaperMachine) -> Finding:
+def e5(machine: PaperMachine) -> Checked:
     """Deviation of the exact creep curve from a straight line."""
     contact = needed(machine.element.contact, "contact")
     own = contact.axis_ratio, contact.poisson
@@ -264,10 +263,10 @@ def e5(machine: PaperMachine) -> Finding:
         f"any patch by {off(0.6, straightest):.0%} at least. A slope fitted to the curve, as Eq 9 measures it, is off by "
         f"{off(0.6, line='best'):.0%}; the paper does not say how well a straight line must fit."
     )
-    return settle(shipped, why, variants)
+    return Checked(shipped, why, variants)
 
 
-def e6(machine: PaperMachine) -> Finding:
+def e6(machine: PaperMachine) -> Checked:
     """Bearing loss over hysteresis loss."""
     element, speed = machine.element, machine.cylinder_speed
     factor = needed(element.geometry, "geometry").hysteresis_factor
@@ -296,10 +295,10 @@ def e6(machine: PaperMachine) -> Finding:
         f"gives {skf:.0f}."
     )
     reach = Range("hysteresis loss factor", "1", factor, float(f"{factor * value * _TENFOLD / 10:.3g}"), None)
-    return settle(found(value), why, variants, [reach])
+    return Checked(found(value), why, variants, [reach])
 
 
-def e7(machine: PaperMachine) -> Finding:
+def e7(machine: PaperMachine) -> Checked:
     """Speed dependence of the rolling losses, by SKF's model of the bearings."""
     skf = with_bearing(machine.element, friction_model="skf")
     wide, narrow = (0.1, 0.3, 1.0, 2.0), (0.5, 0.7, 1.0, 1.4, 2.0)
@@ -325,7 +324,7 @@ def e7(machine: PaperMachine) -> Finding:
         "builds up, while the rolling torque rises. Speeds range from a tenth to twice the cylinder speed; the base oil has a "
         f"viscosity of {oil:.0f} mm²/s. The paper does not say how small a change counts as independent."
     )
-    return settle(found(), why, variants)
+    return Checked(found(), why, variants)
 
 
 _CONFIDENCES = ("high", "medium", "low")
@@ -364,7 +363,7 @@ def _rolling_share(element: RotaryLinearIVT, load: float) -> float:
     return 1.0 - float(point.losses["creep"]) / sum(float(loss) for loss in point.losses.values())
 
 
-def e8(machine: PaperMachine) -> Finding:
+def e8(machine: PaperMachine) -> Checked:
     """Element against catalogue gears of the same ratio, by ratio band."""
 
     def found(
@@ -411,10 +410,10 @@ def e8(machine: PaperMachine) -> Finding:
         f"{standing}. At 100:1, {rolling:.0%} of its loss is rolling loss. Up to {_MEASURED_TO:.0f}:1 it differs by more "
         f"than {_SIMILAR:g} from {apart}; of {' and '.join(unsure)} gears no efficiency is known with high confidence."
     )
-    return settle(found(), why, variants)
+    return Checked(found(), why, variants)
 
 
-def e9(machine: PaperMachine) -> Finding:
+def e9(machine: PaperMachine) -> Checked:
     """Drop in efficiency from 8:1 to 100:1, and the share of rolling loss."""
 
     def drop(element: RotaryLinearIVT, load: float) -> tuple[float, float]:
@@ -441,10 +440,10 @@ def e9(machine: PaperMachine) -> Finding:
         "The efficiencies are at 8:1 and 100:1, at half load. Of the loss at 100:1, hysteresis and axle "
         f"bearings make up {listed}: more than creep at f = {', '.join(most)}."
     )
-    return settle(found(), why, variants)
+    return Checked(found(), why, variants)
 
 
-def e10(machine: PaperMachine) -> Finding:
+def e10(machine: PaperMachine) -> Checked:
     """Change of the slip angle over three decades of cylinder speed."""
     speeds = np.array([0.1, 1.0, 14.0, 100.0])
 
@@ -461,10 +460,10 @@ def e10(machine: PaperMachine) -> Finding:
         f"with each of the {len(variants)} laws the slip angle is the same from {speeds[0]:g} to {speeds[-1]:g} rad/s. No law of "
         "the program could give anything else, so this tests nothing; friction that depends on speed would."
     )
-    return settle(found(machine.element.creep_law.name), why, variants, by_construction=True)
+    return Checked(found(machine.element.creep_law.name), why, variants, by_construction=True)
 
 
-def e11(machine: PaperMachine) -> Finding:
+def e11(machine: PaperMachine) -> Checked:
     """Peaks of the 95 % curve by Eq 16 and by Eq 17."""
     ratio = np.geomspace(1.0, 100.0, 2001)
     peaks = [
@@ -477,7 +476,7 @@ def e11(machine: PaperMachine) -> Finding:
         f"{factor:.2f}, so only one of the two can be the curve in the figure."
     )
     value = f"peak at f = 0.95: {peaks[0]:.2f} by Eq 16, {peaks[1]:.2f} by Eq 17"
-    return settle(Found(value, "none: the paper prints no values", "undecidable"), why)
+    return Checked(Found(value, "none: the paper prints no values", "undecidable"), why)
 
 
 CHECKS = {

@@ -16,14 +16,13 @@ from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.graphs.compliances import DAMPING
 from infinivar.paper.claims.claim import (
     FACTOR,
-    Finding,
+    Checked,
     Found,
     PaperMachine,
     at_ratio,
     either_way,
     near,
     row,
-    settle,
     yes,
 )
 from infinivar.paper.claims.planes import PLANES, plane_map
@@ -72,7 +71,7 @@ def passed_power(element: RotaryLinearIVT, load: float, ratio: float, fastest: f
     return most, abs(float(point.power_out))
 
 
-def g1(machine: PaperMachine) -> Finding:
+def g1(machine: PaperMachine) -> Checked:
     """Power between the steering plant and the transmission, by exact rolling theory with spin."""
 
     def found(
@@ -111,7 +110,7 @@ def g1(machine: PaperMachine) -> Finding:
         "that turns fast enough pushes the link. The paper's graph has no bond for either. Steering rates up to "
         f"{_FASTEST:g} rad/s, either way, at half load and 8:1."
     )
-    return settle(found(element), why, variants)
+    return Checked(found(element), why, variants)
 
 
 @functools.lru_cache(maxsize=8)
@@ -140,7 +139,7 @@ def _wound(machine: PaperMachine, name: str) -> tuple[np.ndarray, np.ndarray]:
     return share, known.works
 
 
-def g2(machine: PaperMachine) -> Finding:
+def g2(machine: PaperMachine) -> Checked:
     """Energy that elastic gear trains would dissipate over the plane of Fig 17."""
 
     def found(wind_up: float = _WIND_UP, lost: float = _LOST, worst: bool = False, name: str = "cobotic") -> Found:
@@ -174,7 +173,7 @@ def g2(machine: PaperMachine) -> Finding:
         f"{_LOST:.0%} of the energy put in, in the gears of cylinder and steering. Half a point would change a printed percent: "
         f"up to a wind-up of {bound:.2f}° no cell of Fig 17 reaches it."
     )
-    return settle(found(), why, variants)
+    return Checked(found(), why, variants)
 
 
 def _scanned(motor: Motor) -> float:
@@ -187,7 +186,7 @@ def _scanned(motor: Motor) -> float:
     return float(np.max(torque * speed / np.asarray(point.power)))
 
 
-def c8(machine: PaperMachine) -> Finding:
+def c8(machine: PaperMachine) -> Checked:
     """Peak efficiency of both motors at their supply voltage."""
     small, large = (machine.conventional(name).motor for name in ("motor1-gear1", "motor2-gear4"))
 
@@ -205,7 +204,7 @@ def c8(machine: PaperMachine) -> Finding:
         f"The data sheet of the paper's motor is lost; {small.name} was chosen because it has this peak, so this tests nothing. "
         "Motor 2 is several such motors on one shaft, the only scaling that keeps efficiency, speed and voltage."
     )
-    return settle(found(small), why, variants, by_construction=True)
+    return Checked(found(small), why, variants, by_construction=True)
 
 
 def _instead(drive: CoboticDrive, material: str, friction: float = 1.0) -> CoboticDrive:
@@ -222,7 +221,7 @@ def _turning(drive: CoboticDrive) -> float:
     return float(sum(needed(drive.steering, "steering").friction_torques(drive.transmission).values()))
 
 
-def s7(machine: PaperMachine) -> Finding:
+def s7(machine: PaperMachine) -> Checked:
     """Steering torque and creep of steel on steel, over those of other materials at the same slip force."""
     steel = "bearing-steel"
 
@@ -252,7 +251,7 @@ def s7(machine: PaperMachine) -> Finding:
         f"patch is smaller: it turns more easily and creeps less. Of the torque, {parts['bell'] / sum(parts.values()):.0%} are "
         "of the bell bearing, which carries the preload: a material with more friction needs less of it."
     )
-    return settle(found(softer), why, variants)
+    return Checked(found(softer), why, variants)
 
 
 CHECKS = {"C8": c8, "G1": g1, "G2": g2, "S7": s7}

@@ -15,7 +15,7 @@ from infinivar.analysis.cycles.shaking import DynamicMap
 from infinivar.limits import words_of
 from infinivar.paper.claims.bench import MOVES, TRACED, Bench, Pair
 from infinivar.paper.claims.claim import (
-    Finding,
+    Checked,
     Found,
     Kind,
     PaperMachine,
@@ -23,7 +23,6 @@ from infinivar.paper.claims.claim import (
     Variant,
     either_way,
     row,
-    settle,
     yes,
 )
 from infinivar.paper.claims.plane_measures import (
@@ -126,25 +125,21 @@ class _OnPlane:
     choices: Mapping[str, Check]
     axes: Mapping[str, Mapping[str, str]]
 
-    def __call__(self, machine: PaperMachine) -> Finding:
-        """Return the finding for reconstruction A, with every choice, definition and value tried.
+    def __call__(self, machine: PaperMachine) -> Checked:
+        """Check reconstruction A on the plane of the figure."""
+        bench, check = Bench.of(machine), self.check
+        shown = check(bench.pair(cells="fine"))
+        return Checked(shown, lambda: self.why(machine), self.variants(machine), lambda: ranges(bench, check))
 
-        Choices are tried for both reconstructions, definitions and values with the shipped choices on a coarser plane.
-        """
+    def variants(self, machine: PaperMachine) -> Iterator[Variant]:
+        """Choices tried for both reconstructions, definitions and values with the shipped choices on a coarser plane."""
         check, bench, other = self.check, Bench.of(machine), Bench.of(machine, "cobotic-b")
-        variants = [
-            *(row("choice", words, found) for words, found in self.tried(bench)),
-            row("value", "reconstruction B", check(other.pair(cells="fine"))),
-            *(row("value", f"reconstruction B, {words}", found) for words, found in self.tried(other)),
-            row("choice", "24 x 16 cells instead of 60 x 60", check(bench.pair())),
-            *(row(kind, words, check(bench.pair(definition))) for kind, words, definition in DEFINITIONS),
-            *open_values(bench, lambda moved: check(moved.pair())),
-        ]
-        return settle(self.shown(machine), self.why(machine), variants, ranges(bench, check))
-
-    def shown(self, machine: PaperMachine) -> Found:
-        """Return what the check finds on the plane of the figure."""
-        return self.check(Bench.of(machine).pair(cells="fine"))
+        yield from (row("choice", words, found) for words, found in self.tried(bench))
+        yield row("value", "reconstruction B", check(other.pair(cells="fine")))
+        yield from (row("value", f"reconstruction B, {words}", found) for words, found in self.tried(other))
+        yield row("choice", "24 x 16 cells instead of 60 x 60", check(bench.pair()))
+        yield from (row(kind, words, check(bench.pair(definition))) for kind, words, definition in DEFINITIONS)
+        yield from open_values(bench, lambda moved: check(moved.pair()))
 
     def tried(self, bench: Bench) -> Iterator[tuple[str, Found]]:
         """Findings with other axes and other choices."""
@@ -294,24 +289,19 @@ class _OnMaps:
     why: Callable[[PaperMachine], str]
     choices: Mapping[str, Callable[..., Found]]
 
-    def __call__(self, machine: PaperMachine) -> Finding:
-        """Return the finding, with every choice, definition and value tried."""
-        check, bench, other = self.check, Bench.of(machine), Bench.of(machine, "cobotic-b")
-        variants = [
-            row("value", "reconstruction B", check(other)),
-            *(row("choice", words, changed(bench)) for words, changed in self.choices.items()),
-            *(
-                row(kind, words, check(bench, definition=definition))
-                for kind, words, definition in DEFINITIONS
-                if definition.returned == "burn" and definition.measure != "printed"
-            ),
-            *open_values(bench, check),
-        ]
-        return settle(self.shown(machine), self.why(machine), variants)
+    def __call__(self, machine: PaperMachine) -> Checked:
+        """Check reconstruction A."""
+        return Checked(self.check(Bench.of(machine)), lambda: self.why(machine), self.variants(machine))
 
-    def shown(self, machine: PaperMachine) -> Found:
-        """Return what the check finds with the shipped choices."""
-        return self.check(Bench.of(machine))
+    def variants(self, machine: PaperMachine) -> Iterator[Variant]:
+        """Every choice, definition and value tried."""
+        check, bench = self.check, Bench.of(machine)
+        yield row("value", "reconstruction B", check(Bench.of(machine, "cobotic-b")))
+        yield from (row("choice", words, changed(bench)) for words, changed in self.choices.items())
+        for kind, words, definition in DEFINITIONS:
+            if definition.returned == "burn" and definition.measure != "printed":
+                yield row(kind, words, check(bench, definition=definition))
+        yield from open_values(bench, check)
 
 
 def raised(before: DynamicMap, after: DynamicMap) -> Found:
@@ -370,7 +360,7 @@ def _why_lighter(machine: PaperMachine) -> str:
     )
 
 
-CHECKS: Mapping[str, Callable[[PaperMachine], Finding]] = {
+CHECKS: Mapping[str, Callable[[PaperMachine], Checked]] = {
     "D1": _OnPlane(better, _why_better, _thresholds(better, "exceptions", EXCEPTIONS), axes=AXES),
     "D2": _OnPlane(
         similar,

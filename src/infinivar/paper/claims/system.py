@@ -19,7 +19,7 @@ from infinivar.limits import Limit
 from infinivar.paper.claims.bench import MOVES, Bench, demands, with_drag
 from infinivar.paper.claims.claim import (
     FACTOR,
-    Finding,
+    Checked,
     Found,
     PaperMachine,
     Range,
@@ -27,7 +27,6 @@ from infinivar.paper.claims.claim import (
     either_way,
     near,
     row,
-    settle,
     yes,
 )
 from infinivar.paper.claims.element import best_point
@@ -115,7 +114,7 @@ def _cobotic_values(machine: PaperMachine, found: Callable[[CoboticDrive], Found
         yield from either_way(words, lambda factor, one=parameter: found(bench.moved(one, factor).cobotic))
 
 
-def c1(machine: PaperMachine) -> Finding:
+def c1(machine: PaperMachine) -> Checked:
     """Coverage of Motor 1 with three ratios."""
     threshold = "each below 100 %"
 
@@ -143,18 +142,21 @@ def c1(machine: PaperMachine) -> Finding:
     }
     met = "; ".join(f"{' and '.join(sorted(words))} at {ratio:g}:1" for ratio, words in limits.items())
     any_ratio = best(None)
-    variants = [
-        row("value", f"any ratio from {ratios[0]:g}:1 to {ratios[-1]:g}:1", any_ratio),
-        row("value", "no drag at the load", found(bare)),
-        row("value", "any ratio, without drag at the load", best(0.0)),
-        *either_way(MOVES["drag"].words, lambda factor: found([with_drag(drive, factor) for drive in drives])),
-        *demands(machine, lambda requested: found(drives, requested)),
-    ]
+
+    def variants() -> list[Variant]:
+        return [
+            row("value", f"any ratio from {ratios[0]:g}:1 to {ratios[-1]:g}:1", any_ratio),
+            row("value", "no drag at the load", found(bare)),
+            row("value", "any ratio, without drag at the load", best(0.0)),
+            *either_way(MOVES["drag"].words, lambda factor: found([with_drag(drive, factor) for drive in drives])),
+            *demands(machine, lambda requested: found(drives, requested)),
+        ]
+
     why = f"Limits exceeded: {met}. The ratios are assumed; over all ratios the coverage is {any_ratio.computed}."
-    return settle(found(drives), why, variants)
+    return Checked(found(drives), why, variants)
 
 
-def c2(machine: PaperMachine) -> Finding:
+def c2(machine: PaperMachine) -> Checked:
     """Largest continuous power that Motor 1 delivers to the load."""
     required = machine.power
 
@@ -163,19 +165,21 @@ def c2(machine: PaperMachine) -> Finding:
         value = max(float(steady.power_out[steady.limit == Limit.OK].max()) for steady in maps)
         return Found(value, f"at least {plain(least, 3)} W", yes(value >= least))
 
-    variants = [
-        *(row("value", f"with {machine.study.titles[name].split(', ')[-1]} only", found(name)) for name in _SMALL),
-        *demands(machine, lambda requested: found(least=requested.power), "power"),
-    ]
+    def variants() -> list[Variant]:
+        return [
+            *(row("value", f"with {machine.study.titles[name].split(', ')[-1]} only", found(name)) for name in _SMALL),
+            *demands(machine, lambda requested: found(least=requested.power), "power"),
+        ]
+
     value = found()
     why = (
         f"With its best ratio it delivers {value.computed:.1f} W to the load continuously. The paper prints no required power; "
         f"{plain(required, 3)} W were chosen below that, so this tests nothing."
     )
-    return settle(value, why, variants, by_construction=True)
+    return Checked(value, why, variants, by_construction=True)
 
 
-def c3(machine: PaperMachine) -> Finding:
+def c3(machine: PaperMachine) -> Checked:
     """Coverage of Motor 2."""
     result = machine.comparison.results[_LARGE]
     drag, _, most = _drags(machine)
@@ -184,23 +188,25 @@ def c3(machine: PaperMachine) -> Finding:
     def found(drive: ConventionalDrive, requested: PaperMachine = machine) -> Found:
         return Found(f"{_coverage(requested, drive):.1%}", "100 %", yes(_spare(requested, drive) >= 0.0))
 
-    variants = [
-        row("value", "no drag at the load", found(_with_drag(large, 0.0))),
-        row("value", f"drag at the load x {FACTOR:g}", found(_with_drag(large, FACTOR * drag))),
-        row("value", "ratio 3.8:1", found(_with_ratio(large, 3.8))),
-        row("value", "ratio 4.2:1", found(_with_ratio(large, 4.2))),
-        *demands(machine, lambda requested: found(large, requested)),
-    ]
+    def variants() -> list[Variant]:
+        return [
+            row("value", "no drag at the load", found(_with_drag(large, 0.0))),
+            row("value", f"drag at the load x {FACTOR:g}", found(_with_drag(large, FACTOR * drag))),
+            row("value", "ratio 3.8:1", found(_with_ratio(large, 3.8))),
+            row("value", "ratio 4.2:1", found(_with_ratio(large, 4.2))),
+            *demands(machine, lambda requested: found(large, requested)),
+        ]
+
     tight = stated(result.tightest, "tightest")
     why = (
         "The paper prints neither ratio nor drag. They were chosen so that the drive covers the regime, with a margin of "
         f"{tight.value:.3f} ({tight.limit.words}). It would do so with up to {most:.1f} N of drag at the "
         f"load; {drag:.1f} N are assumed."
     )
-    return settle(found(large), why, variants, [_drag_range(machine, None, most)], by_construction=True)
+    return Checked(found(large), why, variants, [_drag_range(machine, None, most)], by_construction=True)
 
 
-def c4(machine: PaperMachine) -> Finding:
+def c4(machine: PaperMachine) -> Checked:
     """Smallest scale of Motor 1, with the shipped ratio and over all ratios."""
     from scipy.optimize import minimize_scalar
 
@@ -214,51 +220,55 @@ def c4(machine: PaperMachine) -> Finding:
         return Found(float(scale), "rounds to 2.7", yes(abs(scale - 2.7) <= 0.05))
 
     at_shipped = smallest_scale(machine, shipped)
-    variants = [
-        row("value", f"ratio {least.x:.2f}:1, the best", found(float(least.fun))),
-        *(row("value", f"ratio {ratio:g}:1", found(smallest_scale(machine, ratio))) for ratio in (3.6, 3.8, 4.2)),
-        *either_way("drag at the load", lambda factor: found(smallest_scale(machine, shipped, factor * drag))),
-        *demands(machine, lambda requested: found(smallest_scale(requested, shipped))),
-    ]
+
+    def variants() -> list[Variant]:
+        return [
+            row("value", f"ratio {least.x:.2f}:1, the best", found(float(least.fun))),
+            *(row("value", f"ratio {ratio:g}:1", found(smallest_scale(machine, ratio))) for ratio in (3.6, 3.8, 4.2)),
+            *either_way("drag at the load", lambda factor: found(smallest_scale(machine, shipped, factor * drag))),
+            *demands(machine, lambda requested: found(smallest_scale(requested, shipped))),
+        ]
+
     why = (
         "The verdict depends on the fourth ratio, which the paper does not print: the smallest scale is "
         f"{at_shipped:.2f} with the reconstructed {shipped:g}:1, and {least.fun:.2f} with {least.x:.2f}:1."
     )
     value = f"{at_shipped:.2f} at {shipped:g}:1, {least.fun:.2f} at {least.x:.2f}:1"
-    return settle(found(at_shipped)._replace(computed=value), why, variants)
+    return Checked(found(at_shipped)._replace(computed=value), why, variants)
 
 
-def c5(machine: PaperMachine) -> Finding:
+def c5(machine: PaperMachine) -> Checked:
     """Peak efficiency of the Motor 2 drive."""
     result = machine.comparison.results[_LARGE]
     large = machine.conventional(_LARGE)
-
-    def peak(drive: ConventionalDrive) -> float:
-        speed, force = result.map.speed[:, None], result.map.force[None, :]
-        return float(np.nanmax(drive.operate(speed=speed, force=force).efficiency))
 
     def found(value: float, tolerance: float = _READING) -> Found:
         return near(value, 0.85, tolerance)
 
     free = _with_drag(large, 0.0)
-    bare, drag = peak(free), large.guideway.friction
-    variants = [
-        row("choice", "half a point of tolerance, for rounding alone", found(result.peak_efficiency, 0.5 * _READING)),
-        row("choice", "twice the tolerance", found(result.peak_efficiency, 2 * _READING)),
-        row("value", "no drag at the load", found(bare)),
-        *either_way("drag at the load", lambda factor: found(peak(with_drag(large, factor)))),
-    ]
+    bare, drag = _peak(machine, free), large.guideway.friction
     product = large.motor.peak_efficiency * given(large.gearhead.efficiency, 1.0)
-    variants.append(row("definition", "motor and gear alone, each at its peak", found(product)))
+
+    def variants() -> list[Variant]:
+        return [
+            row(
+                "choice", "half a point of tolerance, for rounding alone", found(result.peak_efficiency, 0.5 * _READING)
+            ),
+            row("choice", "twice the tolerance", found(result.peak_efficiency, 2 * _READING)),
+            row("value", "no drag at the load", found(bare)),
+            *either_way("drag at the load", lambda factor: found(_peak(machine, with_drag(large, factor)))),
+            row("definition", "motor and gear alone, each at its peak", found(product)),
+        ]
+
     why = (
         f"The assumed drag of {drag:g} N at the load explains most of the difference. Without drag the peak would be "
         f"{bare:.2f}, but {_region_peak(machine, free):.2f} inside the regime, which contradicts C6. If motor and gear had their "
         f"peaks at the same point, they would reach {product:.3f}."
     )
-    return settle(found(result.peak_efficiency), why, variants)
+    return Checked(found(result.peak_efficiency), why, variants)
 
 
-def c6(machine: PaperMachine) -> Finding:
+def c6(machine: PaperMachine) -> Checked:
     """Peak efficiency of the Motor 2 drive in the required region."""
     large = machine.conventional(_LARGE)
     drag, least, most = _drags(machine)
@@ -267,19 +277,21 @@ def c6(machine: PaperMachine) -> Finding:
         value = _region_peak(requested, drive)
         return Found(value, "at most 0.65", yes(value <= 0.65))
 
-    variants = [
-        row("value", "no drag at the load", found(_with_drag(large, 0.0))),
-        *either_way("drag at the load", lambda factor: found(with_drag(large, factor))),
-        *demands(machine, lambda requested: found(large, requested)),
-    ]
+    def variants() -> list[Variant]:
+        return [
+            row("value", "no drag at the load", found(_with_drag(large, 0.0))),
+            *either_way("drag at the load", lambda factor: found(with_drag(large, factor))),
+            *demands(machine, lambda requested: found(large, requested)),
+        ]
+
     why = (
         f"The paper does not print the drag at the load; {drag:g} N were chosen to satisfy this claim. It holds from "
         f"{least:.1f} N and C3 up to {most:.1f} N, which leaves little room."
     )
-    return settle(found(large), why, variants, [_drag_range(machine, least, None)], by_construction=True)
+    return Checked(found(large), why, variants, [_drag_range(machine, least, None)], by_construction=True)
 
 
-def c7(machine: PaperMachine) -> Finding:
+def c7(machine: PaperMachine) -> Checked:
     """Share of winding loss in the Motor 2 drive over the required region."""
     large = machine.conventional(_LARGE)
     drag, least, most = _drags(machine)
@@ -314,18 +326,25 @@ def c7(machine: PaperMachine) -> Finding:
 
     corner = machine.comparison.results[_LARGE].corners["maximum force"]
     crossing = drag_at(machine, lead)
-    variants = [
-        row("choice", '"much": at least a quarter of the loss', share(0.25)),
-        row("choice", '"much": at least half of the loss', share(0.5)),
-        row("choice", '"much": at least a quarter of the power drawn', share(0.25, "power")),
-        row(
-            "value",
-            f"drag at the load {least:.2f} N, the smallest at which C6 holds",
-            largest(_with_drag(large, least)),
-        ),
-        row("value", f"drag at the load {most:.2f} N, the largest at which C3 holds", largest(_with_drag(large, most))),
-        *demands(machine, lambda requested: largest(large, requested)),
-    ]
+
+    def variants() -> list[Variant]:
+        return [
+            row("choice", '"much": at least a quarter of the loss', share(0.25)),
+            row("choice", '"much": at least half of the loss', share(0.5)),
+            row("choice", '"much": at least a quarter of the power drawn', share(0.25, "power")),
+            row(
+                "value",
+                f"drag at the load {least:.2f} N, the smallest at which C6 holds",
+                largest(_with_drag(large, least)),
+            ),
+            row(
+                "value",
+                f"drag at the load {most:.2f} N, the largest at which C3 holds",
+                largest(_with_drag(large, most)),
+            ),
+            *demands(machine, lambda requested: largest(large, requested)),
+        ]
+
     mean = means(large)
     parts = {name: mean[name] / sum(mean.values()) for name in ("winding", "guideway")}
     why = (
@@ -333,10 +352,10 @@ def c7(machine: PaperMachine) -> Finding:
         f"over the regime it is {parts['winding']:.1%}, and drag at the load {parts['guideway']:.1%}. The drag ({drag:g} N) is "
         f'assumed; above {crossing:.1f} N it would be the larger of the two. The paper does not define "much".'
     )
-    return settle(largest(large), why, variants, [_drag_range(machine, None, crossing)])
+    return Checked(largest(large), why, variants, [_drag_range(machine, None, crossing)])
 
 
-def b1(machine: PaperMachine) -> Finding:
+def b1(machine: PaperMachine) -> Checked:
     """Coverage of the cobotic drive."""
 
     def found(drive: CoboticDrive, requested: PaperMachine = machine) -> Found:
@@ -350,26 +369,29 @@ def b1(machine: PaperMachine) -> Finding:
     point, _ = _over_region(machine, machine.drive)
     torque, voltage = (float(np.nanmax(point.utilisation[limit])) for limit in (Limit.THERMAL, Limit.VOLTAGE))
     slip = machine.element.slip_force
-    variants = [
-        row("value", "reconstruction B", found(machine.cobotic("cobotic-b"))),
-        *_cobotic_values(machine, found),
-        *demands(machine, lambda requested: found(machine.drive, requested)),
-    ]
+
+    def variants() -> list[Variant]:
+        return [
+            row("value", "reconstruction B", found(machine.cobotic("cobotic-b"))),
+            *_cobotic_values(machine, found),
+            *demands(machine, lambda requested: found(machine.drive, requested)),
+        ]
+
     why = (
         f"The paper does not print the preload. It was chosen so that the wheel slips at {slip:.0f} N, above the "
         f"{np.max(force):.0f} N required. Only the motor remains to be tested: it needs at most {torque:.0%} of its continuous "
         f"torque and {voltage:.0%} of the supply voltage."
     )
-    return settle(found(machine.drive), why, variants, by_construction=True)
+    return Checked(found(machine.drive), why, variants, by_construction=True)
 
 
-def _peak(machine: PaperMachine, drive: CoboticDrive) -> float:
+def _peak(machine: PaperMachine, drive: Drive) -> float:
     """Peak efficiency within limits, inside the required region and far beyond it."""
     requirement = machine.requirement
     return best_efficiency(drive, requirement.speed, requirement.force, (1.0,), "peak efficiency")[0]
 
 
-def b2(machine: PaperMachine) -> Finding:
+def b2(machine: PaperMachine) -> Checked:
     """Peak efficiency of the cobotic drive."""
 
     def found(value: float) -> Found:
@@ -380,25 +402,28 @@ def b2(machine: PaperMachine) -> Finding:
     stages = drive.motor.peak_efficiency * given(drive.gearhead.efficiency, 1.0)
     own = best_point(machine.element)[0]
     free = [replace(machine.cobotic(name), guideway=Guideway()) for name in _COBOTIC.values()]
-    variants = [
-        row("value", "reconstruction B", found(b.peak_efficiency)),
-        row("definition", "inside the required region only", found(a.peak_efficiency_in_region)),
-        *(
-            row("value", f"no drag of the link, reconstruction {letter}", found(_peak(machine, bare)))
-            for letter, bare in zip(_COBOTIC, free, strict=True)
-        ),
-        *_cobotic_values(machine, lambda moved: found(_peak(machine, moved))),
-    ]
+
+    def variants() -> list[Variant]:
+        return [
+            row("value", "reconstruction B", found(b.peak_efficiency)),
+            row("definition", "inside the required region only", found(a.peak_efficiency_in_region)),
+            *(
+                row("value", f"no drag of the link, reconstruction {letter}", found(_peak(machine, bare)))
+                for letter, bare in zip(_COBOTIC, free, strict=True)
+            ),
+            *_cobotic_values(machine, lambda moved: found(_peak(machine, moved))),
+        ]
+
     why = (
         f"A reaches {a.peak_efficiency:.3f}; B, whose gear loss is proportional to power, reaches {b.peak_efficiency:.3f}. The "
         "three printed efficiencies were built into the machine, and stages in series cannot exceed the product of their peaks: "
         f"{stages * 0.98:.3f} with the printed 98 %, {stages * own:.3f} with the {own:.1%} of its element. So this tests nothing "
         "but that motor, gear and element do not have their peaks at the same point."
     )
-    return settle(found(a.peak_efficiency), why, variants, by_construction=True)
+    return Checked(found(a.peak_efficiency), why, variants, by_construction=True)
 
 
-def b3(machine: PaperMachine) -> Finding:
+def b3(machine: PaperMachine) -> Checked:
     """Share of the required region in which the cobotic drive draws less power than the Motor 2 drive."""
     large = machine.conventional(_LARGE)
 
@@ -412,15 +437,18 @@ def b3(machine: PaperMachine) -> Finding:
 
     a, b = (machine.cobotic(name) for name in _COBOTIC.values())
     both = {letter: found(drive) for letter, drive in (("A", a), ("B", b))}
-    variants = [
-        row("choice", '"any" as in 90 % of the region', found(a, least=0.9)),
-        row("value", "reconstruction B", both["B"]),
-        row("value", "reconstruction B, in 90 % of the region", found(b, least=0.9)),
-        *either_way(f"reconstruction A, {MOVES['drag'].words}", lambda factor: found(a, with_drag(large, factor))),
-        *either_way(f"reconstruction B, {MOVES['drag'].words}", lambda factor: found(b, with_drag(large, factor))),
-        *_cobotic_values(machine, found),
-        *demands(machine, lambda requested: found(a, requested=requested)),
-    ]
+
+    def variants() -> list[Variant]:
+        return [
+            row("choice", '"any" as in 90 % of the region', found(a, least=0.9)),
+            row("value", "reconstruction B", both["B"]),
+            row("value", "reconstruction B, in 90 % of the region", found(b, least=0.9)),
+            *either_way(f"reconstruction A, {MOVES['drag'].words}", lambda factor: found(a, with_drag(large, factor))),
+            *either_way(f"reconstruction B, {MOVES['drag'].words}", lambda factor: found(b, with_drag(large, factor))),
+            *_cobotic_values(machine, found),
+            *demands(machine, lambda requested: found(a, requested=requested)),
+        ]
+
     idle = {letter: float(drive.operate(speed=1e-9, force=0.0).power_in) for letter, drive in (("A", a), ("B", b))}
     words = f"{both['A'].computed} (A), {both['B'].computed} (B)"
     why = (
@@ -428,10 +456,10 @@ def b3(machine: PaperMachine) -> Finding:
         f"gear has a constant friction torque, {idle['A']:.1f} W, and B, whose gear loss is proportional to power, "
         f"{idle['B']:.1f} W. This loss law makes the difference at light load."
     )
-    return settle(both["A"]._replace(computed=words), why, variants)
+    return Checked(both["A"]._replace(computed=words), why, variants)
 
 
-def b4(machine: PaperMachine) -> Finding:
+def b4(machine: PaperMachine) -> Checked:
     """Limits that bound the operating range of the cobotic drive."""
 
     def found(drive: CoboticDrive, farthest: float = PEAK_REACH, requested: PaperMachine = machine) -> Found:
@@ -447,38 +475,43 @@ def b4(machine: PaperMachine) -> Finding:
     motor = drive.motor
     turning = abs(drive.cylinder_speed) * drive.gearhead.ratio
     needed = motor.operate(torque=motor.continuous_torque, speed=turning).voltage
-    variants = [
-        row("value", "reconstruction B", found(machine.cobotic("cobotic-b"))),
-        row("choice", "within 3 times the required force and speed", found(drive, 3.0)),
-        row("choice", "within 100 times the required force and speed", found(drive, 100.0)),
-        *_cobotic_values(machine, found),
-        *demands(machine, lambda requested: found(drive, requested=requested)),
-    ]
+
+    def variants() -> list[Variant]:
+        return [
+            row("value", "reconstruction B", found(machine.cobotic("cobotic-b"))),
+            row("choice", "within 3 times the required force and speed", found(drive, 3.0)),
+            row("choice", "within 100 times the required force and speed", found(drive, 100.0)),
+            *_cobotic_values(machine, found),
+            *demands(machine, lambda requested: found(drive, requested=requested)),
+        ]
+
     why = (
         f"With the cylinder at {abs(drive.cylinder_speed):g} rad/s the motor turns at {turning:.0f} rad/s. Its continuous torque "
         f"there needs {float(needed):.1f} V of {motor.voltage:g} V, so the torque limit is reached before the voltage limit."
     )
-    return settle(found(drive), why, variants)
+    return Checked(found(drive), why, variants)
 
 
-def b5(machine: PaperMachine) -> Finding:
+def b5(machine: PaperMachine) -> Checked:
     """Cylinder speed at 8040 rpm through 57:1."""
 
     def found(rpm: float, ratio: float) -> Found:
         return near(rpm * 2.0 * np.pi / 60.0 / ratio, 14.0, 0.5)
 
-    variants = [
-        row("value", "8035 rpm, which rounds to 8040", found(8035.0, 57.0)),
-        row("value", "57.5:1, which may be printed as 57", found(8040.0, 57.5)),
-        row("value", "both", found(8035.0, 57.5)),
-    ]
+    def variants() -> list[Variant]:
+        return [
+            row("value", "8035 rpm, which rounds to 8040", found(8035.0, 57.0)),
+            row("value", "57.5:1, which may be printed as 57", found(8040.0, 57.5)),
+            row("value", "both", found(8035.0, 57.5)),
+        ]
+
     value = found(8040.0, 57.0)
     turns = 14.0 * 57.0 * 60.0 / (2.0 * np.pi)
     why = (
         f"8040 rpm through 57:1 gives {value.computed:.2f} rad/s, and 14 rad/s corresponds to {turns:.0f} rpm at the motor. "
         "Rounding of the printed digits does not explain the difference."
     )
-    return settle(value, why, variants)
+    return Checked(value, why, variants)
 
 
 CHECKS = {
