@@ -24,6 +24,13 @@ BEARINGS = CylinderBearings(
     bearing=LEG.steering.bell_bearing, span=0.14, pull=80.0, pull_position=-0.02, backing_rollers=1
 )
 PROPORTIONAL = {"efficiency": 0.7, "backdriving_efficiency": 0.4, "loss_model": "proportional"}
+UPRIGHT = {
+    "member_centres": (0.12, 0.15),
+    "member_offsets": (0.01, -0.03),
+    "member_inertias": (4e-3, 2e-3),
+    "gravity": (1.3, -9.7),
+}
+"""Members that are not uniform, with weight."""
 
 
 def functions(machine, source=True):
@@ -73,7 +80,10 @@ def graph_at(machine, name, state, angles, current, push):
         flows[:2] *= system.mechanics.load.pulleys
     if name == "serial arm":
         flows = np.cumsum(flows)
-    given = dict(zip(states, flows, strict=True)) | {f"angle_{place + 1}": angle for place, angle in enumerate(c)}
+    lifted = {one: 0.0 for one in made.states if one.startswith("weight")}
+    given = (
+        lifted | dict(zip(states, flows, strict=True)) | {f"angle_{place + 1}": angle for place, angle in enumerate(c)}
+    )
     if name == "platform":
         link = system.mechanics.load.at(c[None], nu[None, :-1])
         given |= {f"l_{place + 1}": position for place, position in enumerate(link.position[0])}
@@ -103,6 +113,8 @@ def graph_at(machine, name, state, angles, current, push):
     [
         *((name, {}) for name in ("planar", "sphere", "arm", "serial arm", "platform")),
         ("arm", {"tip_inertia": 0.02}),
+        ("arm", UPRIGHT),
+        ("serial arm", {"gravity": (1.3, -9.7)}),
         *(
             (name, {"leg": replace(LEG, cylinder_bearings=BEARINGS, guideway=iv.parts.Guideway(friction=1.0))})
             for name in ("arm", "platform")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -69,6 +69,8 @@ class Moved(NamedTuple):
 
     inertia: np.ndarray
     bias: np.ndarray
+    potential: Any = 0.0
+    """Energy of its weight, nowhere negative. (m,) [J]"""
 
     def forces(self, acceleration: np.ndarray) -> np.ndarray:
         """Forces that give the bodies accelerations (..., d), in the order of their rows. (..., d)"""
@@ -145,7 +147,7 @@ def planar_arm(
     Parameters
     ----------
     lengths, masses, inertias : (n,) float   Of the members; inertias about the centres of mass.
-    tip_mass : float                         At the end point. [kg]
+    tip_mass : float                         At the end point, of a load whose weight is a part of the wrench. [kg]
     angles, rates : (m, n) float             Of the joints, each relative to the member before. [rad], [rad s^-1]
     centres : (n, 2) float                   Centres of mass, along and across the member from its joint; without them in the
                                              middle. [m]
@@ -154,12 +156,14 @@ def planar_arm(
     Returns
     -------
     inertia, bias : (m, n, n), (m, n) float   [kg m^2], [N m]; the bias holds the weight, as what the joints exert against it.
+    potential : (m,) float                    0 where all members hang. [J]
 
     Notes
     -----
     Member j and all beyond it have the first moment :math:`s_j e^{i a_j}` about joint j, with :math:`s_j = m_j c_j + l_j b_j`,
     the centre c as a complex number and the mass b beyond. A pair (i, j) with i nearer to the base has
-    :math:`H_{ij} = l_i\,\mathrm{Re}(s_j e^{i(a_j - a_i)})`, and weight exerts :math:`\mathrm{Re}(\bar g\, i s_j e^{i a_j})`.
+    :math:`H_{ij} = l_i\,\mathrm{Re}(s_j e^{i(a_j - a_i)})`, and weight exerts :math:`\mathrm{Re}(\bar g\, i s_j e^{i a_j})`, the
+    derivative of its work :math:`\mathrm{Re}(\bar g\, s_j e^{i a_j})`.
 
     Source: d'Alembert in absolute angles: centrifugal moments are ``dH_ij/da_j (da_j/dt)^2``.
     """
@@ -180,12 +184,15 @@ def planar_arm(
     inertia, pulling = coupling * np.cos(apart), coupling * np.sin(apart)
     if np.any(skew):
         inertia, pulling = inertia + skew * np.sin(apart), pulling - skew * np.cos(apart)
-    bias = np.matmul(pulling, (turning * turning)[..., None])[..., 0]
+    bias, potential = np.matmul(pulling, (turning * turning)[..., None])[..., 0], 0.0
     if gravity is not None:
         x, y = gravity
         sine, cosine = np.sin(absolute), np.cos(absolute)
-        ahead = lengths * (along * masses + beyond) * (x * sine - y * cosine)
-        bias = bias + ahead + lengths * across * masses * (x * cosine + y * sine)
+        ahead, left = lengths * (along * masses + beyond - tip_mass), lengths * across * masses
+        fallen, turned = x * cosine + y * sine, x * sine - y * cosine
+        bias = bias + ahead * turned + left * fallen
+        lowest = np.hypot(x, y) * np.sum(np.hypot(ahead, left))
+        potential = lowest - np.sum(ahead * fallen - left * turned, axis=-1)
     # Absolute angles are sums of joint angles.
     outward = np.tril(np.ones((n, n)))
-    return Moved(outward.T @ inertia @ outward, bias @ outward)
+    return Moved(outward.T @ inertia @ outward, bias @ outward, potential)
