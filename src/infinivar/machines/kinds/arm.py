@@ -20,19 +20,17 @@ from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.machines import bonds
 from infinivar.machines.bodies import Moved, PlanarBody, joined, planar_arm
-from infinivar.machines.course import MachineCourse
 from infinivar.machines.hand import ArmGrip, Grip
-from infinivar.machines.kinds.linked import Linked, OnCylinder, SeparateMachine, check_leg
+from infinivar.machines.kinds.jointed import Jointed
+from infinivar.machines.kinds.linked import OnCylinder, SeparateMachine, check_leg
 from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load
-from infinivar.machines.links import Carried, moved
-from infinivar.machines.machine import TaskPoint, rows
+from infinivar.machines.machine import TaskPoint
 from infinivar.machines.many_legs import LeggedDrive
 from infinivar.machines.pictures import jointed
 from infinivar.machines.pictures.jointed import Chain
 from infinivar.machines.pictures.slides import Drum
 from infinivar.machines.pictures.strokes import Picture
 from infinivar.transmission.arm import PlanarArm
-from infinivar.transmission.configuration import Configuration
 
 Elbow = Literal["left", "right"]
 
@@ -214,7 +212,7 @@ def arm_load(machine: Any, pulleys: np.ndarray, tip_mass: float = 0.0, tip_inert
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ArmDrive(Linked):
+class ArmDrive(Jointed):
     """A planar arm of one to three joints, each moved by a leg on one common cylinder, or by a drive of its own.
 
     With two joints the end point has x and y, with three its direction as well, with one only the angle of the joint.
@@ -345,51 +343,15 @@ class ArmDrive(Linked):
             x, y = x - self.lengths[2] * np.cos(row[..., 2]), y - self.lengths[2] * np.sin(row[..., 2])
         return np.abs(x * x + y * y - first**2 - second**2) / (2.0 * first * second)
 
-    def part_speeds(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-        """Of the links, or of belts at the joints' pulleys; nan beyond reach. (..., n) [m s^-1]"""
-        return self.pulley_radius * self._placed(pose, twist, 0.0 * twist)[1]
-
-    def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
-        """As `infinivar.machines.machine.Machine.perform`; beyond reach all is nan."""
-        pose, twist, wrench = rows(self, pose, twist, wrench)
-        angles, rates, torques, configuration = self._placed(pose, twist, wrench)
-        weight = None
-        if self.gravity is not None:
-            n = self.links
-            weight = self._members().inertia(angles.reshape(-1, n), np.zeros((angles.size // n, n))).bias
-            weight = weight.reshape(angles.shape)
-        point = moved(
-            configuration,
-            self.legs,
-            self.separate,
-            rates,
-            torques if weight is None else torques + weight,
-            lever=self.pulley_radius,
-            words="joint",
-            units=("N m", "rad/s"),
-        )
-        if weight is None:
-            return point
-        # What lifts the arm itself is stored in it.
-        lifting = np.sum(weight * rates, axis=-1) + 0.0 * point.power_out
-        return replace(point, power_out=point.power_out - lifting, stored={"machine": lifting})
-
     def picture(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> Picture:
         """Its members, with the torques of its joints."""
         return jointed.picture(self, point, pose, twist, wrench)
 
-    def carried(self, course: MachineCourse) -> Carried:
-        """What the joints carry along a course, with weight and what accelerates the members; beyond reach all is nan.
-
-        Source: `infinivar.machines.bodies.planar_arm`.
-        """
-        angles, rates, torques, configuration = self._placed(course.pose, course.twist, course.wrench)
-        load = torques[1:4]
-        if not self._massless:
-            n = self.links
-            members = self._members().inertia(angles[1:4].reshape(-1, n), rates[1:4].reshape(-1, n))
-            load = load + members.forces(course.rate(rates))
-        return Carried(course=course, configuration=configuration, twist=rates, load=load)
+    def _solved(self, pose: np.ndarray) -> tuple[np.ndarray, dict[Limit, np.ndarray]]:
+        angles, reach = self.angles(pose), self.reach(pose)
+        within = np.isfinite(angles).all(axis=-1) & (reach < 1.0)
+        demand = np.where(within, reach, np.maximum(reach, 1.0 + 1e-12))
+        return np.where(within[..., None], angles, np.nan), {} if self.links == 1 else {Limit.LINKAGE: demand}
 
     def _members(self) -> ArmLoad:
         """Masses of the arm; the payload is a part of the last member."""
@@ -401,26 +363,6 @@ class ArmDrive(Linked):
         members[-1] = joined(members[-1], PlanarBody(self.payload_mass, held, self.payload_inertia))
         masses, centres, inertias = (np.array(one) for one in zip(*members, strict=True))
         return replace(load, masses=masses, centres=centres, inertias=inertias)
-
-    def along(self, carried: Carried) -> TaskPoint:
-        """See `infinivar.machines.links`."""
-        return self._along(carried, self.pulley_radius, "joint", ("N m", "rad/s"))
-
-    def _placed(
-        self, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, Configuration]:
-        """Joint angles, rates and torques, and the links over the pulleys; nan beyond reach."""
-        angles, n = self.angles(pose), len(self.lengths)
-        reach = self.reach(pose)
-        within = np.isfinite(angles).all(axis=-1) & (reach < 1.0)
-        safe = np.where(within[..., None], angles, np.linspace(0.3, 0.6, n))
-        jacobian = self._jacobian(safe)
-        rates = np.linalg.solve(jacobian, twist[..., None])[..., 0]
-        torques = np.matmul(np.swapaxes(jacobian, -1, -2), wrench[..., None])[..., 0]
-        utilisation = {} if n == 1 else {Limit.LINKAGE: np.where(within, reach, np.maximum(reach, 1.0 + 1e-12))}
-        rim = np.diag(np.full(n, self.pulley_radius))
-        configuration = Configuration(jacobian=np.where(within[..., None, None], rim, np.nan), utilisation=utilisation)
-        return safe, rates, torques, configuration
 
     def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> ArmMachine | SeparateMachine:
         """The arm with the masses of its members, and a load at its end point, for `infinivar.simulate_machine`.
@@ -461,16 +403,6 @@ class ArmDrive(Linked):
             tip_inertia=load_inertia,
             gravity=load.gravity,
         )
-
-    def followed(self, pose: Array, wrench: Array) -> tuple[np.ndarray, np.ndarray]:
-        """Joint angles (..., n), without turns between neighbours, and joint torques of poses and wrenches (..., n) of the end
-        point; nan beyond reach."""
-        angles = self.angles(pose)
-        if angles.ndim > 1:
-            angles = np.unwrap(angles, axis=0)
-        across = np.swapaxes(self._jacobian(np.nan_to_num(angles)), -1, -2)
-        torques = np.matmul(across, np.asarray(wrench, dtype=float)[..., None])[..., 0]
-        return angles, torques + 0.0 * angles
 
     def _jacobian(self, angles: np.ndarray) -> np.ndarray:
         """Of the end point in `coordinates`. (..., n, n)"""
