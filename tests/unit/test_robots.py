@@ -1,6 +1,7 @@
 """Arms in space from URDF files: against Pinocchio, MuJoCo and closed forms, in studies, in motion, and messages."""
 
 import pickle
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,9 +23,12 @@ from internals import (
     rotation_matrix,
     rotation_vector,
 )
+from run_cli import run
 
 pin = pytest.importorskip("pinocchio", reason="the extra infinivar[robots] has pin")
-SIX = Path(__file__).parents[1] / "six_joint_robot.urdf"
+ROOT = Path(__file__).parents[2]
+SIX = ROOT / "studies" / "robots" / "six_joint_robot.urdf"
+PICK = SIX.with_name("pick_and_place.toml")
 HOME = (0.0, -1.2, 1.4, -1.77, -1.57, 0.3)
 PAYLOAD = {"payload_mass": 1.0, "payload_centre": (0.05, -0.02, 0.01), "payload_inertia": 1e-3}
 
@@ -350,22 +354,31 @@ def test_a_study_names_the_file_beside_it(study, tmp_path, monkeypatch):
     assert iv.load_study(tmp_path / "over.toml").drives["robot"].payload_mass == 0.3
 
 
+def test_the_example_says_what_the_manual_says_in_a_few_seconds(tmp_path):
+    began = time.process_time()
+    iv.compare(iv.load_study(PICK))
+    assert time.process_time() - began < 5.0
+    found, manual = run("compare", PICK, "--quick", folder=tmp_path), ROOT / "docs" / "machines.md"
+    printed = found.out.splitlines()[:5]
+    assert "\n".join(printed) in manual.read_text("utf-8")
+
+
 @pytest.mark.slow
 def test_a_simulation_draws_the_power_of_the_verdict(study):
     made = study()
     drive = made.drives["robot"]
     for task in (made.tasks["lift"], made.paths["swing"]):
         found = iv.perform_task(drive, task) if task is made.tasks["lift"] else iv.follow_path(drive, task)
-        run = iv.simulate(drive, task)
-        assert run.closure < 1e-6
+        moved = iv.simulate(drive, task)
+        assert moved.closure < 1e-6
         known = found.mean_power if task is made.tasks["lift"] else found.controlled_power
-        assert sum(run.mean_powers.values()) == pytest.approx(known, rel=0.03)
+        assert sum(moved.mean_powers.values()) == pytest.approx(known, rel=0.03)
 
 
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"tool": "hand"}, "model: frame has an unknown link 'hand'"),
+        ({"tool": "hand"}, "model = 'six_joint_robot.urdf': frame has an unknown link 'hand'"),
         ({"home_angles": (0.0,) * 6}, "home_angles must be a pose in which the end point moves along all axes"),
         ({"home_angles": HOME[:5]}, "home_angles must be 6, one for each of shoulder_pan"),
         (
@@ -381,7 +394,7 @@ def test_a_simulation_draws_the_power_of_the_verdict(study):
         ),
         ({"gravity": (0.0, -9.81)}, "gravity must be 3: along x, y and z, got 2 values"),
         ({"payload_centre": (0.1, 0.0, 0.0)}, "payload_mass is missing: payload_centre is stated"),
-        ({"model": "none.urdf"}, "model: none.urdf"),
+        ({"model": "none.urdf"}, "model = 'none.urdf': none.urdf: no such file"),
     ],
 )
 def test_faults_of_fields_are_named(of, changes, said):
@@ -458,6 +471,6 @@ def test_a_user_moves_the_tool_of_a_robot(of):
 
 
 def test_a_simulation_starts_at_home_and_stays(of):
-    run = iv.simulate_machine(of("random 3", **PAYLOAD).moving(), MachineScenario(duration=0.02))
-    assert run.closure < 1e-6
-    assert np.ptp(run.columns["q1_rad"]) < 1e-3
+    found = iv.simulate_machine(of("random 3", **PAYLOAD).moving(), MachineScenario(duration=0.02))
+    assert found.closure < 1e-6
+    assert np.ptp(found.columns["q1_rad"]) < 1e-3

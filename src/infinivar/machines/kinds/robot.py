@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -203,7 +204,7 @@ class RobotDrive(Jointed):
         except ParameterError:
             raise
         except InputError as problem:
-            raise ParameterError(f"model: {problem}") from None
+            raise ParameterError(f"model = {Path(self.model).name!r}: {problem}") from None
         bodies = tuple(SpatialBody(*one) for one in found.bodies)
         for name, value in (("chain", found.chain), ("bodies", bodies), ("massless", found.massless)):
             object.__setattr__(self, name, value)
