@@ -158,9 +158,12 @@ def test_graph_and_functions_have_the_same_accelerations_and_losses(name, change
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["planar", "sphere", "serial arm"])
-def test_whole_motions_are_those_of_the_graph(name):
-    machine = MACHINES[name][0]
+@pytest.mark.parametrize(
+    ("name", "changed"),
+    [("planar", {}), ("sphere", {}), ("serial arm", {}), ("serial arm", {"gravity": (1.3, -9.7)})],
+)
+def test_whole_motions_are_those_of_the_graph(name, changed):
+    machine = replace(MACHINES[name][0], **changed)
     steered = len(machine.mechanics(STICK).steered)
     angles = [0.5, -0.3, 0.2][:steered] if name != "sphere" else [0.7]
     push = {"planar": [3.0, 1.0, 0.2], "sphere": [0.2, -0.05], "serial arm": [0.4, 0.2, -0.1]}[name]
@@ -197,6 +200,8 @@ def test_whole_motions_are_those_of_the_graph(name):
             assert_allclose(run.columns[coordinate], flow, rtol=1e-5, atol=1e-5 * np.abs(flow).max())
     for title, lost in run.lost.items():
         assert_allclose(lost, known.lost[title], rtol=1e-4, atol=1e-7)
+    stored, kept = (sum(one[-1] - one[0] for one in each.stored.values()) for each in (run, known))
+    assert stored == pytest.approx(kept, rel=1e-4, abs=1e-7)
     assert run.closure < 1e-6
     assert known.closure < 1e-6
 
