@@ -233,6 +233,7 @@ from infinivar.machines.kind import MovingMachine
 from infinivar.machines.kinds.arm import ArmLoad
 from infinivar.machines.kinds.linked import SeparateMachine, motor_mass
 from infinivar.machines.kinds.platform import PlatformLoad
+from infinivar.machines.linkage import SeparateMechanics
 from infinivar.machines.machine import as_machine
 from infinivar.machines.pictures import rollers as sphere_picture
 from infinivar.machines.pictures import wheeled as wheeled_picture
@@ -454,9 +455,10 @@ from infinivar.transmission.legs import creep_drift, reflected_mass
 from infinivar.transmission.mechanism_forward import slopes
 from infinivar.transmission.omniwheels import Omniwheels, in_fixed_axes
 from infinivar.transmission.planar import drift, driving_creepage, instant_centre
-from infinivar.transmission.platform import rotated, rotation_matrix
+from infinivar.transmission.platform import rotated, rotation_matrix, rotation_vector
 from infinivar.transmission.rates import Varying, steering_rates
 from infinivar.transmission.sphere_layout import LAYOUTS
+from infinivar.transmission.turning_chain import TurningChain
 from infinivar.units import parse
 from infinivar.units import plain as plain_units
 from infinivar.web.answers import contact as contact_answer

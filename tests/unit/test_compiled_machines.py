@@ -98,11 +98,25 @@ RUNS = MACHINES | {
     )
     for name in ("one-motor", "mecanum")
 }
+UPRIGHT = {
+    "member_inertias": (4e-3, 2e-3),
+    "member_offsets": (0.01, -0.03),
+    "gravity": (1.3, -9.7),
+    "payload_mass": 0.1,
+}
+RUNS |= {
+    f"arm with weight, {name}": (
+        replace(loaded("two_joint_arm").drives[name], **UPRIGHT).moving(0.1, 1e-4),
+        {"duration": 0.03, "motion": iv.motion.VectorHistory.of(lambda t: [0.3 + t, 0.8 - 5.0 * t * t], 0.1)},
+    )
+    for name in ("one-motor", "two-motors")
+}
 RUNS["sphere of a study"] = (
     loaded("sphere_joint").drives["cubic"].moving(),
     {"duration": 0.02, "steering": lambda t: [0.7 + 0.3 * np.sin(8 * t)], "servos": False, "wrench": [0.0, 0.1]},
 )
-"""Of every kind; omniwheels on a common cylinder, and with a motor each; and rollers with exact rolling contact."""
+"""Of every kind; omniwheels and upright arms on a common cylinder, and with a motor each; and rollers with exact rolling
+contact."""
 
 
 @functools.cache

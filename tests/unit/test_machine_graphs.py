@@ -24,6 +24,13 @@ BEARINGS = CylinderBearings(
     bearing=LEG.steering.bell_bearing, span=0.14, pull=80.0, pull_position=-0.02, backing_rollers=1
 )
 PROPORTIONAL = {"efficiency": 0.7, "backdriving_efficiency": 0.4, "loss_model": "proportional"}
+UPRIGHT = {
+    "member_centres": (0.12, 0.15),
+    "member_offsets": (0.01, -0.03),
+    "member_inertias": (4e-3, 2e-3),
+    "gravity": (1.3, -9.7),
+}
+"""Members that are not uniform, with weight."""
 
 
 def functions(machine, source=True):
@@ -73,7 +80,10 @@ def graph_at(machine, name, state, angles, current, push):
         flows[:2] *= system.mechanics.load.pulleys
     if name == "serial arm":
         flows = np.cumsum(flows)
-    given = dict(zip(states, flows, strict=True)) | {f"angle_{place + 1}": angle for place, angle in enumerate(c)}
+    lifted = {one: 0.0 for one in made.states if one.startswith("weight")}
+    given = (
+        lifted | dict(zip(states, flows, strict=True)) | {f"angle_{place + 1}": angle for place, angle in enumerate(c)}
+    )
     if name == "platform":
         link = system.mechanics.load.at(c[None], nu[None, :-1])
         given |= {f"l_{place + 1}": position for place, position in enumerate(link.position[0])}
@@ -103,6 +113,8 @@ def graph_at(machine, name, state, angles, current, push):
     [
         *((name, {}) for name in ("planar", "sphere", "arm", "serial arm", "platform")),
         ("arm", {"tip_inertia": 0.02}),
+        ("arm", UPRIGHT),
+        ("serial arm", {"gravity": (1.3, -9.7)}),
         *(
             (name, {"leg": replace(LEG, cylinder_bearings=BEARINGS, guideway=iv.parts.Guideway(friction=1.0))})
             for name in ("arm", "platform")
@@ -146,9 +158,12 @@ def test_graph_and_functions_have_the_same_accelerations_and_losses(name, change
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["planar", "sphere", "serial arm"])
-def test_whole_motions_are_those_of_the_graph(name):
-    machine = MACHINES[name][0]
+@pytest.mark.parametrize(
+    ("name", "changed"),
+    [("planar", {}), ("sphere", {}), ("serial arm", {}), ("serial arm", {"gravity": (1.3, -9.7)})],
+)
+def test_whole_motions_are_those_of_the_graph(name, changed):
+    machine = replace(MACHINES[name][0], **changed)
     steered = len(machine.mechanics(STICK).steered)
     angles = [0.5, -0.3, 0.2][:steered] if name != "sphere" else [0.7]
     push = {"planar": [3.0, 1.0, 0.2], "sphere": [0.2, -0.05], "serial arm": [0.4, 0.2, -0.1]}[name]
@@ -185,6 +200,8 @@ def test_whole_motions_are_those_of_the_graph(name):
             assert_allclose(run.columns[coordinate], flow, rtol=1e-5, atol=1e-5 * np.abs(flow).max())
     for title, lost in run.lost.items():
         assert_allclose(lost, known.lost[title], rtol=1e-4, atol=1e-7)
+    stored, kept = (sum(one[-1] - one[0] for one in each.stored.values()) for each in (run, known))
+    assert stored == pytest.approx(kept, rel=1e-4, abs=1e-7)
     assert run.closure < 1e-6
     assert known.closure < 1e-6
 

@@ -48,7 +48,7 @@ def named_texts(meaning: str, names: Sequence[str], *, default: Any = dataclasse
 
 
 def chosen_words(meaning: str, words: Sequence[str], *, default: Any = dataclasses.MISSING, **options: Any) -> Any:
-    """Dataclass field for a row of words, each one of some words, stored as a tuple."""
+    """Dataclass field for a row of words, each one of some words or, without these, any; stored as a tuple."""
     return dataclasses.field(default=default, metadata={"meaning": meaning, "words of": tuple(words)}, **options)
 
 
@@ -297,7 +297,9 @@ def _words(field: dataclasses.Field, value: Any) -> tuple[str, ...]:
         raise ParameterError(f"{field.name} must be a row of words, got {value!r}")
     row = tuple(value)
     for place, word in enumerate(row):
-        if word not in words:
+        if word not in words if words else not (isinstance(word, str) and word.strip() and word.isprintable()):
+            if not words:
+                raise ParameterError(f"{field.name} must hold names, got {word!r}")
             hint = nearest(word, words) if isinstance(word, str) else ""
             raise ParameterError(f"{field.name} must hold words of {', '.join(words)}, got {word!r}{hint}")
         require(word not in row[:place], field.name, f"{word!r} twice", "different words")

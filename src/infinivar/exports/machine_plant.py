@@ -244,7 +244,7 @@ def _read(system: System, named: _Named, balance: Balance, inputs: Inputs, state
         named.add(f"voltage.{one.name}", "V", f"voltage of {one.part}", one.voltage[0])
     energies = replace(system, hand=None).energies(np.zeros(1), state)
     for storage, column in zip(system.storages, energies[0], strict=False):
-        named.add(f"energy.{storage}", "J", f"energy of motion: {storage}", column)
+        named.add(f"energy.{storage}", "J", f"energy of motion and weight: {storage}", column)
     powers = balance.power[0].tolist()
     for source, column in zip(system.sources, powers, strict=False):
         named.add(f"power.{letters(source)}", "W", f"power supplied by {source}", column)

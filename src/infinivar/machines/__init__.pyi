@@ -8,6 +8,7 @@ from .kinds.arm import ArmDrive, ArmMachine
 from .kinds.omniwheels import OmniwheelDrive, OmniwheelMachine
 from .kinds.planar import PlanarDrive, PlanarMachine
 from .kinds.platform import PlatformDrive, PlatformGeometry, PlatformMachine
+from .kinds.robot import RobotDrive, RobotMachine
 from .kinds.serial_arm import SerialArmMachine
 from .kinds.slide import GearedSlideMachine, SlideMachine
 from .kinds.sphere import SphereDrive, SphereMachine
@@ -36,6 +37,8 @@ __all__ = [
     "PlatformDrive",
     "PlatformGeometry",
     "PlatformMachine",
+    "RobotDrive",
+    "RobotMachine",
     "Sensing",
     "SerialArmMachine",
     "SlideMachine",

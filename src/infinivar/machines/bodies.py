@@ -1,15 +1,14 @@
-"""Inertia of rigid bodies and planar arms, and rates of rotation vectors."""
+"""Inertia of rigid bodies and of arms in a plane and in space, and rates of rotation vectors."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from infinivar.transmission.platform import rotation_matrix
-
-_NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
+from infinivar.transmission.platform import AFTER, NEXT, crossed, rotation_matrix
+from infinivar.transmission.turning_chain import Standing, TurningChain, swung
 
 _STILL = 1e-4
 """Angle [rad] below which the series of a coefficient is exact to rounding."""
@@ -37,7 +36,7 @@ def rotation_rate(vector: np.ndarray, turning: np.ndarray) -> np.ndarray:
     angle = np.sqrt(np.where(turns, square, 1.0))
     share = np.where(turns, 1.0 / angle**2 - 0.5 / (angle * np.tan(0.5 * angle)), 1.0 / 12.0 + square / 720.0)
     along = np.sum(vector * turning, axis=-1, keepdims=True)
-    return (1.0 - share * square) * turning - 0.5 * _crossed(vector, turning) + share * along * vector
+    return (1.0 - share * square) * turning - 0.5 * crossed(vector, turning) + share * along * vector
 
 
 def angular_velocity(vector: np.ndarray, rate: np.ndarray) -> np.ndarray:
@@ -47,21 +46,17 @@ def angular_velocity(vector: np.ndarray, rate: np.ndarray) -> np.ndarray:
     angle = np.sqrt(np.where(turns, square, 1.0))
     one = np.where(turns, (1.0 - np.cos(angle)) / angle**2, 0.5 - square / 24.0)
     two = np.where(turns, (angle - np.sin(angle)) / angle**3, 1.0 / 6.0 - square / 120.0)
-    once = _crossed(vector, rate)
-    return rate + one * once + two * _crossed(vector, once)
+    once = crossed(vector, rate)
+    return rate + one * once + two * crossed(vector, once)
 
 
 def rotation_between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Rotation vector, in fixed axes, of the turn from one rotation to another, shorter than pi. (3,) each [rad]"""
     turn = rotation_matrix(end) @ rotation_matrix(start).T
-    axis = 0.5 * (turn[_AFTER, _NEXT] - turn[_NEXT, _AFTER])
+    axis = 0.5 * (turn[AFTER, NEXT] - turn[NEXT, AFTER])
     sine, cosine = np.sqrt(np.sum(axis * axis)), 0.5 * (np.trace(turn) - 1.0)
     turns = sine > 1e-12
     return axis * np.where(turns, np.arctan2(sine, cosine) / np.where(turns, sine, 1.0), 1.0)
-
-
-def _crossed(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return one[..., _NEXT] * other[..., _AFTER] - one[..., _AFTER] * other[..., _NEXT]
 
 
 class Moved(NamedTuple):
@@ -69,6 +64,8 @@ class Moved(NamedTuple):
 
     inertia: np.ndarray
     bias: np.ndarray
+    potential: Any = 0.0
+    """Energy of its weight, nowhere negative. (m,) [J]"""
 
     def forces(self, acceleration: np.ndarray) -> np.ndarray:
         """Forces that give the bodies accelerations (..., d), in the order of their rows. (..., d)"""
@@ -86,6 +83,17 @@ class PlanarBody(NamedTuple):
     """Centre of mass. (2,) [m]"""
     inertia: float
     """About the centre of mass. [kg m^2]"""
+
+
+class SpatialBody(NamedTuple):
+    """A rigid body in axes of its joint."""
+
+    mass: float
+    """[kg]"""
+    centre: np.ndarray
+    """Centre of mass from the joint. (3,) [m]"""
+    inertia: np.ndarray
+    """About the centre of mass. (3, 3) [kg m^2]"""
 
 
 def rigid_body(mass: float, principal: np.ndarray, turn: np.ndarray, twist: np.ndarray) -> Moved:
@@ -110,7 +118,7 @@ def rigid_body(mass: float, principal: np.ndarray, turn: np.ndarray, twist: np.n
     inertia[:, 3:, 3:] = tensor
     turning = twist[:, 3:]
     bias = np.zeros_like(turn, shape=(len(turn), 6))
-    bias[:, 3:] = _crossed(turning, np.matmul(tensor, turning[..., None])[..., 0])
+    bias[:, 3:] = crossed(turning, np.matmul(tensor, turning[..., None])[..., 0])
     return Moved(inertia, bias)
 
 
@@ -129,6 +137,15 @@ def joined(one: PlanarBody, other: PlanarBody) -> PlanarBody:
     )
 
 
+def joined_in_space(one: SpatialBody, other: SpatialBody) -> SpatialBody:
+    """Two rigid bodies as one, in the same axes. Source: parallel axes."""
+    mass = one.mass + other.mass
+    share = other.mass / mass if mass else 0.0
+    apart = other.centre - one.centre
+    between = one.mass * share * (apart @ apart * np.eye(3) - np.outer(apart, apart))
+    return SpatialBody(mass, one.centre + share * apart, one.inertia + other.inertia + between)
+
+
 def planar_arm(
     lengths: np.ndarray,
     masses: np.ndarray,
@@ -145,7 +162,7 @@ def planar_arm(
     Parameters
     ----------
     lengths, masses, inertias : (n,) float   Of the members; inertias about the centres of mass.
-    tip_mass : float                         At the end point. [kg]
+    tip_mass : float                         At the end point, of a load whose weight is a part of the wrench. [kg]
     angles, rates : (m, n) float             Of the joints, each relative to the member before. [rad], [rad s^-1]
     centres : (n, 2) float                   Centres of mass, along and across the member from its joint; without them in the
                                              middle. [m]
@@ -154,12 +171,14 @@ def planar_arm(
     Returns
     -------
     inertia, bias : (m, n, n), (m, n) float   [kg m^2], [N m]; the bias holds the weight, as what the joints exert against it.
+    potential : (m,) float                    0 where all members hang. [J]
 
     Notes
     -----
     Member j and all beyond it have the first moment :math:`s_j e^{i a_j}` about joint j, with :math:`s_j = m_j c_j + l_j b_j`,
     the centre c as a complex number and the mass b beyond. A pair (i, j) with i nearer to the base has
-    :math:`H_{ij} = l_i\,\mathrm{Re}(s_j e^{i(a_j - a_i)})`, and weight exerts :math:`\mathrm{Re}(\bar g\, i s_j e^{i a_j})`.
+    :math:`H_{ij} = l_i\,\mathrm{Re}(s_j e^{i(a_j - a_i)})`, and weight exerts :math:`\mathrm{Re}(\bar g\, i s_j e^{i a_j})`, the
+    derivative of its work :math:`\mathrm{Re}(\bar g\, s_j e^{i a_j})`.
 
     Source: d'Alembert in absolute angles: centrifugal moments are ``dH_ij/da_j (da_j/dt)^2``.
     """
@@ -180,12 +199,111 @@ def planar_arm(
     inertia, pulling = coupling * np.cos(apart), coupling * np.sin(apart)
     if np.any(skew):
         inertia, pulling = inertia + skew * np.sin(apart), pulling - skew * np.cos(apart)
-    bias = np.matmul(pulling, (turning * turning)[..., None])[..., 0]
+    bias, potential = np.matmul(pulling, (turning * turning)[..., None])[..., 0], 0.0
     if gravity is not None:
         x, y = gravity
         sine, cosine = np.sin(absolute), np.cos(absolute)
-        ahead = lengths * (along * masses + beyond) * (x * sine - y * cosine)
-        bias = bias + ahead + lengths * across * masses * (x * cosine + y * sine)
+        ahead, left = lengths * (along * masses + beyond - tip_mass), lengths * across * masses
+        fallen, turned = x * cosine + y * sine, x * sine - y * cosine
+        bias = bias + ahead * turned + left * fallen
+        lowest = np.hypot(x, y) * np.sum(np.hypot(ahead, left))
+        potential = lowest - np.sum(ahead * fallen - left * turned, axis=-1)
     # Absolute angles are sums of joint angles.
     outward = np.tril(np.ones((n, n)))
-    return Moved(outward.T @ inertia @ outward, bias @ outward)
+    return Moved(outward.T @ inertia @ outward, bias @ outward, potential)
+
+
+def spatial_arm(
+    chain: TurningChain,
+    at: Standing,
+    bodies: Sequence[SpatialBody],
+    load: SpatialBody,
+    rates: np.ndarray,
+    gravity: np.ndarray,
+) -> Moved:
+    """An arm in space, in joint angles, with a load on its last member whose weight is a part of the wrench.
+
+    Parameters
+    ----------
+    chain : TurningChain
+    at : Standing               Of its joints at m rows.
+    bodies : n bodies           Behind the joints.
+    load : SpatialBody          In axes of the last joint.
+    rates : (m, n) float        [rad s^-1]
+    gravity : (3,) float        Acceleration of free fall. [m s^-2]
+
+    Returns
+    -------
+    Moved   As of `planar_arm`; the energy of the weight is nowhere negative.
+
+    Source: featherstone2008, chapters 5 and 6: recursive Newton-Euler, and composite rigid bodies, about the joints.
+    """
+    n, still = len(bodies), 0.0 * at.place[0]
+    levers = [at.place[joint] - at.place[joint - 1] for joint in range(1, n)]
+    turning, falling, moved = [still], [still], still
+    forces, moments, whole = [], [], []
+    potential = 0.0 * rates[:, 0]
+    for joint in range(n):
+        own = at.axis[joint] * rates[:, joint, None]
+        if joint:
+            moved = moved + swung(turning[-1], falling[-1], levers[joint - 1])
+        falling.append(falling[-1] + crossed(turning[-1], own))
+        turning.append(turning[-1] + own)
+        force = moment = first = still
+        second, mass = 0.0 * at.turn[joint], 0.0
+        for body in (bodies[joint], load) if joint == n - 1 else (bodies[joint],):
+            centre = np.matmul(at.turn[joint], body.centre)
+            tensor = np.matmul(np.matmul(at.turn[joint], body.inertia), np.swapaxes(at.turn[joint], -1, -2))
+            pushed = body.mass * (moved + swung(turning[-1], falling[-1], centre))
+            if body is not load:
+                pushed = pushed - body.mass * gravity
+                raised = at.place[joint] - at.place[0] + centre
+                potential = potential - body.mass * np.sum(raised * gravity, axis=-1)
+            force = force + pushed
+            moment = moment + crossed(centre, pushed) + _applied(tensor, falling[-1])
+            moment = moment + crossed(turning[-1], _applied(tensor, turning[-1]))
+            first, mass = first + body.mass * centre, mass + body.mass
+            second = second + tensor + _about(centre, body.mass * centre)
+        forces.append(force)
+        moments.append(moment)
+        whole.append((mass, first, second))
+    potential = potential + float(np.linalg.norm(gravity)) * chain_moment(chain, bodies)
+    # From the last joint to the first: what is beyond acts at each one's place.
+    rows: list[list[np.ndarray]] = [[still[:, 0]] * n for _ in range(n)]
+    bias: list[np.ndarray] = [still[:, 0]] * n
+    for joint in reversed(range(n)):
+        mass, first, second = whole[joint]
+        if joint < n - 1:
+            lever, (further, beyond, about) = levers[joint], whole[joint + 1]
+            forces[joint] = forces[joint] + forces[joint + 1]
+            moments[joint] = moments[joint] + moments[joint + 1] + crossed(lever, forces[joint + 1])
+            second = second + about + _about(lever, beyond) + _about(beyond, lever) + _about(lever, further * lever)
+            mass, first = mass + further, first + beyond + further * lever
+            whole[joint] = mass, first, second
+        axis = at.axis[joint]
+        bias[joint] = np.sum(axis * moments[joint], axis=-1)
+        pushed, turned = crossed(axis, first), _applied(second, axis)
+        for near in reversed(range(joint + 1)):
+            rows[near][joint] = rows[joint][near] = np.sum(at.axis[near] * turned, axis=-1)
+            if near:
+                turned = turned + crossed(levers[near - 1], pushed)
+    inertia = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return Moved(inertia, np.stack(bias, axis=-1), potential)
+
+
+def chain_moment(chain: TurningChain, bodies: Sequence[SpatialBody]) -> float:
+    """First moment of an arm that would hang stretched from its first joint: none of its poses has a larger one. [kg m]"""
+    masses = np.array([body.mass for body in bodies])
+    own = float(np.sum(masses * np.linalg.norm([body.centre for body in bodies], axis=-1)))
+    beyond = np.cumsum(masses[::-1])[::-1][1:]
+    return own + float(np.sum(beyond * np.linalg.norm(chain.places[1:], axis=-1)))
+
+
+def _applied(tensor: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    return np.matmul(tensor, vector[..., None])[..., 0]
+
+
+def _about(lever: np.ndarray, moment: np.ndarray) -> np.ndarray:
+    """Moment of inertia of a mass at a lever, whose first moment is given. (m, 3, 3)"""
+    square = np.sum(lever * moment, axis=-1)[..., None, None]
+    return square * np.eye(3) - moment[..., :, None] * lever[..., None, :]

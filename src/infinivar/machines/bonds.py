@@ -302,20 +302,18 @@ def pulleys(radii: np.ndarray) -> Bonds:
 
 def members(load: Any) -> Bonds:
     """Joints "q_1" ... with their members, each with two velocities and a turning rate of its centre of mass."""
-    n, lengths = load.arm.joints, load.arm.lengths
+    n, lengths, bodies = load.arm.joints, load.arm.lengths, load.bodies
     elements: list[Element] = []
     chains: list[str] = []
     signals = []
     for joint in range(1, n + 1):
         elements.append(bg.one(f"q_{joint}", rf"\dot{{q}}_{{{joint}}}"))
         signals.append(Signal(name=f"angle_{joint}", symbol=f"q_{{{joint}}}", of=f"q_{joint}", integral=True))
-    for member in range(1, n + 1):
-        mass = float(load.masses[member - 1])
-        if not mass:
-            continue
+    for member, body in enumerate(bodies, 1):
         # Before the masses: what a member turns at follows from no other rate at any angle.
-        place, moment = f"turn_{member}", mass * float(lengths[member - 1]) ** 2 / 12.0
-        moment += load.tip_inertia if member == n else 0.0
+        place, moment = f"turn_{member}", body.inertia + (load.tip_inertia if member == n else 0.0)
+        if not moment:
+            continue
         elements += [
             bg.one(place, rf"\dot{{\theta}}_{{{member}}}"),
             bg.inertia(f"I_{member}", f"I_{{{member}}}", moment, "kg m^2", title="arm"),
@@ -323,11 +321,11 @@ def members(load: Any) -> Bonds:
         ]
         chains.append(f"sum_{place} > {place} > I_{member}")
         chains += [f"q_{joint} > sum_{place}" for joint in range(1, member + 1)]
-    points = [(f"{member}", member, 0.5, float(load.masses[member - 1])) for member in range(1, n + 1)]
+    points = [(f"{member}", member, *body.centre, body.mass) for member, body in enumerate(bodies, 1)]
     if load.tip_mass:
-        points.append(("tip", n, 1.0, load.tip_mass))
-    for label, member, share, mass in points:
-        for axis in ("x", "y"):
+        points.append(("tip", n, lengths[-1], 0.0, load.tip_mass))
+    for label, member, along, across, mass in points:
+        for axis, fall in zip(("x", "y"), load.gravity or (0.0, 0.0), strict=True):
             if not mass:
                 continue
             place = f"{axis}_{label}"
@@ -337,11 +335,15 @@ def members(load: Any) -> Bonds:
                 bg.inertia(f"m_{place}", f"m_{{{label}}}", mass, "kg", title="arm"),
             ]
             chains.append(f"sum_{place} > {place} > m_{place}")
+            if fall and label != "tip":  # the weight of a load is a part of the wrench
+                weight = {"weight": Parameter(f"G_{{{axis}{label}}}", -mass * fall, "N")}
+                name = f"weight_{place}"
+                symbol = f"W_{{{axis}{label}}}"
+                elements.append(bg.compliance(name, symbol, _weight, energy=_lifted, title="weight", parameters=weight))
+                chains.append(f"{place} > {name}")
             for joint in range(1, member + 1):
-                arms = tuple(
-                    float(length) for length in (*lengths[joint - 1 : member - 1], share * lengths[member - 1])
-                )
-                law = functools.partial(_lever, axis, joint, arms)
+                arms = tuple(float(length) for length in (*lengths[joint - 1 : member - 1], along))
+                law = functools.partial(_lever, axis, joint, arms, float(across))
                 name = f"lever_{place}_{joint}"
                 used = tuple(f"angle_{one}" for one in range(1, member + 1))
                 elements.append(bg.transformer(name, f"J_{{{axis}{label},{joint}}}", law, signals=used))
@@ -349,13 +351,26 @@ def members(load: Any) -> Bonds:
     return Bonds(elements, chains, signals)
 
 
-def _lever(axis: str, joint: int, arms: tuple[float, ...], *angles: Array) -> Array:
-    """Velocity of a point of an arm along an axis, by the rate of a joint; `arms` are lengths from the joint to the point."""
+def _weight(lifted: Array, weight: Array) -> Array:
+    """The same force at any height."""
+    return weight + 0.0 * lifted
+
+
+def _lifted(lifted: Array, weight: Array) -> Array:
+    """Energy of a weight."""
+    return weight * lifted
+
+
+def _lever(axis: str, joint: int, arms: tuple[float, ...], across: float, *angles: Array) -> Array:
+    """Velocity of a point of an arm along an axis, by the rate of a joint; `arms` are lengths from the joint to the point, which
+    is beside the last one."""
     xp = namespace(*angles)
     total, direction = 0.0, sum(angles[: joint - 1])
     for place, length in enumerate(arms):
         direction = direction + angles[joint - 1 + place]
         total = total + length * (-xp.sin(direction) if axis == "x" else xp.cos(direction))
+    if across:
+        total = total - across * (xp.cos(direction) if axis == "x" else xp.sin(direction))
     return total
 
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from infinivar.machines.bodies import rotation_between
 from infinivar.motion.course import Course
 from infinivar.motion.machine_tasks import MachinePath
 from infinivar.motion.vectors import ROTATIONS, TRANSLATIONS
+from infinivar.transmission.platform import rotation_matrix, rotation_vector
 from infinivar.transmission.rates import Varying
 
 _AROUND = (-2, -1, 0, 1, 2)
@@ -119,6 +119,6 @@ def passing(pose: np.ndarray, twist: np.ndarray, coordinates: Sequence[str], awa
     found = pose + away[:, None] * twist
     turning = [place for place, name in enumerate(coordinates) if name in ROTATIONS]
     if len(turning) == 3 and np.any(twist[turning]):
-        # The turn from the inverse of the first to the second is R(further) R(rotation).
-        found[:, turning] = [rotation_between(-pose[turning], one * twist[turning]) for one in away]
+        further = rotation_matrix(away[:, None] * twist[turning])
+        found[:, turning] = rotation_vector(further @ rotation_matrix(pose[turning]))
     return found

@@ -243,7 +243,7 @@ class LeggedMechanics(_OnLinks):
         d, m = moved.shape[-1], len(rates)
         inertia, bias = np.zeros_like(rates, shape=(m, d + 1, d + 1)), np.zeros_like(rates, shape=(m, d + 1))
         inertia[:, :d, :d], inertia[:, d, d], bias[:, :d] = moved, self.cylinder_inertia, forces
-        return Place(link.changes, inertia, bias, link)
+        return Place(link.changes, inertia, bias, link, link.moved.potential)
 
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
         """Forces of wheels and guideways."""
@@ -335,7 +335,7 @@ class SeparateMechanics(_OnLinks):
     def at(self, configuration: np.ndarray, rates: np.ndarray) -> Place:
         """Inertia with that of the links, and kinematics."""
         link, inertia, bias = self.load.on_links(configuration, rates, self.link_mass)
-        return Place(link.changes, inertia, bias, link)
+        return Place(link.changes, inertia, bias, link, link.moved.potential)
 
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
         """Friction of the load; the motors act on the links, see `LinkMotors`."""

@@ -7,6 +7,7 @@ DRIVES = {
     "sphere": "infinivar.machines.kinds.sphere:SphereDrive",
     "platform": "infinivar.machines.kinds.platform:PlatformDrive",
     "arm": "infinivar.machines.kinds.arm:ArmDrive",
+    "robot": "infinivar.machines.kinds.robot:RobotDrive",
     "omniwheels": "infinivar.machines.kinds.omniwheels:OmniwheelDrive",
 }
 """Kinds of drive of a study by their type there, their `WORD`; a study of drives of one axis imports none of them."""
@@ -14,6 +15,7 @@ DRIVES = {
 MACHINES = (
     "PlatformMachine",
     "ArmMachine",
+    "RobotMachine",
     "OmniwheelMachine",
     "SerialArmMachine",
     "PlanarMachine",

@@ -2,10 +2,11 @@ r"""Equations of motion of a machine: a mechanism of contacts with inertia, powe
 
 With the rates :math:`\nu` of the mechanism's coordinates, its inertia M and the forces Q of contacts, guideways, motor and user,
 
-.. math:: M(c)\,\dot\nu + h(c, \nu) = Q, \qquad \tfrac12 \frac{d}{dt}\left(\nu^T M \nu\right) = Q \cdot \nu
+.. math:: M(c)\,\dot\nu + h(c, \nu) = Q, \qquad \frac{d}{dt}\left(\tfrac12\nu^T M \nu + U(c)\right) = Q \cdot \nu
 
-where h holds centrifugal and gyroscopic forces. The state is the configuration c, the rates, and the angles and rates of the
-steered wheels. All functions take rows of states, as `infinivar._core.collocation` asks for several at a time.
+where h holds centrifugal and gyroscopic forces and weights, whose energy is U. The state is the configuration c, the rates, and
+the angles and rates of the steered wheels. All functions take rows of states, as `infinivar._core.collocation` asks for several
+at a time.
 
 Source: faulring2006, Fig 11 and Fig 12, for the motors; Newton and Euler.
 """
@@ -56,6 +57,8 @@ class Place(NamedTuple):
     """h. (m, N)"""
     kinematics: Any
     """What `Mechanics.act` needs."""
+    potential: Any = 0.0
+    """Energy of weights, nowhere negative. (m,) [J]"""
 
 
 class Forces(NamedTuple):
@@ -223,6 +226,8 @@ class _Acting(NamedTuple):
     """Of the steered axes."""
     inertia: np.ndarray
     """With those of motors and arm."""
+    potential: Any
+    """Energy of weights. (m,) [J]"""
     forces: Forces
     pushed: np.ndarray | None
     """What a user without a hand exerts. (m, N)"""
@@ -427,17 +432,17 @@ class System:
         elif self.prescribed_steering:
             derivative[:, second:] = turning
 
-        acting = _Acting(nu, turning, inertia, forces, pushed, grasp, electric, gearing)
+        acting = _Acting(nu, turning, inertia, place.potential, forces, pushed, grasp, electric, gearing)
         return Rates(derivative, functools.partial(self._balance, acting))
 
     def _balance(self, acting: _Acting) -> Balance:
         """Powers in the order of sources and losses, stored energy, and demands."""
-        nu, turning, inertia, forces, pushed, grasp, electric, gearing = acting
+        nu, turning, inertia, potential, forces, pushed, grasp, electric, gearing = acting
         known: dict[str, Any] = dict(forces.losses())
         for one in electric:
             known |= one()
         known["user"] = 0.0 if pushed is None else (pushed * nu).sum(axis=-1)
-        stored = 0.5 * (nu * np.matmul(inertia, nu[..., None])[..., 0]).sum(axis=-1)
+        stored = 0.5 * (nu * np.matmul(inertia, nu[..., None])[..., 0]).sum(axis=-1) + potential
         demand = forces.demand()
         if grasp is not None:
             held = grasp.powers()
@@ -481,7 +486,7 @@ class System:
         first, second, third = self.places
         c, nu = state[:, :first], state[:, first:second]
         place = self.mechanics.at(c, nu)
-        body = 0.5 * np.sum(nu * np.matmul(place.inertia, nu[..., None])[..., 0], axis=-1)
+        body = 0.5 * np.sum(nu * np.matmul(place.inertia, nu[..., None])[..., 0], axis=-1) + place.potential
         rotor = bells = 0.0 * body
         if self.motor is not None:
             rotor = 0.5 * self.motor.inertia * np.sum(nu[:, list(self.motor.coordinates)] ** 2, axis=-1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,8 @@ KEYS = (
 """Keys of a study at the top level."""
 FORMAT = 1
 """Format of study files that this version reads; a file that states none has format 1."""
+DRIVE_FILES = ("model",)
+"""Keys of drives that name a file."""
 PARTS_FOLDER = "parts"
 """Folder beside a study in which sets of parts are looked up."""
 
@@ -134,14 +136,17 @@ def _with_paths(raw: Raw, folder: Path) -> Raw:
         tasks = result.get(group)
         if isinstance(tasks, dict):
             result[group] = {name: _resolved(task, folder) for name, task in tasks.items()}
+    drives = result.get("drives")
+    if isinstance(drives, dict):
+        result["drives"] = {name: _resolved(one, folder, DRIVE_FILES) for name, one in drives.items()}
     return result
 
 
-def _resolved(table: Any, folder: Path) -> Any:
+def _resolved(table: Any, folder: Path, keys: Sequence[str] = FILE_KEYS) -> Any:
     if not isinstance(table, dict):
         return table
-    result = {key: _resolved(value, folder) for key, value in table.items()}
-    for key in FILE_KEYS:
+    result = {key: _resolved(value, folder, keys) for key, value in table.items()}
+    for key in keys:
         file = table.get(key)
         if isinstance(file, str):
             result[key] = str(folder / file)

@@ -13,6 +13,7 @@ from infinivar.study.load import read_tables
 from infinivar.study.study import Study
 
 STUDY, BELOW, PARTS, RECORDING = "the study itself", "a study that it extends", "a set of parts", "a recording"
+ROBOT = "the model of a robot"
 """What an input is, in words."""
 
 
@@ -42,6 +43,9 @@ def input_files(study: Study, beside: Iterable[Path] = ()) -> dict[Path, str]:
             for file in (getattr(getattr(task, name, None), key, None) for key in FILE_KEYS):
                 if file:
                     found.setdefault(Path(file), RECORDING)
+    for drive in study.drives.values():
+        for key in getattr(type(drive), "FILES", ()):
+            found.setdefault(Path(getattr(drive, key)), ROBOT)
     for one in study.sessions.values():
         for file, words in one.files.items():
             found.setdefault(file, words)

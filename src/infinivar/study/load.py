@@ -316,6 +316,7 @@ class _Loading:
                 tree = self._like(drive, _table(description, where), where)
                 tree = over_base(tree, where, self.remarks)
                 kind = _type_of(tree, where)
+                self._beside(kind, tree)
                 titles[drive] = tree.pop("title", drive)
                 drives[drive] = built(kind, tree, where, drive, self.rows, self.beside)
             except StudyError as found:
@@ -324,6 +325,13 @@ class _Loading:
             known = self._known(drive, faults)
             self.faults += [line for line in lines if line not in known]
         return drives, titles
+
+    def _beside(self, kind: type, tree: Raw) -> None:
+        """Resolve the files that a drive names against the folder of the study."""
+        for key in getattr(kind, "FILES", ()):
+            file = tree.get(key)
+            if self.folder is not None and isinstance(file, dict) and isinstance(file.get("value"), str):
+                file["value"] = str((self.folder / file["value"]).absolute())
 
     def _known(self, drive: str, faults: Mapping[str, list[str]]) -> set[str]:
         """Faults of a drive that are those of the drives that it is like, where they are reported."""
@@ -443,6 +451,8 @@ def _check_name(group: str, drive: str, others: Iterable[str]) -> None:
 def _type_of(tree: Raw, where: str) -> type:
     """Pop the type from a drive's table; if it is missing, report misspelt keys first."""
     kind = tree.pop("type", None)
+    if kind == "arm" and "model" in tree:
+        kind = "robot"
     try:
         found = drive_type(kind)
     except InputError as problem:

@@ -306,10 +306,11 @@ def _words(field: dataclasses.Field[Any]) -> Key:
 
     def read(raw: Any, unit: str | None) -> tuple[str, ...]:
         if unit is not None or not isinstance(raw, list):
-            raise InputError(f"must be a list of words, such as [{words[0]!r}]")
+            raise InputError(f"must be a list of words, such as [{(words or ('name',))[0]!r}]")
         return _checked(field, raw)
 
-    return _leaf(read, {"type": "array", "items": {"enum": list(words)}, "uniqueItems": True})
+    one = {"enum": list(words)} if words else {"type": "string"}
+    return _leaf(read, {"type": "array", "items": one, "uniqueItems": True})
 
 
 def _several(field: dataclasses.Field[Any]) -> Key:

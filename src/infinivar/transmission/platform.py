@@ -275,6 +275,36 @@ def rotation_matrix(rotation: np.ndarray) -> np.ndarray:
     return found
 
 
+NEXT, AFTER = [1, 2, 0], [2, 0, 1]
+"""Axes after each axis, and after those."""
+
+
+def crossed(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Cross product, also of recorded numbers. (..., 3)"""
+    return one[..., NEXT] * other[..., AFTER] - one[..., AFTER] * other[..., NEXT]
+
+
+def rotation_vector(turn: np.ndarray) -> np.ndarray:
+    """Vector of a rotation, axis times angle, not longer than pi. (..., 3, 3) to (..., 3). Source: the rotation's quaternion."""
+    diagonal = np.diagonal(turn, axis1=-2, axis2=-1)
+    trace = diagonal.sum(axis=-1, keepdims=True)
+    half = 0.5 * (turn[..., AFTER, NEXT] - turn[..., NEXT, AFTER])  # axis times sine
+    # Four times the products of the quaternion's components; the row of the largest one is exact.
+    square = 1.0 + np.concatenate([trace, 2.0 * diagonal - trace], axis=-1)
+    mixed = turn + np.swapaxes(turn, -1, -2)
+    products = np.zeros((*turn.shape[:-2], 4, 4))
+    products[..., 0, 1:] = products[..., 1:, 0] = 2.0 * half
+    products[..., 1:, 1:] = mixed
+    products[..., range(4), range(4)] = square
+    largest = np.argmax(square, axis=-1)[..., None, None]
+    row = np.take_along_axis(products, largest, axis=-2)[..., 0, :]
+    row = np.where(row[..., :1] < 0.0, -row, row)
+    length = np.sqrt(np.sum(row[..., 1:] ** 2, axis=-1, keepdims=True))
+    angle = 2.0 * np.arctan2(length, row[..., :1])
+    turns = length > 0.0
+    return row[..., 1:] * np.where(turns, angle / np.where(turns, length, 1.0), 0.0)
+
+
 def _three(value: Array, name: str) -> np.ndarray:
     given = real_array(name, value)
     require(given.shape[-1:] == (3,), name, f"shape {given.shape}", "of shape (..., 3)")

@@ -65,14 +65,19 @@ def load_urdf(path: str | Path, *, legs: Sequence[str], frame: str, pulley_radiu
     InputError
         If pin is not installed, the file is missing or no URDF, or a joint or frame is not one that a leg can move.
     """
-    try:
-        text = files.read(Path(path), _MOST_BYTES).decode("utf-8")
-    except UnicodeDecodeError:
-        raise InputError(f"{printable(path)}: is not a text file in UTF-8") from None
+    text = text_of(path)
     try:
         return UrdfRobot(urdf=text, legs=legs, frame=frame, pulley_radius=pulley_radius)
     except InputError as problem:
         raise type(problem)(f"{path}: {problem}") from None
+
+
+def text_of(path: str | Path) -> str:
+    """Text of a URDF file."""
+    try:
+        return files.read(Path(path), _MOST_BYTES).decode("utf-8")
+    except UnicodeDecodeError:
+        raise InputError(f"{printable(path)}: is not a text file in UTF-8") from None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -278,18 +283,9 @@ def joints_to(text: str, frame: str, legs: Sequence[str]) -> tuple[Joint, ...]:
     InputError
         If the text is no URDF, the frame is unknown, or the legs are not all joints that move between base and frame.
     """
-    links, joints = _read(text)
-    if frame not in links:
-        raise InputError(f"frame has an unknown link {frame!r}{nearest(frame, links)}; links: {', '.join(links)}")
+    links, joints = tree_of(text)
     by_name = {joint.name: joint for joint in joints}
-    above = {joint.child: joint for joint in joints}
-    chain: list[Joint] = []
-    at = frame
-    while at in above:
-        if len(chain) > len(joints):
-            raise InputError(f"urdf must be a tree, but link {at!r} is below itself")
-        chain.append(above[at])
-        at = above[at].parent
+    chain = joints_above(links, joints, frame)
     for name in legs:
         if name not in by_name:
             known = [joint.name for joint in joints if joint.kind in MOVING]
@@ -301,6 +297,21 @@ def joints_to(text: str, frame: str, legs: Sequence[str]) -> tuple[Joint, ...]:
             what = "it needs a leg" if kept else "a leg cannot move it"
             raise InputError(f"legs must name all joints that move {frame!r}: {_words(joint)} is missing, and {what}")
     return tuple(by_name[name] for name in legs)
+
+
+def joints_above(links: Sequence[str], joints: Sequence[Joint], frame: str) -> list[Joint]:
+    """Joints between a link and the base, from the link."""
+    if frame not in links:
+        raise InputError(f"frame has an unknown link {frame!r}{nearest(frame, links)}; links: {', '.join(links)}")
+    above = {joint.child: joint for joint in joints}
+    chain: list[Joint] = []
+    at = frame
+    while at in above:
+        if len(chain) > len(joints):
+            raise InputError(f"urdf must be a tree, but link {at!r} is below itself")
+        chain.append(above[at])
+        at = above[at].parent
+    return chain
 
 
 def _check_leg(joint: Joint, chain: Sequence[Joint], frame: str) -> None:
@@ -318,7 +329,7 @@ def _words(joint: Joint) -> str:
     return f"{joint.name!r}, a {joint.kind} joint"
 
 
-def _read(text: str) -> tuple[list[str], list[Joint]]:
+def tree_of(text: str) -> tuple[list[str], list[Joint]]:
     """Names of the links, and the joints."""
     from xml.etree import ElementTree
 

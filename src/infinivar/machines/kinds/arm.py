@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt
@@ -20,21 +20,24 @@ from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.machines import bonds
 from infinivar.machines.bodies import Moved, PlanarBody, joined, planar_arm
-from infinivar.machines.course import MachineCourse
 from infinivar.machines.hand import ArmGrip, Grip
-from infinivar.machines.kinds.linked import Linked, OnCylinder, SeparateMachine, check_leg
+from infinivar.machines.kinds.jointed import Jointed
+from infinivar.machines.kinds.linked import OnCylinder, SeparateMachine, check_leg
 from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load
-from infinivar.machines.links import Carried, moved
-from infinivar.machines.machine import TaskPoint, rows
+from infinivar.machines.machine import TaskPoint
 from infinivar.machines.many_legs import LeggedDrive
 from infinivar.machines.pictures import jointed
 from infinivar.machines.pictures.jointed import Chain
 from infinivar.machines.pictures.slides import Drum
 from infinivar.machines.pictures.strokes import Picture
 from infinivar.transmission.arm import PlanarArm
-from infinivar.transmission.configuration import Configuration
 
 Elbow = Literal["left", "right"]
+
+CENTRES = "Distance of each member's centre of mass from its joint, along the member"
+OFFSETS = "Distance of each member's centre of mass to the left of the member, if not on it"
+INERTIAS = "Moments of inertia of the members about their centres of mass"
+GRAVITY = "Acceleration of free fall along x and y; none of an arm in a horizontal plane"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +49,7 @@ class ArmLoad(Load):
     """Radii. (n,) [m]"""
     masses: np.ndarray
     """Of the members. (n,) [kg]"""
-    tip_mass: float
+    tip_mass: float = 0.0
     tip_inertia: float = 0.0
     """Moment of inertia at the end point, which turns with the last member. [kg m^2]"""
     demands: tuple[tuple[Limit, str], ...] = ()
@@ -69,13 +72,27 @@ class ArmLoad(Load):
         """Joint angles."""
         return tuple(f"q{place + 1}_rad" for place in range(self.arm.joints))
 
+    @property
+    def bodies(self) -> list[PlanarBody]:
+        """The members in axes from their joints along themselves, without what is at the end point."""
+        lengths = np.asarray(self.arm.lengths)
+        inertias = self.masses * lengths**2 / 12.0 if self.inertias is None else self.inertias
+        centres = np.stack([0.5 * lengths, 0.0 * lengths], axis=-1) if self.centres is None else self.centres
+        return [PlanarBody(*one) for one in zip(self.masses.tolist(), centres, inertias.tolist(), strict=True)]
+
     def inertia(self, angles: np.ndarray, rates: np.ndarray) -> Moved:
         """Of the arm without pulleys and links; the bias holds its weight."""
-        lengths = np.asarray(self.arm.lengths)
-        inertias = self.masses * lengths**2 / 12.0 if self.inertias is None else self.inertias.copy()
+        inertias = np.array([one.inertia for one in self.bodies])
         inertias[-1] += self.tip_inertia
         return planar_arm(
-            lengths, self.masses, inertias, self.tip_mass, angles, rates, centres=self.centres, gravity=self.gravity
+            np.asarray(self.arm.lengths),
+            self.masses,
+            inertias,
+            self.tip_mass,
+            angles,
+            rates,
+            centres=self.centres,
+            gravity=self.gravity,
         )
 
     def at(self, pose: np.ndarray, twist: np.ndarray) -> LinkMotion:
@@ -97,7 +114,7 @@ class ArmLoad(Load):
         """Members and pulleys."""
         return Chain(
             lengths=np.asarray(self.arm.lengths),
-            masses=self.masses,
+            members=self.bodies,
             tip_mass=self.tip_mass,
             tip_inertia=self.tip_inertia,
             pulleys=self.pulleys,
@@ -108,7 +125,7 @@ class ArmLoad(Load):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ArmMachine(OnCylinder):
-    """A planar arm, each joint moved over a pulley by a leg on a common cylinder. Members are uniform.
+    """A planar arm, each joint moved over a pulley by a leg on a common cylinder; members are uniform unless stated otherwise.
 
     Raises
     ------
@@ -124,12 +141,16 @@ class ArmMachine(OnCylinder):
     tip_inertia: float = quantity(
         "kg m^2", Ge(0), "Moment of inertia at the end point, which turns with the last member", default=0.0
     )
+    member_centres: Sequence[float] | None = quantities("m", FINITE, CENTRES, default=None)
+    member_offsets: Sequence[float] | None = quantities("m", FINITE, OFFSETS, default=None)
+    member_inertias: Sequence[float] | None = quantities("kg m^2", Ge(0), INERTIAS, default=None)
+    gravity: Sequence[float] | None = quantities("m/s^2", FINITE, GRAVITY, default=None)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
         check_leg(self.leg)
-        check_members(self.arm, self.member_masses)
+        check_members(self, self.arm.joints)
         _ = self.arm.parallel(self.pulley_radius)
 
     @property
@@ -148,27 +169,50 @@ class ArmMachine(OnCylinder):
     def mechanics(self, stick_speed: float) -> LeggedMechanics:
         """Contacts and inertia."""
         radii = np.diag(self.arm.parallel(self.pulley_radius).jacobian)
-        return self.on_cylinder(
-            arm_load(self.arm, self.member_masses, self.tip_mass, radii, self.tip_inertia), self.arm.joints, stick_speed
-        )
+        load = arm_load(self, radii, tip_mass=self.tip_mass, tip_inertia=self.tip_inertia)
+        return self.on_cylinder(load, self.arm.joints, stick_speed)
 
 
-def check_members(arm: PlanarArm, masses: Sequence[float]) -> None:
-    """Raise `ParameterError` unless each member has a mass, and the last one more than 0."""
-    require(len(masses) == arm.joints, "member_masses", f"{len(masses)} values", f"{arm.joints}, one for each member")
-    require(masses[-1] > 0, "member_masses", f"{masses[-1]} at the end", "> 0 for the last member", "kg")
+def check_members(machine: Any, count: int) -> None:
+    """Raise `ParameterError` unless each member has a mass, the last one more than 0, and what else is stated of them fits."""
+    for name in ("member_masses", "member_centres", "member_offsets", "member_inertias"):
+        row = getattr(machine, name)
+        if row is not None:
+            require(len(row) == count, name, f"{len(row)} values", f"{count}, one for each member")
+    for name, two in (("payload_centre", "along and to the left"), ("gravity", "along x and y")):
+        row = getattr(machine, name, None)
+        if row is not None:
+            require(len(row) == 2, name, f"{len(row)} values", f"2: {two}")
+    masses = machine.member_masses
+    if masses is None:
+        return
+    require(masses[-1] > 0, "member_masses", f"{masses[-1]:g} at the end", "> 0", "kg")
+    uneven = next((name for name in ("member_centres", "member_offsets") if getattr(machine, name) is not None), None)
+    if uneven and machine.member_inertias is None:
+        raise ParameterError(f"member_inertias is missing: with {uneven}, members are not uniform")
 
 
-def arm_load(
-    arm: PlanarArm, member_masses: Sequence[float], tip_mass: float, pulleys: np.ndarray, tip_inertia: float = 0.0
-) -> ArmLoad:
-    """An arm of uniform members, with pulleys of some radii on the joints and a mass at the end point."""
-    masses = real_array("member_masses", member_masses)
-    return ArmLoad(arm=arm, pulleys=pulleys, masses=masses, tip_mass=tip_mass, tip_inertia=tip_inertia)
+def arm_load(machine: Any, pulleys: np.ndarray, tip_mass: float = 0.0, tip_inertia: float = 0.0) -> ArmLoad:
+    """The members of an arm that has the fields of `ArmMachine`, with pulleys of some radii on the joints."""
+    centres, lengths = None, np.array(machine.arm.lengths)
+    if machine.member_centres is not None or machine.member_offsets is not None:
+        along = 0.5 * lengths if machine.member_centres is None else machine.member_centres
+        across = 0.0 * lengths if machine.member_offsets is None else machine.member_offsets
+        centres = np.stack([along, across], axis=-1)
+    return ArmLoad(
+        arm=machine.arm,
+        pulleys=pulleys,
+        masses=real_array("member_masses", machine.member_masses),
+        inertias=None if machine.member_inertias is None else np.array(machine.member_inertias, dtype=float),
+        centres=centres,
+        gravity=None if machine.gravity is None else tuple(map(float, machine.gravity)),
+        tip_mass=tip_mass,
+        tip_inertia=tip_inertia,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ArmDrive(Linked):
+class ArmDrive(Jointed):
     """A planar arm of one to three joints, each moved by a leg on one common cylinder, or by a drive of its own.
 
     With two joints the end point has x and y, with three its direction as well, with one only the angle of the joint.
@@ -191,15 +235,9 @@ class ArmDrive(Linked):
     member_masses: tuple[float, ...] | None = quantities(
         "kg", Ge(0), "Masses of the members from the base; uniform unless their centres are stated", default=None
     )
-    member_centres: tuple[float, ...] | None = quantities(
-        "m", FINITE, "Distance of each member's centre of mass from its joint, along the member", default=None
-    )
-    member_offsets: tuple[float, ...] | None = quantities(
-        "m", FINITE, "Distance of each member's centre of mass to the left of the member, if not on it", default=None
-    )
-    member_inertias: tuple[float, ...] | None = quantities(
-        "kg m^2", Ge(0), "Moments of inertia of the members about their centres of mass", default=None
-    )
+    member_centres: tuple[float, ...] | None = quantities("m", FINITE, CENTRES, default=None)
+    member_offsets: tuple[float, ...] | None = quantities("m", FINITE, OFFSETS, default=None)
+    member_inertias: tuple[float, ...] | None = quantities("kg m^2", Ge(0), INERTIAS, default=None)
     payload_mass: float = quantity("kg", Ge(0), "Mass of what the last member carries, such as a tool", default=0.0)
     payload_centre: tuple[float, ...] | None = quantities(
         "m", FINITE, "Its centre of mass from the end point: ahead along the last member, and to its left", default=None
@@ -207,9 +245,7 @@ class ArmDrive(Linked):
     payload_inertia: float = quantity(
         "kg m^2", Ge(0), "Its moment of inertia about its centre of mass, turning with the last member", default=0.0
     )
-    gravity: tuple[float, ...] | None = quantities(
-        "m/s^2", FINITE, "Acceleration of free fall along x and y; none of an arm in a horizontal plane", default=None
-    )
+    gravity: tuple[float, ...] | None = quantities("m/s^2", FINITE, GRAVITY, default=None)
     arm: PlanarArm = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
     legs: LeggedDrive | None = field(init=False, repr=False, compare=False, default=None)
 
@@ -224,23 +260,9 @@ class ArmDrive(Linked):
         object.__setattr__(self, "legs", self._legs(self.links))
 
     def _check_masses(self) -> None:
-        count = len(self.lengths)
-        for name in ("member_masses", "member_centres", "member_offsets", "member_inertias"):
-            row = getattr(self, name)
-            if row is not None:
-                require(len(row) == count, name, f"{len(row)} values", f"{count}, one for each member")
-        for name, two in (("payload_centre", "along and to the left"), ("gravity", "along x and y")):
-            row = getattr(self, name)
-            if row is not None:
-                require(len(row) == 2, name, f"{len(row)} values", f"2: {two}")
-        if self.member_masses is None:
-            if self._massive:
-                raise ParameterError(f"member_masses is missing: {self._massive[0]} is stated")
-            return
-        require(self.member_masses[-1] > 0, "member_masses", f"{self.member_masses[-1]:g} at the end", "> 0", "kg")
-        uneven = next((name for name in ("member_centres", "member_offsets") if getattr(self, name) is not None), None)
-        if uneven and self.member_inertias is None:
-            raise ParameterError(f"member_inertias is missing: with {uneven}, members are not uniform")
+        check_members(self, self.links)
+        if self.member_masses is None and self._massive:
+            raise ParameterError(f"member_masses is missing: {self._massive[0]} is stated")
         if self.payload_centre is not None and not self.payload_mass:
             raise ParameterError("payload_mass is missing: payload_centre is stated")
 
@@ -321,150 +343,66 @@ class ArmDrive(Linked):
             x, y = x - self.lengths[2] * np.cos(row[..., 2]), y - self.lengths[2] * np.sin(row[..., 2])
         return np.abs(x * x + y * y - first**2 - second**2) / (2.0 * first * second)
 
-    def part_speeds(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-        """Of the links, or of belts at the joints' pulleys; nan beyond reach. (..., n) [m s^-1]"""
-        return self.pulley_radius * self._placed(pose, twist, 0.0 * twist)[1]
-
-    def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
-        """As `infinivar.machines.machine.Machine.perform`; beyond reach all is nan."""
-        pose, twist, wrench = rows(self, pose, twist, wrench)
-        angles, rates, torques, configuration = self._placed(pose, twist, wrench)
-        weight = None
-        if self.gravity is not None:
-            n = self.links
-            weight = self._members().inertia(angles.reshape(-1, n), np.zeros((angles.size // n, n))).bias
-            weight = weight.reshape(angles.shape)
-        point = moved(
-            configuration,
-            self.legs,
-            self.separate,
-            rates,
-            torques if weight is None else torques + weight,
-            lever=self.pulley_radius,
-            words="joint",
-            units=("N m", "rad/s"),
-        )
-        if weight is None:
-            return point
-        # What lifts the arm itself is stored in it.
-        lifting = np.sum(weight * rates, axis=-1) + 0.0 * point.power_out
-        return replace(point, power_out=point.power_out - lifting, stored={"machine": lifting})
-
     def picture(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> Picture:
         """Its members, with the torques of its joints."""
         return jointed.picture(self, point, pose, twist, wrench)
 
-    def carried(self, course: MachineCourse) -> Carried:
-        """What the joints carry along a course, with weight and what accelerates the members; beyond reach all is nan.
-
-        Source: `infinivar.machines.bodies.planar_arm`.
-        """
-        angles, rates, torques, configuration = self._placed(course.pose, course.twist, course.wrench)
-        load = torques[1:4]
-        if not self._massless:
-            n = self.links
-            members = self._members().inertia(angles[1:4].reshape(-1, n), rates[1:4].reshape(-1, n))
-            load = load + members.forces(course.rate(rates))
-        return Carried(course=course, configuration=configuration, twist=rates, load=load)
+    def _solved(self, pose: np.ndarray) -> tuple[np.ndarray, dict[Limit, np.ndarray]]:
+        angles, reach = self.angles(pose), self.reach(pose)
+        within = np.isfinite(angles).all(axis=-1) & (reach < 1.0)
+        demand = np.where(within, reach, np.maximum(reach, 1.0 + 1e-12))
+        return np.where(within[..., None], angles, np.nan), {} if self.links == 1 else {Limit.LINKAGE: demand}
 
     def _members(self) -> ArmLoad:
         """Masses of the arm; the payload is a part of the last member."""
-        lengths, masses = np.array(self.lengths), np.array(self.member_masses)
-        pulleys = np.full(self.links, self.pulley_radius)
-        if not self._massive:
-            return ArmLoad(arm=self.arm, pulleys=pulleys, masses=masses, tip_mass=0.0)
-        inertias = masses * lengths**2 / 12.0 if self.member_inertias is None else np.array(self.member_inertias)
-        along = 0.5 * lengths if self.member_centres is None else self.member_centres
-        across = np.zeros(self.links) if self.member_offsets is None else self.member_offsets
-        centres = np.stack([along, across], axis=-1)
-        held = np.array([lengths[-1], 0.0]) + np.array(self.payload_centre or (0.0, 0.0))
-        masses[-1], centres[-1], inertias[-1] = joined(
-            PlanarBody(masses[-1], centres[-1].copy(), inertias[-1]),
-            PlanarBody(self.payload_mass, held, self.payload_inertia),
-        )
-        return ArmLoad(
-            arm=self.arm,
-            pulleys=pulleys,
-            masses=masses,
-            tip_mass=0.0,
-            inertias=inertias,
-            centres=centres,
-            gravity=self.gravity,
-        )
-
-    def along(self, carried: Carried) -> TaskPoint:
-        """See `infinivar.machines.links`."""
-        return self._along(carried, self.pulley_radius, "joint", ("N m", "rad/s"))
-
-    def _placed(
-        self, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, Configuration]:
-        """Joint angles, rates and torques, and the links over the pulleys; nan beyond reach."""
-        angles, n = self.angles(pose), len(self.lengths)
-        reach = self.reach(pose)
-        within = np.isfinite(angles).all(axis=-1) & (reach < 1.0)
-        safe = np.where(within[..., None], angles, np.linspace(0.3, 0.6, n))
-        jacobian = self._jacobian(safe)
-        rates = np.linalg.solve(jacobian, twist[..., None])[..., 0]
-        torques = np.matmul(np.swapaxes(jacobian, -1, -2), wrench[..., None])[..., 0]
-        utilisation = {} if n == 1 else {Limit.LINKAGE: np.where(within, reach, np.maximum(reach, 1.0 + 1e-12))}
-        rim = np.diag(np.full(n, self.pulley_radius))
-        configuration = Configuration(jacobian=np.where(within[..., None, None], rim, np.nan), utilisation=utilisation)
-        return safe, rates, torques, configuration
+        load = arm_load(self, np.full(self.links, self.pulley_radius))
+        if not (self.payload_mass or self.payload_inertia):
+            return load
+        held = np.array([self.lengths[-1], 0.0]) + np.array(self.payload_centre or (0.0, 0.0))
+        members = load.bodies
+        members[-1] = joined(members[-1], PlanarBody(self.payload_mass, held, self.payload_inertia))
+        masses, centres, inertias = (np.array(one) for one in zip(*members, strict=True))
+        return replace(load, masses=masses, centres=centres, inertias=inertias)
 
     def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> ArmMachine | SeparateMachine:
         """The arm with the masses of its members, and a load at its end point, for `infinivar.simulate_machine`.
 
         Parameters
         ----------
-        load_mass, load_inertia : float   Moved with the end point; the inertia turns with the last member. [kg], [kg m^2]
+        load_mass, load_inertia : float   Moved with the end point; the inertia turns with the last member, and the weight is
+            a part of the wrench. [kg], [kg m^2]
 
         Raises
         ------
         ParameterError
             If a value that motion requires is missing, or a separate drive cannot be simulated; or with one joint, whose angle
-            is the coordinate, if there is a mass; or if more than the masses of uniform members is stated.
+            is the coordinate, if there is a mass.
         """
-        if self._massive:
-            raise ParameterError(
-                f"{', '.join(self._massive)} must be left out to simulate the arm, which then has uniform members in a "
-                "horizontal plane: only compare counts more, by inverse dynamics"
-            )
         if load_mass and len(self.lengths) == 1:
             raise ParameterError(
                 f"load_mass must be 0 for an arm of one joint, got {load_mass:g} kg: state load_inertia about the joint"
             )
-        masses = needed(self.member_masses, "member_masses")
+        needed(self.member_masses, "member_masses")
+        load = self._members()
         if self.leg is None:
             assert self.separate is not None
             rim = 1.0 if axis_of(self.separate).rotary else self.pulley_radius
-            load = ArmLoad(
-                arm=self.arm,
-                pulleys=np.full(self.links, rim),
-                masses=np.array(masses),
-                tip_mass=load_mass,
-                tip_inertia=load_inertia,
-            )
+            load = replace(load, pulleys=np.full(self.links, rim), tip_mass=load_mass, tip_inertia=load_inertia)
             return SeparateMachine(separate=self.separate, load=load, home=np.zeros(self.links))
         needed(self.leg.steering, "leg.steering")
+        centres = (None, None) if load.centres is None else load.centres.T.tolist()
         return ArmMachine(
             leg=self.leg,
             arm=self.arm,
             pulley_radius=self.pulley_radius,
-            member_masses=masses,
+            member_masses=load.masses.tolist(),
+            member_centres=centres[0],
+            member_offsets=centres[1],
+            member_inertias=None if load.inertias is None else load.inertias.tolist(),
             tip_mass=load_mass,
             tip_inertia=load_inertia,
+            gravity=load.gravity,
         )
-
-    def followed(self, pose: Array, wrench: Array) -> tuple[np.ndarray, np.ndarray]:
-        """Joint angles (..., n), without turns between neighbours, and joint torques of poses and wrenches (..., n) of the end
-        point; nan beyond reach."""
-        angles = self.angles(pose)
-        if angles.ndim > 1:
-            angles = np.unwrap(angles, axis=0)
-        across = np.swapaxes(self._jacobian(np.nan_to_num(angles)), -1, -2)
-        torques = np.matmul(across, np.asarray(wrench, dtype=float)[..., None])[..., 0]
-        return angles, torques + 0.0 * angles
 
     def _jacobian(self, angles: np.ndarray) -> np.ndarray:
         """Of the end point in `coordinates`. (..., n, n)"""

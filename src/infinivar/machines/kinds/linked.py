@@ -276,8 +276,9 @@ def _started(legs: LeggedDrive, machine: Any, motion: VectorHistory, force: np.n
     """
     mechanics = machine.mechanics(1.0)
     pose, twist = mechanics.load.along(motion, 0.0)
-    jacobian = mechanics.load.at(pose[None], twist[None]).jacobian[0]
-    held = legs.operate(Configuration(jacobian=jacobian), wrench=force, twist=twist).legs.steering_tangent
+    standing = mechanics.load.at(pose[None], 0.0 * twist[None])
+    jacobian, carried = standing.jacobian[0], force + standing.moved.bias[0]  # with the weight
+    held = legs.operate(Configuration(jacobian=jacobian), wrench=carried, twist=twist).legs.steering_tangent
     surface = mechanics.transmission.cylinder_radius * machine.set_speed
     commanded = np.linalg.lstsq(jacobian, -surface * np.nan_to_num(held), rcond=None)[0]
     error = (commanded - twist) / (2.0 * np.pi * machine.control.link_bandwidth)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from annotated_types import Ge
 
-from infinivar._core.bounds import NonZero
+from infinivar._core.bounds import FINITE, NonZero
 from infinivar._core.fields import check, component, quantities, quantity
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.steering import SteeringPlant
@@ -17,7 +17,15 @@ from infinivar.limits import Limit
 from infinivar.machines import bonds
 from infinivar.machines.hand import Grip, without_point
 from infinivar.machines.kind import MovingMachine, motor_of, servo_of
-from infinivar.machines.kinds.arm import ArmLoad, arm_load, check_members
+from infinivar.machines.kinds.arm import (
+    CENTRES,
+    GRAVITY,
+    INERTIAS,
+    OFFSETS,
+    ArmLoad,
+    arm_load,
+    check_members,
+)
 from infinivar.machines.motors import PowerMotor, SteeringServo
 from infinivar.machines.pictures.jointed import Chain
 from infinivar.machines.rolling import ROLLING_LOSSES, judged, slip_demands
@@ -62,7 +70,7 @@ class SerialArmMechanics(Defaults):
     def at(self, configuration: np.ndarray, rates: np.ndarray) -> Place:
         """Inertia of the arm."""
         moved = self.load.inertia(configuration, rates)
-        return Place(rates, moved.inertia, moved.bias, None)
+        return Place(rates, moved.inertia, moved.bias, None, moved.potential)
 
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
         """Forces of the wheels."""
@@ -101,13 +109,17 @@ class SerialArmMachine(MovingMachine):
     joint_speed: float = quantity("rad/s", NonZero(), "Speed of the first joint, if the motor holds it", default=1.0)
     steering: SteeringPlant | None = component("Servo of each wheel", default=None)
     control: CoboticControl = component("Controllers", default_factory=CoboticControl)
+    member_centres: Sequence[float] | None = quantities("m", FINITE, CENTRES, default=None)
+    member_offsets: Sequence[float] | None = quantities("m", FINITE, OFFSETS, default=None)
+    member_inertias: Sequence[float] | None = quantities("kg m^2", Ge(0), INERTIAS, default=None)
+    gravity: Sequence[float] | None = quantities("m/s^2", FINITE, GRAVITY, default=None)
 
     driven: ClassVar[str] = "q_1"
 
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
-        check_members(self.arm, self.member_masses)
+        check_members(self, self.arm.joints)
         _ = self.arm.serial(self.wheel, self.drum_radius)
 
     @property
@@ -134,7 +146,7 @@ class SerialArmMachine(MovingMachine):
 
     def mechanics(self, stick_speed: float) -> SerialArmMechanics:
         """Contacts and inertia."""
-        load = arm_load(self.arm, self.member_masses, self.tip_mass, np.ones(self.arm.joints))
+        load = arm_load(self, np.ones(self.arm.joints), tip_mass=self.tip_mass)
         return SerialArmMechanics(
             load=load, mechanism=self.arm.serial(self.wheel, self.drum_radius), stick_speed=stick_speed
         )

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from infinivar.errors import InputError
+from infinivar.machines.bodies import PlanarBody
 from infinivar.machines.pictures.geometry import normalised, off, unit
 from infinivar.machines.pictures.slides import Drum
 from infinivar.machines.pictures.strokes import Arrow, Disc, Label, Line, Picture, Stroke
@@ -34,7 +35,8 @@ class Chain:
 
     Attributes
     ----------
-    lengths, masses : (n,) float     Of the members, which are uniform. [m], [kg]
+    lengths : (n,) float             Of the members. [m]
+    members : n bodies               In axes from their joints along themselves.
     tip_mass, tip_inertia : float    [kg], [kg m^2]
     pulleys : (n,) float             Radii over which links move the joints. [m]
     link_mass : float                [kg]
@@ -45,7 +47,7 @@ class Chain:
     seen: ClassVar[Literal["above"]] = "above"
 
     lengths: np.ndarray
-    masses: np.ndarray
+    members: Sequence[PlanarBody]
     tip_mass: float
     tip_inertia: float
     pulleys: np.ndarray

@@ -13,6 +13,7 @@ import numpy as np
 
 from infinivar.analysis.moving_parts import STICK_SPEED, Parts
 from infinivar.errors import ParameterError
+from infinivar.machines.bodies import PlanarBody, joined
 from infinivar.machines.pictures.jointed import Chain
 from infinivar.machines.pictures.rods import OnRods, heights
 from infinivar.machines.pictures.slides import Drum, Slides
@@ -234,18 +235,14 @@ def _arm(scene: Scene, parts: Parts, load: Chain, turning: float) -> Extent:
     reach = float(np.sum(lengths))
     thick = 0.02 * reach
     parent, at = scene.world, np.zeros(3)
-    for place, (length, mass) in enumerate(zip(lengths, load.masses, strict=True)):
-        last = place == len(lengths) - 1
-        tip = load.tip_mass if last else 0.0
-        total = max(mass + tip, LEAST)
-        centre = (0.5 * mass + tip) * length / total
-        moment = mass * length**2 / 12.0 + mass * (0.5 * length - centre) ** 2 + tip * (length - centre) ** 2
-        moment += load.tip_inertia if last else 0.0
+    for place, (length, own) in enumerate(zip(lengths, load.members, strict=True)):
+        if place == len(lengths) - 1:
+            own = joined(own, PlanarBody(load.tip_mass, np.array([length, 0.0]), load.tip_inertia))
         name = f"member_{place + 1}"
-        inertia = [0.5 * moment, moment, moment]
-        body = scene.body(parent, name, at, float(total), inertia, centre=[centre, 0.0, 0.0])
-        own = load.link_mass * load.pulleys[place] ** 2
-        scene.joint(body, f"joint_{place + 1}", "hinge", parts.configuration[:, place], _Z, float(own))
+        inertia = [0.5 * own.inertia, own.inertia, own.inertia]
+        body = scene.body(parent, name, at, max(own.mass, LEAST), inertia, centre=[*own.centre, 0.0])
+        link = float(load.link_mass * load.pulleys[place] ** 2)
+        scene.joint(body, f"joint_{place + 1}", "hinge", parts.configuration[:, place], _Z, link)
         scene.geom(body, "capsule", "link", fromto=[0.0, 0.0, 0.0, length, 0.0, 0.0], size=[0.7 * thick])
         radius = 1.2 * thick if load.drum is None else float(load.pulleys[place])
         scene.geom(body, "cylinder", "cylinder", pos=[0.0, 0.0, -1.2 * thick], size=[radius, 0.3 * thick])
