@@ -3,6 +3,7 @@
 import csv
 import math
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -196,3 +197,22 @@ def test_the_sheet_for_the_rig_is_computed():
     rows = {row.name: row for row in found.rows}
     assert min(rows.values(), key=lambda row: row.needed).name == "nominal_torque"
     assert all(row.reached < row.needed for row in rows.values())
+
+
+def test_the_sheet_for_other_benches_is_computed():
+    """Its lines are on the page; the loss of a gear counts for the energy, and must be known better than its default spread."""
+    page = (Path(__file__).parents[2] / "docs" / "measurements.md").read_text("utf-8")
+    lines = list(wanted.part_lines())
+    assert all(line in page for line in lines)
+    study = iv.load_study("knee_walking")
+    drive = study.drives["geared"]
+    energy = {
+        loss: iv.duty_cycle(
+            replace(drive, gearhead=replace(drive.gearhead, efficiency=1.0 - loss)), study.duty["walking"]
+        ).energy
+        for loss in (0.0665, 0.07, 0.0735)
+    }
+    slope = (energy[0.0735] - energy[0.0665]) / (0.1 * energy[0.07])
+    row = next(line for line in lines if "| geared | 1 - `gearhead.efficiency`" in line)
+    assert float(row.split(" | ")[4]) == pytest.approx(slope, rel=0.05)
+    assert 0.01 / slope < default_spread_rules()[f"efficiency.{drive.gearhead.loss_model}"].size
