@@ -4,6 +4,7 @@ import csv
 import functools
 import math
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +15,8 @@ from scipy.optimize import least_squares
 
 import infinivar as iv
 from infinivar.calibration import measured_report
+from internals import read_set, shipped_sets
 from internals import rows_of_measured as table_rows
-from internals import shipped_sets
 
 REFERENCE = Path(os.environ.get("INFINIVAR_REFERENCE") or Path(__file__).parents[3] / "shared" / "reference")
 needs_rows = pytest.mark.skipif(not REFERENCE.is_dir(), reason="needs the rows under the GPL")
@@ -130,27 +131,77 @@ def test_heating_by_an_integrator():
         assert_allclose(one.expected[used] - 273.15, along.T[at], atol=0.1)
 
 
+def stepped(read, values, offset):
+    """Temperatures that sensors on winding and body read, by Euler's steps of a second."""
+    time, ambient = read["time"], read["ambient"]
+    power = np.interp(time - offset, time, read["power"])
+    winding, body = shown, felt = read["winding"][:4].mean(), read["body"][:4].mean()
+    found = [(shown, felt)]
+    for now, step in enumerate(np.diff(time), 1):
+        aside, flow = min(power[now], values["body_power"]), (winding - body) / values["inner"]
+        winding += step * (power[now] - aside - flow) / values["winding_capacity"]
+        body += step * (aside + flow - (body - ambient[now]) / values["outer"]) / values["body_capacity"]
+        shown = winding + (shown - winding) * math.exp(-step / values["winding_lag"])
+        felt = body + (felt - body) * math.exp(-step / values["body_lag"])
+        found.append((shown, felt))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("day", [pytest.param("1", marks=pytest.mark.slow), "2"])
+def test_heating_by_least_squares(day):
+    """The whole fit repeated: what a day identifies lies in its intervals, and about as much is left."""
+    found, data = part("motor_heating", day), shipped("motor_heating")
+    mine = data["day"] == float(day)
+    reads = [{name: data[name][mine & (data["run"] == run)] for name in data} for run in np.unique(data["run"][mine])]
+    without = {"body_power": 0.0, "winding_lag": 1e-9, "body_lag": 1e-9}
+    sizes = np.array([found.fit.problem.known[name] for name in found.fit.names])
+
+    def residual(x):
+        values = {**without, **dict(zip(found.fit.names, sizes * np.exp(x[len(reads) :]), strict=True))}
+        off = [
+            (stepped(read, values, 4.0 * x[place])[::20] - np.c_[read["winding"], read["body"]][::20]).ravel()
+            for place, read in enumerate(reads)
+        ]
+        # The offset is known to 4 s, and a temperature to the residual.
+        return np.concatenate([*off, 1.5 * x[: len(reads)]])
+
+    x = least_squares(residual, np.zeros(len(reads) + len(sizes)), diff_step=1e-4, max_nfev=60).x
+    values = dict(zip(found.fit.names, sizes * np.exp(x[len(reads) :]), strict=True))
+    agrees(found, {name: values[name] for name in found.fit.identifiable})
+    assert np.sqrt(np.mean(residual(x)[: -len(reads)] ** 2)) == pytest.approx(
+        np.sqrt(np.mean([one.rms**2 for one in found.residuals])), rel=0.05
+    )
+
+
 @pytest.mark.parametrize("surface", ["brown", "gray", "green", "table"])
 def test_creep_of_omni_wheels(surface):
-    """Vermeulen and Johnson's law, or the linear one; where the program prefers exact rolling, or cannot identify the growth
-    with load, forces agree within a third of the residual."""
+    """Vermeulen and Johnson's law, the linear one, or exact rolling interpolated in curves of another program.
+
+    Where the growth with load is not identified, forces agree within a third of the residual.
+    """
     data = shipped("omni_wheels")
     mine = data["surface"] == surface
     creepage, load, along, across, force = (
         data[name][mine] for name in ("creepage", "load", "along", "across", "force")
     )
     found = part("omni_wheels", surface)
-    linear = found.form.startswith("linear")
+    if "exact" in found.form and not REFERENCE.is_dir():
+        pytest.skip("needs the curves of exact rolling")
+
+    def law(k):
+        if "exact" in found.form:
+            curve = rows(REFERENCE / "creep_lateral.csv")
+            round_patch = curve["a_over_b"] == 1.0
+            return np.interp(k, curve["k"][round_patch], curve["fy"][round_patch])
+        return 1.0 - (1.0 - np.minimum(k, 1.0)) ** 3
 
     def expected(x):
-        force = x[0] * (load / 40.0) ** x[1] * creepage
-        most = abs(x[2]) * load
-        if not linear:
-            force = most * (1.0 - (1.0 - np.minimum(force / (3.0 * most), 1.0)) ** 3)
-        return force + x[3] * along - (x[4] * across if "rollers" in found.form else 0.0)
+        creep, most = x[0] * (load / 40.0) ** x[1] * creepage, abs(x[2]) * load
+        creep = creep if found.form.startswith("linear") else most * law(creep / (3.0 * most))
+        return creep + x[3] * along - (x[4] * across if "rollers" in found.form else 0.0)
 
     x = solved(lambda x: expected(x) - force, np.array([50.0, 0.1, 0.5, 2.0, 0.5]))
-    if "exact" not in found.form and "exponent" in found.fit.identifiable:
+    if "exponent" in found.fit.identifiable:
         names = ["stiffness", "exponent", "friction", "drag", "help"]
         agrees(found, {n: v for n, v in zip(names, x, strict=True) if n in found.fit.identifiable})
     apart = expected(x) - found.expected[:, 0]
@@ -303,11 +354,96 @@ def test_two_runs_are_too_few_for_intervals():
     assert winding.left_out_rms > 2.0 * winding.rms
 
 
+def test_the_simplest_model_of_heating_fits_worse_and_predicts_better():
+    """As docs/measurements.md states: neither form meets 3 K fitted and 4 K left out, and rows of a run are not independent."""
+    measured = read_set("motor_heating")
+    law = replace(measured.law, forms={"two nodes": measured.law.forms["two nodes"]})
+    simple = measured_report(replace(measured, law=law)).parts[0].residuals[0]
+    chosen = part("motor_heating", "1")
+    assert simple.rms > 3.0 > chosen.residuals[0].rms
+    assert 4.0 < simple.left_out_rms < chosen.residuals[0].left_out_rms
+    page = (Path(__file__).parents[2] / "docs" / "measurements.md").read_text("utf-8")
+    assert f"leave {simple.rms:.1f} K, and predict the run left out to {simple.left_out_rms:.1f} K" in page
+    off = (chosen.rows.read - chosen.expected)[chosen.rows.run == 0]
+    for signal in (off - off.mean(axis=0)).T:
+        assert signal[1:] @ signal[:-1] > 0.3 * (signal @ signal)
+
+
 @pytest.mark.parametrize(
     "name", ["robot_motors", "screws_and_worm", "strain_wave_turn", "omni_wheels", "motor_heating"]
 )
 def test_a_shipped_set_has_no_misread_rows(name):
     assert report(name).sound
+
+
+def misread_in(name, folder, change):
+    """Faults of columns of a set whose cells are changed, by heading without unit."""
+    file = REFERENCE / f"actuator_{name}.csv" if name.startswith("ak80") else shipped_sets()[name] / "rows.csv"
+    heads, *cells = csv.reader(file.read_text("utf-8").splitlines())
+    columns = dict(zip([head.split(" ")[0] for head in heads], map(list, zip(*cells, strict=True)), strict=True))
+    columns |= change(columns)
+    lines = [heads, *zip(*columns.values(), strict=True)]
+    (folder / "rows.csv").write_text("\n".join(",".join(line) for line in lines), "utf-8")
+    return [said for one in measured_report(name, rows=folder / "rows.csv").parts for said in one.misread]
+
+
+def exchanged(one, other):
+    return lambda columns: {one: columns[other], other: columns[one]}
+
+
+def times(name, factor):
+    return lambda columns: {name: [f"{factor * float(cell):.8g}" if cell else "" for cell in columns[name]]}
+
+
+def drifting(name, size):
+    return lambda columns: {
+        name: [f"{float(cell) + size * place / len(columns[name]):.8g}" for place, cell in enumerate(columns[name])]
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "said"),
+    [
+        ("robot_motors", exchanged("speed", "current"), "speed and current fit if their columns are exchanged"),
+        ("robot_motors", times("speed", 30 / math.pi), "speed fits if divided by 9.549: is it in rpm?"),
+        ("robot_motors", drifting("current", 0.2), "current drifts by"),
+        ("screws_and_worm", exchanged("speed", "direction"), "direction reads 0.2241 to 20.84, but must be -1 to 1"),
+        ("screws_and_worm", exchanged("speed", "torque"), "speed and torque fit if their columns are exchanged"),
+        ("screws_and_worm", times("speed", 1e3), "speed fits if divided by 1000"),
+        ("strain_wave_turn", exchanged("rotor_angle", "direction"), "direction reads 5 to 355, but must be -1 to 1"),
+        ("strain_wave_turn", times("rotor_angle", 180 / math.pi), "but must be -12.57 to 12.57 rad"),
+        pytest.param(
+            "motor_heating",
+            times("ambient", 10.0),
+            "K, but must be 220 to 350 K",
+            marks=pytest.mark.slow,
+        ),
+        ("omni_wheels", exchanged("creepage", "load"), "creepage and load fit if their columns are exchanged"),
+        ("omni_wheels", times("load", 1e-3), "load fits if divided by 0.001"),
+        pytest.param(
+            "ak80_9_steady",
+            exchanged("speed_rad_s", "torque_Nm"),
+            "0.049 with two columns exchanged: speed and torque",
+            marks=needs_rows,
+        ),
+        pytest.param(
+            "ak80_9_steady", times("speed_rad_s", 30 / math.pi), "speed fits if divided by 9.549", marks=needs_rows
+        ),
+        pytest.param("ak80_9_steady", drifting("iq_A", 12.0), "current drifts by", marks=needs_rows),
+        pytest.param(
+            "ak80_9_backdrive", exchanged("current_A", "torque_out_Nm"), "current and torque fit if", marks=needs_rows
+        ),
+        pytest.param("ak80_9_backdrive", drifting("torque_out_Nm", 4.0), "torque drifts by", marks=needs_rows),
+    ],
+)
+def test_misread_files_of_each_bench_are_named(name, change, said, tmp_path):
+    found = misread_in(name, tmp_path, change)
+    assert any(said in one for one in found), found
+
+
+def test_time_that_does_not_increase_is_refused(tmp_path):
+    with pytest.raises(iv.InputError, match=r"rows\.csv: line 3: time does not increase"):
+        misread_in("motor_heating", tmp_path, exchanged("time", "power"))
 
 
 def test_what_minutes_of_heating_do_not_show():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 import infinivar as iv
+from infinivar._core.fields import quantities_of, value_at, with_values
 from infinivar._core.result import Frozen, result
 from infinivar.analysis.robustness.outcomes import outcome
 from infinivar.calibration import virtual_rig
@@ -121,6 +123,34 @@ def lines() -> Iterator[str]:
             f"| `{row.name}` | {show(row.value, row.unit, 3)} | {plain(row.energy, 2)} | {plain(row.loss, 2)} | {needed} | "
             f"{plain(100 * row.reached, 2)} % |"
         )
+
+
+BENCHES = {
+    "gear map": ("gearhead.efficiency",),
+    "motor without load": ("motor.no_load_current",),
+    "motor on a dynamometer": ("motor.resistance", "motor.torque_constant"),
+}
+"""Values that a bench for parts other than the paper's rig measures."""
+
+
+def part_lines(study: str = "knee_walking") -> Iterator[str]:
+    """Rows of the page's table for other benches: elasticity of the energy per cycle, and the error that changes it by `EFFECT`.
+
+    Of an efficiency, value and error are those of the loss.
+    """
+    loaded = iv.load_study(study)
+    (duty,) = loaded.duty
+    of = outcome(loaded, "energy", duty=duty).of
+    for bench, paths in BENCHES.items():
+        for path, (name, drive) in itertools.product(paths, loaded.drives.items()):
+            field, value = quantities_of(drive)[path], value_at(drive, path)
+            loss = path.endswith("efficiency")
+            size = 1.0 - value if loss else value
+            high, low = (float(of(with_values(drive, {path: value + sign * _STEP * size}))) for sign in (1.0, -1.0))
+            slope = (low - high if loss else high - low) / (2.0 * _STEP * float(of(drive)))
+            said = f"1 - `{path}`" if loss else f"`{path}`"
+            needed = f"{plain(100.0 * EFFECT / abs(slope), 2)} %"
+            yield f"| {bench} | {name} | {said} | {show(size, field.metadata['unit'], 3)} | {plain(slope, 2)} | {needed} |"
 
 
 if __name__ == "__main__":

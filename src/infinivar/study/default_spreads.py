@@ -15,6 +15,7 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
+from infinivar.parts.screw import Screw
 from infinivar.study.spreads import NORMAL_95, Spread, accepted
 from infinivar.study.study import Study
 from infinivar.units import plain
@@ -70,7 +71,14 @@ def defaults() -> Mapping[str, DefaultSpread]:
         {
             "torque_constant": DefaultSpread(name="torque constant", size=TORQUE_CONSTANT),
             "resistance": measured("winding resistance", raw["resistance"]),
+            **{
+                f"no_load_current.{law}": measured(f"no-load current with {law} friction", row)
+                for law, row in raw["no_load_current"].items()
+            },
+            "winding_to_housing": measured("thermal resistance winding to housing", raw["winding_to_housing"]),
+            "housing_time_constant": measured("thermal time constant", raw["housing_time_constant"]),
             **{f"efficiency.{law}": measured(f"{law} gear loss", row) for law, row in raw["efficiency"].items()},
+            "thread": measured("friction of a sliding screw", raw["thread"]),
             "friction": DefaultSpread(name="friction coefficient of the contact", size=FRICTION),
         }
     )
@@ -82,7 +90,7 @@ def rule_of(spread: Spread) -> DefaultSpread | None:
 
 
 def default_spreads(owner: str, drive: Drive) -> Iterator[Spread]:
-    """Yield default spreads of motors, gearheads and the rolling contact of a drive.
+    """Yield default spreads of motors, gearheads, sliding screws and the rolling contact of a drive.
 
     Parameters
     ----------
@@ -90,15 +98,7 @@ def default_spreads(owner: str, drive: Drive) -> Iterator[Spread]:
     """
     for path, field in quantities_of(drive).items():
         at, _, name = path.rpartition(".")
-        part = value_at(drive, at) if at else drive
-        key = ""
-        if isinstance(part, Motor) and name in ("torque_constant", "resistance"):
-            key = name
-        elif isinstance(part, Gearhead) and name == "efficiency":
-            key = f"{name}.{part.loss_model}"
-        elif path == "transmission.friction":
-            key = name
-        rule = defaults().get(key)
+        rule = defaults().get(_key(path, value_at(drive, at) if at else drive, name))
         if rule is None:
             continue
         value, ends = value_at(drive, path), permitted(field.metadata["bound"], value_at(drive, path))
@@ -120,6 +120,23 @@ def default_spreads(owner: str, drive: Drive) -> Iterator[Spread]:
             kind="derived" if rule.source else "assumed",
             where=rule.where,
         )
+
+
+def _key(path: str, part: object, name: str) -> str:
+    """Default that a value of a part has, by field and model; "" for none."""
+    if isinstance(part, Motor) and name == "no_load_current":
+        return f"{name}.{'constant' if part.viscous_friction is None else 'viscous'}"
+    if isinstance(part, Gearhead) and name == "efficiency":
+        return f"{name}.{part.loss_model}"
+    if isinstance(part, Screw) and part.shape == "lead" and name in ("friction_coefficient", "friction_angle"):
+        return "thread"
+    of_motor = isinstance(part, Motor) and name in (
+        "torque_constant",
+        "resistance",
+        "winding_to_housing",
+        "housing_time_constant",
+    )
+    return name if of_motor or path == "transmission.friction" else ""
 
 
 def with_default_spreads(study: Study) -> Study:

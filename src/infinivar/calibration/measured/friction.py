@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -16,6 +17,9 @@ from infinivar.parts.motor import Motor
 
 _BARE = Motor(voltage=1e3, resistance=1e-3, torque_constant=1.0, no_load_current=0.0, continuous_torque=1.0)
 """A motor whose voltage and resistance do not matter here."""
+
+_EITHER_WAY = (-1.0, 1.0)
+_TWO_TURNS = (-4.0 * math.pi, 4.0 * math.pi)
 
 WAVES = 4
 """Most waves of friction in a turn of the rotor."""
@@ -91,6 +95,7 @@ SCREW = Law(
     },
     expected=_screw,
     over="speed",
+    ranges={"direction": _EITHER_WAY},
 )
 
 
@@ -144,4 +149,5 @@ STRAIN_WAVE = Law(
     },
     expected=_over_the_turn,
     over="rotor_angle",
+    ranges={"direction": _EITHER_WAY, "rotor_angle": _TWO_TURNS},
 )

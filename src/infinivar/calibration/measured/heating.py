@@ -136,4 +136,5 @@ HEATING = Law(
     common={"offset": 4.0},
     evolves=True,
     alike=True,
+    ranges={"ambient": (220.0, 350.0)},
 )

@@ -63,6 +63,7 @@ class Law:
     over : column over which residuals are shown.
     evolves : whether the law follows a run in time, from its first rows on.
     alike : whether the sensors of all readings are alike.
+    ranges : least and largest value that a known column can have. [SI]
     """
 
     name: str
@@ -78,6 +79,7 @@ class Law:
     from_second: bool = False
     evolves: bool = False
     alike: bool = False
+    ranges: Mapping[str, tuple[float, float]] = dataclasses.field(default_factory=dict)
 
 
 @result

@@ -34,6 +34,9 @@ _SOUND = 3.0
 _FAILS = 0.5
 """Share of the readings, root mean square, that a law leaves when it fails; laws of measured sets leave 0.1 to 20 %."""
 
+_MUCH_LESS = 0.5
+"""Share of its residual that a law leaves with two columns exchanged, below which the exchange is named."""
+
 _TRIED = 6
 """Corrections of a file that are fitted."""
 
@@ -94,6 +97,20 @@ def of_rows(fit: Fit, rows: MeasuredRows) -> dict[int, str]:
     return {row: far[row][0] if row in far else "" for row in fit.outliers}
 
 
+def of_columns(rows: MeasuredRows) -> list[str]:
+    """Known columns that cannot be what they are read as, being out of their range."""
+    found = []
+    for name, (least, most) in rows.law.ranges.items():
+        low, high = (float(one(rows.known_columns[name])) for one in (np.min, np.max))
+        if low < least or high > most:
+            unit = rows.law.known[name].removeprefix("1")
+            read, allowed = (
+                f"{plain(one, 4)} to {plain(other, 4)} {unit}".rstrip() for one, other in ((low, high), (least, most))
+            )
+            found.append(f"{name} reads {read}, but must be {allowed}: check its unit and column")
+    return found
+
+
 def of_file(rows: MeasuredRows) -> list[str]:
     """Faults of whole columns: the law fails, or parameters are far from their first guesses; and what corrects it.
 
@@ -104,8 +121,25 @@ def of_file(rows: MeasuredRows) -> list[str]:
         return []
     # A correction that is wrong may have powers of negative numbers.
     with np.errstate(all="ignore"):
-        off = _suspicious(_tried(rows), stated)
-        return [f"{'; '.join(off)}: {_remedy(rows, stated) or 'check the units and columns'}"] if off else []
+        found = _tried(rows)
+        off = _suspicious(found, stated)
+        if off:
+            return [f"{'; '.join(off)}: {_remedy(rows, stated) or 'check the units and columns'}"]
+        better = None if found is None or rows.law.evolves else _exchanged(rows, stated, _misfit(found))
+        return [better] if better else []
+
+
+def _exchanged(rows: MeasuredRows, stated: Mapping[str, float], left: float) -> str | None:
+    """The exchange of two columns that leaves much less of the readings, by parameters as near to their first guesses."""
+    best: tuple[float, str | None] = (_MUCH_LESS * left, None)
+    for said, changed in _corrected(rows):
+        if not said.endswith("exchanged"):
+            return best[1]
+        found = _tried(changed)
+        if found is not None and _misfit(found) < best[0] and not _suspicious(found, stated):
+            share = f"the law leaves {left:.2g} of the readings, and {_misfit(found):.2g}"
+            best = _misfit(found), f"{share} with two columns exchanged: {said}"
+    return best[1]
 
 
 def _remedy(rows: MeasuredRows, stated: Mapping[str, float]) -> str:

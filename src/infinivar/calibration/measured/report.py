@@ -146,6 +146,11 @@ def rows_of(
         for place in range(len(known))
         if one.law.evolves
     }
+    for place in history:
+        lines = np.asarray(table.lines)[members & (run == place)]
+        if (late := np.diff(history[place]["time"]) <= 0.0).any():
+            where = f"{table.name}: line {lines[1:][late][0]}: time"
+            raise InputError(f"{where} does not increase within a run: check columns and the order of rows")
     used = members.copy()
     if thinned:
         for name, least in one.least.items():
@@ -224,6 +229,7 @@ def _part(one: MeasuredSet, table: Table, part: str, other: Table | None) -> Par
             LeftOut(row, rows.lines[row], _why(problem, chosen, row, causes[row])) for row in chosen.outliers
         ),
         misread=(
+            *misread.of_columns(rows),
             *misread.of_file(rows_of(one, table, part, guessed)[0].chosen(~beyond)),
             *misread.drifts(rows, rows.read - expected),
         ),
