@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from infinivar._core.processes import apart
 from infinivar._core.threads import in_order
 from infinivar.drivetrain import layout
 from infinivar.drivetrain.masses import open_structure
@@ -86,8 +85,6 @@ _NEAREST = 64
 _AT_ONCE = 1000
 """Wheel designs looked at together first."""
 
-_APART = 16
-"""Fewest wheel designs whose halves are worth sending to processes."""
 
 Counts = tuple[int, int, int, Mapping[TaskDemand, int]]
 """See `Evaluation.counts`."""
@@ -176,17 +173,7 @@ class Evaluation:
         }
 
     def values(self, points: Points) -> Value:
-        """Evaluate wheel designs, in two processes where a command has opened any."""
-        count = len(points.head)
-        if self.space.compiled or count < _APART:
-            return self._values(points)
-        halves = [points.of(some) for some in np.array_split(np.arange(count), 2)]
-        values, counts = zip(*apart(functools.partial(_counted, self), halves), strict=True)
-        for some in counts:
-            self.count(*some)
-        return Value(*map(np.concatenate, zip(*values, strict=True)))
-
-    def _values(self, points: Points) -> Value:
+        """Evaluate wheel designs."""
         count = len(points.head)
         self.wheels += count
         result = _none(count)
@@ -403,12 +390,6 @@ class Evaluation:
             elif isinstance(task, MotionTask) and plant is not None:
                 found.append((task.name, lower_bounds(side, task, steering_signals(plant, shafts[task.name]))))
         return found
-
-
-def _counted(evaluation: Evaluation, points: Points) -> tuple[Value, Counts]:
-    """Values of wheel designs, and what was counted on the way: for one half, so that counts are those of any computer."""
-    evaluation = evaluation.anew(evaluation.objective)
-    return evaluation._values(points), evaluation.counts
 
 
 def _none(count: int) -> Value:
