@@ -95,12 +95,13 @@ typedef struct {
 
 API(int) OWN(NewDiscreteStates)(plant *one, event_info *info)
 {
+    const char *problem = NULL;
     memset(info, 0, sizeof *info);
     if (one) {
-        event(one, &info->next);
+        problem = event(one, &info->next);
         info->next_defined = COMMANDS > 0;
     }
-    return said(one, NULL);
+    return said(one, problem);
 }
 
 API(int) OWN(CompletedIntegratorStep)(plant *one, int past, int *event_mode, int *terminates)

@@ -162,11 +162,12 @@ API(int) OWN(UpdateDiscreteStates)(plant *one, bool *again, bool *terminates, bo
 {
     *again = *terminates = *nominals = *states = *defined = false;
     *next = 0.0;
+    const char *problem = NULL;
     if (one) {
-        event(one, next);
+        problem = event(one, next);
         *defined = COMMANDS > 0;
     }
-    return said(one, NULL);
+    return said(one, problem);
 }
 
 /* Model Exchange */

@@ -42,6 +42,7 @@ static const char *started(plant *one)
     memcpy(one->now.u, start_inputs, (INPUTS + RATES) * sizeof(double));
     memcpy(one->now.goal, start_goal, SHOWN * sizeof(double));
     memcpy(one->now.memory, start_memory, MEMORY * sizeof(double));
+    one->now.samples = BEGUN;
     one->tolerance = usual_tolerance;
     constants(one->now.p, one->k);
     return NULL;
@@ -222,11 +223,11 @@ static double next_sample(const situation *now)
 }
 
 /* A sample of the controller, if it is due: what it commands is held. Until then, the goal has moved on for some time. */
-static void sample(situation *now, const double *k, double since)
+static const char *sample(situation *now, const double *k, double since)
 {
     double in[GOALS + SIGNALS + MEMORY + 1] = {0.0}, out[COMMANDS + MEMORY + 1];
     if (!COMMANDS || now->time < next_sample(now) - same_time * period) {
-        return;
+        return NULL;
     }
     in[0] = now->time - now->begin;
     memcpy(in + 1, now->goal, SHOWN * sizeof *in);
@@ -237,11 +238,15 @@ static void sample(situation *now, const double *k, double since)
     signals(now->p, k, now->x, now->u, now->u + INPUTS, in + GOALS);
     memcpy(in + GOALS + SIGNALS, now->memory, MEMORY * sizeof *in);
     controlled(NULL, control_data, in, out);
+    if (!all_finite(out, COMMANDS + MEMORY)) {
+        return "the formula of the controller has no number here";
+    }
     for (int i = 0; i < COMMANDS; i++) {
         now->u[commanded[i]] = out[i];
     }
     memcpy(now->memory, out + COMMANDS, MEMORY * sizeof *out);
     now->samples = floor((now->time - now->begin) / period + same_time) + 1.0;
+    return NULL;
 }
 
 /* The plant moves on with inputs that are held; those with a rate go on with it. */
@@ -286,9 +291,9 @@ static const char *moved_on(plant *one, double time, double step)
     }
     now.time = time;
     while (now.time < end) {
-        sample(&now, one->k, now.time - time);
+        const char *problem = sample(&now, one->k, now.time - time);
         const double next = next_sample(&now), left = COMMANDS && next < end - same_time * period ? next - now.time : end - now.time;
-        const char *problem = integrated(&now, one->k, one->tolerance, left);
+        problem = problem ? problem : integrated(&now, one->k, one->tolerance, left);
         if (problem) {
             return problem;
         }
@@ -299,10 +304,11 @@ static const char *moved_on(plant *one, double time, double step)
 }
 
 /* Events are the samples of the controller. */
-static void event(plant *one, double *next)
+static const char *event(plant *one, double *next)
 {
-    sample(&one->now, one->k, 0.0);
+    const char *problem = sample(&one->now, one->k, 0.0);
     *next = next_sample(&one->now);
+    return problem;
 }
 
 static const char *set_time(plant *one, double time)
