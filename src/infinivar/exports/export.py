@@ -100,8 +100,8 @@ def export(
     title : str            Of the model. Default: `name`.
     scenario : Scenario or SessionTask   States what the amplifier imposes (a current, or a voltage through its current loop),
         whether the load is pushed or moved, its mass, and where the motion starts. Default: currents, a load that a force pushes,
-        at rest, with the cylinder at its speed. Of a machine, or a drive that moves a handle, one of ``study.sessions``: the user,
-        with an arm or a force, is at the handle, and the motion starts as the session. Does not apply to "mujoco".
+        at rest, with the cylinder at its speed. Of a machine, or a drive that moves a handle, one of ``study.sessions``: the
+        user, with an arm or a force, is at the handle, and the motion starts as the session. Does not apply to "mujoco".
     load_mass : float      Mass of the load of the default scenario, or its moment of inertia. [kg] or [kg m^2]
     closed : bool          Whether the controllers of the scenario are part of it: they follow a goal, position, speed and
         acceleration, which are inputs; that of a session has its sensors, and has taken its first sample.
