@@ -85,8 +85,8 @@ class Unit:
         return first
 
 
-def assert_defined(file, folder):
-    """A hundred thousand random calls of an FMU do nothing that C does not define, by the sanitizers of gcc."""
+def assert_defined(file, folder, calls=50_000):
+    """So many random calls of an FMU do nothing that C does not define, by the sanitizers of gcc."""
     if shutil.which("gcc") is None:
         pytest.skip("gcc has the sanitizers")
     with zipfile.ZipFile(file) as archive:
@@ -98,11 +98,11 @@ def assert_defined(file, folder):
     (folder / "model.c").write_text(text + hostile, "utf-8")
     checks = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
     third = fmpy.read_model_description(str(file)).fmiVersion.startswith("3")
-    options = ("-DCALLS=100000", *(["-DTHIRD"] if third else []))
+    options = (f"-DCALLS={calls}", *(["-DTHIRD"] if third else []))
     program = folder / "model"
     subprocess.run(["gcc", "-std=c99", "-O1", *checks, *options, folder / "model.c", "-o", program, "-lm"], check=True)
     done = subprocess.run([program], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     fine, wrong = map(int, done.stdout.split())
-    assert fine > 20_000
-    assert wrong > 10_000
+    assert fine > 0.2 * calls
+    assert wrong > 0.1 * calls

@@ -14,6 +14,13 @@
 #define WRITE(one, state, bytes, size) fmi3SerializeFMUState(one, state, (uint8_t *)bytes, size)
 #define READ(one, bytes, size, state) fmi3DeserializeFMUState(one, (uint8_t *)bytes, size, state)
 #define MOVES fmi3GetContinuousStateDerivatives
+#define INITIALISES(one) fmi3EnterInitializationMode(one, false, 0.0, 0.0, false, 0.0)
+static int event_of(plant *one)
+{
+    bool flags[5];
+    double next;
+    return fmi3UpdateDiscreteStates(one, flags, flags + 1, flags + 2, flags + 3, flags + 4, &next);
+}
 static void said_so(void *environment, int status, const char *category, const char *message)
 {
     (void)environment; (void)category; (void)message; (void)status;
@@ -36,6 +43,12 @@ static int stepped_by(plant *one, double time, double step)
 #define WRITE(one, state, bytes, size) fmi2SerializeFMUstate(one, state, bytes, size)
 #define READ fmi2DeSerializeFMUstate
 #define MOVES fmi2GetDerivatives
+#define INITIALISES(one) (fmi2SetupExperiment(one, 0, 0.0, 0.0, 0, 0.0) + fmi2EnterInitializationMode(one))
+static int event_of(plant *one)
+{
+    event_info info;
+    return fmi2NewDiscreteStates(one, &info);
+}
 static void said_so(void *environment, const char *name, int status, const char *category, const char *message, ...)
 {
     (void)environment; (void)name; (void)category; (void)message; (void)status;
@@ -52,13 +65,27 @@ static double strange(void)
     return size < 0.02 ? odd[(int)(300.0 * size)] : (uniform() - 0.5) * pow(10.0, 6.0 * uniform() - 5.0);
 }
 
+/* Calls of the modes of an instance, and those that are wrong before it is initialised. */
+static int begun(plant *one)
+{
+    double value;
+    const unsigned first = AT_STATES;
+    if (GET(one, &first, 1, &value) != ERROR || stepped_by(one, 0.0, 1e-3) != ERROR || event_of(one) != ERROR ||
+        NAME(ExitInitializationMode)(one) != ERROR || NAME(Terminate)(one) != ERROR || INITIALISES(one) != OK ||
+        GET(one, &first, 1, &value) != OK || stepped_by(one, 0.0, 1e-3) != ERROR || INITIALISES(one) == OK) {
+        return ERROR;
+    }
+    return NAME(ExitInitializationMode)(one);
+}
+
 int main(void)
 {
-    char bytes[sizeof(situation) + 8];
+    char bytes[sizeof(written) + 8] = {0};
     void *state = NULL;
     int fine = 0, wrong = 0;
     plant *one = CREATED(token), *other = CREATED("another");
-    if (other || !one || GET(NULL, NULL, 0, NULL) != ERROR || NAME(Reset)(NULL) != ERROR) {
+    if (other || !one || GET(NULL, NULL, 0, NULL) != ERROR || NAME(Reset)(NULL) != ERROR || begun(one) != OK ||
+        READ(one, bytes, sizeof(written), &state) != ERROR) {
         return 1;
     }
     for (int n = 0; n < CALLS; n++) {
@@ -74,7 +101,7 @@ int main(void)
         for (int i = 0; i < (MOST > STATES ? MOST : STATES); i++) {
             values[i] = strange();
         }
-        switch ((int)(uniform() * 12.0)) {
+        switch ((int)(uniform() * 13.0)) {
         case 0: status = GET(one, references, count, values); break;
         case 1: status = SET(one, references, count / 6, values); break;
         case 2: status = CHANGE(one, references, count / 3, knowns, known_count, seeds, values); break;
@@ -82,14 +109,30 @@ int main(void)
         case 4: status = KEEP(one, &state); break;
         case 5: status = TAKE(one, state); break;
         case 6: status = uniform() < 0.1 ? DROP(one, &state) : OK; break;
-        case 7: status = WRITE(one, state, bytes, uniform() < 0.9 ? sizeof(situation) : 8); break;
+        case 7: status = WRITE(one, state, bytes, uniform() < 0.9 ? sizeof(written) : 8); break;
         case 8:
-            if (WRITE(one, state, bytes, sizeof(situation)) == OK) {
-                status = READ(one, bytes, uniform() < 0.9 ? sizeof(situation) : 8, &state);
+            if (WRITE(one, state, bytes, sizeof(written)) == OK) {
+                const int changed = uniform() < 0.2;
+                bytes[(size_t)(uniform() * (double)(sizeof token - 1))] ^= (char)changed;
+                status = READ(one, bytes, uniform() < 0.9 ? sizeof(written) : 8, &state);
+                if (changed && status == OK) {
+                    return 3;
+                }
             }
             break;
         case 9: status = NAME(SetContinuousStates)(one, values, uniform() < 0.9 ? STATES : STATES - 1); break;
-        case 10: status = uniform() < 0.3 ? NAME(Reset)(one) : NAME(GetContinuousStates)(one, values, STATES); break;
+        case 10: status = NAME(GetContinuousStates)(one, values, STATES); break;
+        case 11:
+            if (uniform() < 0.3) {
+                status = NAME(Reset)(one);
+                status = uniform() < 0.05 ? MOVES(one, rates, STATES) : begun(one);
+            } else {
+                status = uniform() < 0.5   ? event_of(one)
+                         : uniform() < 0.9 ? NAME(SetTime)(one, uniform() < 0.5 ? one->now.time + 1e-4 * uniform() : strange())
+                         : uniform() < 0.9 ? NAME(EnterEventMode)(one)
+                                           : NAME(Terminate)(one);
+            }
+            break;
         default:
             if (uniform() < 0.02) {
                 status = stepped_by(one, uniform(), uniform() < 0.9 ? 1e-4 * uniform() : strange());

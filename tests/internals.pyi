@@ -422,6 +422,7 @@ from infinivar.study.save import _raw as study_tables
 from infinivar.study.schema import DRIVES as SCHEMA_DRIVES
 from infinivar.study.schema import KINDS as SCHEMA_KINDS
 from infinivar.study.schema import keys as schema_keys
+from infinivar.study.sessions import session_arguments
 from infinivar.study.shipped import parameter_set, parameter_sets, shipped_studies, study_file
 from infinivar.study.shipped import template as study_template
 from infinivar.study.spreads import Spread

@@ -546,6 +546,40 @@ def test_no_call_does_what_c_does_not_define(case, tmp_path):
     assert_defined(file, tmp_path)
 
 
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_state_of_another_model_or_of_none_is_refused(version):
+    """By its bytes, of which those of the same length are of another drive's FMU, or all 0."""
+    (file,), (other,) = exported("hand_controller cobotic", version), exported("hand_controller motor1-gear1", version)
+    with Unit(file) as one, Unit(other) as another:
+        suffix = "State" if one.third else "state"
+        read = getattr(one.unit, f"deserializeFMU{suffix}" if one.third else f"deSerializeFMU{suffix}")
+        content = getattr(one.unit, f"serializeFMU{suffix}")(getattr(one.unit, f"getFMU{suffix}")())
+        foreign = getattr(another.unit, f"serializeFMU{suffix}")(getattr(another.unit, f"getFMU{suffix}")())
+        read(content)
+        for wrong in (bytes(len(content)), (foreign + content)[: len(content)], content[:-8]):
+            with pytest.raises(Exception, match="failed with status"):
+                read(wrong)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_calls_before_the_initialisation_or_after_the_end_are_errors(version):
+    """Values are known from the initialisation on, also after the end; steps are taken between the two."""
+    (file,) = exported("hand_controller motor1-gear1", version)
+    with Unit(file) as one:
+        one.unit.reset()
+        for call in (lambda: one.get(one.states), lambda: one.step(0.0, 1e-3)):
+            with pytest.raises(Exception, match="failed with status"):
+                call()
+        one.begin()
+        one.step(0.0, 1e-3)
+        with pytest.raises(Exception, match="failed with status"):
+            one.begin()
+        one.unit.terminate()
+        one.get(one.states)
+        with pytest.raises(Exception, match="failed with status"):
+            one.step(1e-3, 1e-3)
+
+
 @sampled("name", DRIVES, every=5, slow=3)
 def test_c_runs_alone(name, tmp_path):
     """Compiled without a warning, its program prints the motion of the program's own solver."""

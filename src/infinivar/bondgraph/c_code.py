@@ -109,22 +109,28 @@ def c_code(
 
 
 def c_motion(
-    tape: Tape, states: Sequence[str], inputs: Sequence[str], functions: Mapping[str, Sequence[Number]]
+    tape: Tape,
+    states: Sequence[str],
+    inputs: Sequence[str],
+    functions: Mapping[str, Sequence[Number]],
+    rates: Sequence[str] = (),
 ) -> Code:
-    """C of ``constants``, of functions of recorded states and inputs, and of the ``slopes`` of the one called ``motion``.
+    """C of ``constants``, of functions of recorded states, inputs and rates of some inputs, and of the ``slopes`` of the one
+    called ``motion``.
 
     With one called ``outputs`` also of ``directions``, as `c_code`.
     """
     by = [tape.input("states", place) for place in range(len(states))]
     known = [*by, *(tape.input("inputs", place) for place in range(len(inputs)))]
+    known += [tape.input("rates", place) for place in range(len(rates))]
     slopes = [tape.slope(one, state) for one in functions["motion"] for state in by]
-    functions = {**functions, "slopes": slopes, "signals": ()}
+    functions = {"signals": (), **functions, "slopes": slopes}
     written = [*functions["motion"], *functions.get("outputs", ())]
     if "outputs" in functions:
         functions["directions"] = tape.changes(
             written, [(tape.input("seeds", place), one) for place, one in enumerate(known)]
         )
-    text, writer, once = _program(tape, states, inputs, (), functions)
+    text, writer, once = _program(tape, states, inputs, rates, functions)
     return Code(text, tape, once, writer.behind(written))
 
 

@@ -56,10 +56,13 @@ def recorded(made: Model, controller: Any, *, numbers_apart: bool = True) -> Rec
     measured = dict(zip(made.signals, given[goals:], strict=False))
     commands, kept = controller.control(controller.goal(*given[:goals]), measured, given[goals + len(made.signals) :])
     body = statements(tape, [*commands, *kept], "y", numbers if numbers_apart else None)
-    return Recorded(_text(goals, memory, places, body), np.array([*numbers, 0.0]), np.append(data_of(tape), 0.0))
+    return Recorded(
+        controller_text(goals, memory, places, body), np.array([*numbers, 0.0]), np.append(data_of(tape), 0.0)
+    )
 
 
-def _text(goals: int, memory: int, places: Sequence[int], body: Sequence[str]) -> str:
+def controller_text(goals: int, memory: int, places: Sequence[int], body: Sequence[str]) -> str:
+    """C of one sample of a controller, from the statements of its body: places are those of the inputs that it commands."""
     return "\n".join(
         [
             f"enum {{ GOALS = {goals}, MEMORY = {memory}, COMMANDS = {len(places)} }};",
@@ -74,7 +77,7 @@ def _text(goals: int, memory: int, places: Sequence[int], body: Sequence[str]) -
     )
 
 
-NO_CONTROLLER = Recorded(_text(0, 0, (), ()), np.zeros(1), np.zeros(1))
+NO_CONTROLLER = Recorded(controller_text(0, 0, (), ()), np.zeros(1), np.zeros(1))
 
 
 def compiled_loop(

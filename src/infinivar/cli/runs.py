@@ -315,7 +315,8 @@ def export(
         str | None,
         typer.Option(
             "--scenario",
-            help="Scenario that states load, amplifier and start of the plant; by default a force on the load, and currents.",
+            help="Scenario that states load, amplifier and start of the plant, by default a force on the load, and currents; "
+            "or the task of a session that states the start of a machine and its user.",
             autocompletion=scenarios_of_study,
         ),
     ] = None,
@@ -323,7 +324,8 @@ def export(
         str | None,
         typer.Option(
             "--loop",
-            help="Scenario whose controllers are exported with the plant: they follow a goal, which is an input.",
+            help="Scenario whose controllers are exported with the plant: they follow a goal, which is an input; or the task of "
+            "a session, whose controller guides the user.",
             autocompletion=scenarios_of_study,
         ),
     ] = None,
@@ -331,9 +333,9 @@ def export(
 ) -> None:
     """Write a drive or machine as FMU, C or for MuJoCo.
 
-    The plant alone, or with --loop also its controllers; for MuJoCo an actuator. Machines are written as plants.
+    The plant alone, or with --loop also its controllers; for MuJoCo an actuator.
     An FMU needs no Python; it holds a binary for this platform if a C compiler is found, and sources.
-    Inputs are the force on the load and the motors' currents, or with --loop the goal of their controllers.
+    Inputs are the force on the load and the motors' currents, or with --loop the goal of their controllers or what the user does.
     """
     from infinivar.drivetrain.drive import is_machine
     from infinivar.exports.export import FORMATS, identifier_of
@@ -359,9 +361,14 @@ def export(
             "--scenario and --loop exclude each other: the plant alone, or with the controllers of a scenario"
         )
     option, scenario = ("--scenario", scenario) if loop is None else ("--loop", loop)
-    requested = (
-        None if scenario is None else loaded.scenarios[chosen(study, "scenario", scenario, loaded.scenarios, option)]
-    )
+    machine, requested = is_machine(loaded.drives[name]), None
+    if scenario is not None:
+        known: Mapping[str, Any] = loaded.sessions if machine else {**loaded.sessions, **loaded.scenarios}
+        if machine and not known:
+            raise InputError(
+                f"{printable(study)}: {option} does not apply to {name!r}: the study has no sessions, which are tasks with a type"
+            )
+        requested = known[chosen(study, "scenario", scenario, known, option)]
     with naming_place(study, f"drives.{name}"):
         found = run(
             loaded.drives[name],
@@ -370,7 +377,7 @@ def export(
             name=name,
             title=loaded.titles[name],
             scenario=requested,
-            load_mass=None if is_machine(loaded.drives[name]) else loaded.load_mass,
+            load_mass=None if machine or scenario in loaded.sessions else loaded.load_mass,
             closed=loop is not None,
             sources=loaded.provenance,
         )

@@ -162,7 +162,7 @@ def _variable(root: Element, place: int, one: Variable, plant: Plant, second: bo
         **({"unit": one.unit} if one.unit else {}),
         **({"min": repr(one.least)} if math.isfinite(one.least) else {}),
         **({"max": repr(one.most)} if math.isfinite(one.most) else {}),
-        **({} if one.start is None else {"start": repr(one.start)}),
+        **({} if one.start is None or initial == "calculated" else {"start": repr(one.start)}),
         **({"derivative": str(_state_of(place, plant) + second)} if one.role == "derivative" else {}),
     }
     if second:

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from infinivar._core.c_library import FLAGS, binary, compiler, zig
 from infinivar._core.threads import in_order
+from infinivar.analysis.sessions.session import Setup
 from infinivar.bondgraph.c_code import array_of
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
@@ -21,12 +22,13 @@ from infinivar.drivetrain.drive import check_drive, refuse_machine
 from infinivar.errors import ParameterError, path_of, require
 from infinivar.exports.description import build_description, model_description, token
 from infinivar.exports.laws import law_files
-from infinivar.exports.machine_plant import machine_plant, moves, moving_machine, moving_plant
+from infinivar.exports.machine_plant import machine_plant, moves, moving_machine, moving_plant, session_plant
 from infinivar.exports.mujoco import mujoco_files
 from infinivar.exports.plant import Plant, Role, plant
 from infinivar.motion.scenario import Scenario, check_scenario
 from infinivar.report.output import all_files_or_none
 from infinivar.study.provenance import Provenance
+from infinivar.study.sessions import SessionTask, session_arguments
 
 FORMATS = ("fmu2", "fmu3", "c", "mujoco")
 """What a drive is written as."""
@@ -76,7 +78,7 @@ def export(
     *,
     name: str = "drive",
     title: str = "",
-    scenario: Scenario | None = None,
+    scenario: Scenario | SessionTask | None = None,
     load_mass: float | None = None,
     closed: bool = False,
     sources: Iterable[Provenance] = (),
@@ -96,12 +98,13 @@ def export(
     out : str or Path      Folder; created if missing.
     name : str             Of the files, in letters, digits, "-" and "_"; and owner of the drive's values in `sources`.
     title : str            Of the model. Default: `name`.
-    scenario : Scenario    States what the amplifier imposes (a current, or a voltage through its current loop), whether the
-        load is pushed or moved, its mass, and where the motion starts. Default: currents, a load that a force pushes, at
-        rest, with the cylinder at its speed. Does not apply to "mujoco".
+    scenario : Scenario or SessionTask   States what the amplifier imposes (a current, or a voltage through its current loop),
+        whether the load is pushed or moved, its mass, and where the motion starts. Default: currents, a load that a force pushes,
+        at rest, with the cylinder at its speed. Of a machine, or a drive that moves a handle, one of ``study.sessions``: the
+        user, with an arm or a force, is at the handle, and the motion starts as the session. Does not apply to "mujoco".
     load_mass : float      Mass of the load of the default scenario, or its moment of inertia. [kg] or [kg m^2]
     closed : bool          Whether the controllers of the scenario are part of it: they follow a goal, position, speed and
-        acceleration, which are inputs.
+        acceleration, which are inputs; that of a session has its sensors, and has taken its first sample.
     sources : iterable of Provenance   Such as ``study.provenance``: where the values of parameters come from.
 
     Returns
@@ -112,14 +115,16 @@ def export(
     Raises
     ------
     ParameterError
-        If it lacks a value that motion requires, or a machine has a scenario or is to be an actuator of MuJoCo.
+        If it lacks a value that motion requires, or a machine has a scenario without a user or is to be an actuator of MuJoCo.
     InputError
-        If a law has no C, or a file cannot be written; for "mujoco", if MuJoCo or a C compiler is missing.
+        If a law or the controller of a session has no C, or a file cannot be written; for "mujoco", if MuJoCo or a C compiler is
+        missing.
 
     Source: fmi2014, fmi2022.
     """
     require(kind in FORMATS, "kind", repr(kind), f"one of {', '.join(FORMATS)}")
-    several = moves(drive)
+    session = isinstance(scenario, SessionTask)
+    several = session or moves(drive)
     if not several:
         check_drive(drive, "drive")
         if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
@@ -129,10 +134,15 @@ def export(
     require(isinstance(name, str) and bool(name), "name", repr(name), "a name of one letter or more")
     identifier = identifier_of(name)
     if several:
-        require(
-            scenario is None and not closed, "scenario", "one", "left out: a machine is exported as its plant, at home"
-        )
-        moving = moving_plant(moving_machine(drive, load_mass))
+        if isinstance(scenario, SessionTask):
+            require(load_mass is None, "load_mass", load_mass, "left out: a session states its masses")
+            arguments = session_arguments(scenario, drive, "scenario", "drive")
+            moving = session_plant(Setup(**arguments), closed=closed)
+        else:
+            require(
+                scenario is None and not closed, "scenario", "one", "a session of a study for a machine, or left out"
+            )
+            moving = moving_plant(moving_machine(drive, load_mass))
         made = machine_plant(moving, identifier, title or name)
         content, notes = _source(made, None) if kind == "c" else _fmu(made, _VERSIONS[kind])
         notes = (*moving.notes, *notes)
@@ -140,6 +150,7 @@ def export(
         require(scenario is None and not closed, "scenario", "one", "left out: MuJoCo has the load and the motion")
         content, notes = mujoco_files(drive, identifier, load_mass)
     else:
+        assert not isinstance(scenario, SessionTask)
         used = _usual(drive, load_mass) if scenario is None else scenario
         check_scenario(used)
         own = [row for row in sources if row.owner == name]

@@ -1,4 +1,5 @@
-"""The plant of a machine of several coordinates, as other programs see it: the equations of its runs, with a user at the handle.
+"""The plant of a machine of several coordinates, as other programs see it: the equations of its runs, with a user at the handle,
+and in a session the controller that guides it.
 
 Its numbers are data of the C text, not parameters: many fields of a study decide one of them.
 """
@@ -12,16 +13,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from infinivar._core.collocation import Balance
+from infinivar._core.collocation import Rates
 from infinivar._core.described import suffix, unit_of
-from infinivar.bondgraph.c_code import c_motion
-from infinivar.bondgraph.compiled_step import NO_CONTROLLER
+from infinivar.analysis.sessions.session import Setup
+from infinivar.bondgraph.c_code import c_motion, data_of, statements
+from infinivar.bondgraph.compiled_step import NO_CONTROLLER, controller_text
+from infinivar.bondgraph.compiled_step import Recorded as RecordedControl
 from infinivar.bondgraph.recorded import Recorded
 from infinivar.bondgraph.tape import Value
 from infinivar.drivetrain.drive import is_machine
-from infinivar.errors import ParameterError, printable
+from infinivar.errors import InputError, ParameterError, printable
 from infinivar.exports.plant import (
+    Begun,
     Plant,
+    Role,
     Variable,
     behind_of,
     control_text,
@@ -35,6 +40,7 @@ from infinivar.exports.plant import (
 from infinivar.machines.compiled import Acted, OpenInputs, record
 from infinivar.machines.hand import Hand
 from infinivar.machines.kind import MovingMachine
+from infinivar.machines.sampled import NO_FORMULA, formula, numbers_of
 from infinivar.machines.system import Inputs, Outside, System
 
 STICK_SPEED = 1e-4
@@ -46,8 +52,14 @@ class MovingPlant(NamedTuple):
 
     system: System
     start: np.ndarray
-    """State: at home, at rest but for a cylinder or shaft at its speed and what rolls with it, with wheels straight ahead."""
+    """State; without a session at home, at rest but for a cylinder or shaft at its speed and what rolls with it, with wheels
+    straight ahead."""
     notes: tuple[str, ...]
+    inputs: Inputs
+    """At the start."""
+    session: Setup | None = None
+    controller: Any = None
+    """Of a session, after its first sample; None: its commands are inputs."""
 
 
 def moving_machine(drive: Any, load_mass: float | None = None) -> MovingMachine:
@@ -107,7 +119,22 @@ def moving_plant(machine: MovingMachine) -> MovingPlant:
         rates[list(system.motor.coordinates)] = machine.set_speed
         rates = machine.roll(rates, np.zeros(len(mechanics.steered)))
     start = system.begun(np.asarray(machine.home, dtype=float), rates)
-    return MovingPlant(system, start, tuple(notes))
+    return MovingPlant(system, start, tuple(notes), system.idle())
+
+
+def session_plant(session: Setup, *, closed: bool) -> MovingPlant:
+    """The machine of a session as it begins, without its controller or with it, whose first sample has then been taken.
+
+    Raises
+    ------
+    ParameterError
+        If the controller cannot begin.
+    """
+    guided, start = session.begun()
+    inputs = guided.sample(0.0, start)
+    return MovingPlant(
+        replace(session.system, watch=None), start, (), inputs.copy(), session, guided if closed else None
+    )
 
 
 def machine_plant(made: MovingPlant, name: str, title: str) -> Plant:
@@ -121,21 +148,27 @@ def machine_plant(made: MovingPlant, name: str, title: str) -> Plant:
     Raises
     ------
     InputError
-        If a law has no C.
+        If a law has no C, or the controller has no formula.
     """
-    system, start = made.system, made.start
-    named = _Named()
-    states = list(_states(system, start))
-    inputs = list(_inputs(system))
+    system, named = made.system, _Named()
+    states, inputs, rates = list(_states(system, made.start)), list(_inputs(made)), list(_rates(made))
     with naming_laws("machine"):
-        recorded = record(system, functools.partial(_acting, system), functools.partial(_read, system, named))
-        code = c_motion(recorded.tape, [one.name for one in states], [one.name for one in inputs], recorded.functions)
+        recorded = record(system, functools.partial(_acting, made), functools.partial(_read, made, named))
+        names = [one.name for one in states], [one.name for one in inputs]
+        moving = [one.name.removesuffix("_rate") for one in rates]
+        code = c_motion(recorded.tape, *names, recorded.functions, moving)
+    control, begun, signals = NO_CONTROLLER, Begun(), ()
+    if made.controller is not None and made.session is not None:
+        control = _control(made, [place for place, one in enumerate(inputs) if one.role == "command"])
+        begun = Begun(numbers_of(made.controller.memory), made.session.sensing.period, 1)
+        signals = tuple(_signals(made, names))
     given = code.given(recorded.tape.parameters)
     rows = [
         Variable("time", "time", "s", "time"),
         *states,
         *(rate_of(one, f"der({one.name})", "derivative", None) for one in states),
         *inputs,
+        *rates,
         *named.outputs,
     ]
     variables = tuple(distinct(rows))
@@ -144,9 +177,50 @@ def machine_plant(made: MovingPlant, name: str, title: str) -> Plant:
         title=printable(title),
         variables=variables,
         text=plant_text(code, given.tolist(), variables),
-        control=control_text(NO_CONTROLLER, variables, None),
+        control=control_text(control, variables, begun),
         behind=behind_of(code, variables),
+        signals=signals,
     )
+
+
+def _control(made: MovingPlant, places: list[int]) -> RecordedControl:
+    """C of a sample of the controller, which reads the time, its signals and its memory; places: of what it commands."""
+    guided, (first, second, _) = made.controller, made.system.places
+    word = type(guided.law).__name__ if made.session is None else type(made.session.controller).__name__
+    period = 1.0 if made.session is None else made.session.sensing.period
+    if guided.memory is None:
+        raise InputError(f"the controller, {word}, has no C: it does not state its memory")
+    try:
+        found = formula(guided, len(made.start), slice(first, second), period, feels=_feels(made))
+        results = numbers_of([*_commands(made.system, found.inputs), *found.memory])
+        body = statements(found.tape, results, "y")
+    except NO_FORMULA as problem:
+        raise InputError(f"the controller, {word}, has no C: {problem}") from problem
+    memory = len(numbers_of(found.memory))
+    return RecordedControl(controller_text(1, memory, places, body), np.zeros(1), np.append(data_of(found.tape), 0.0))
+
+
+def _commands(system: System, inputs: Inputs) -> list[Any]:
+    """What a controller may command: currents of motors, and currents or rates of steering."""
+    motors = inputs.currents if system.links is None else inputs.links
+    return [motors, inputs.turning if system.servo is None else inputs.steering]
+
+
+def _feels(made: MovingPlant) -> bool:
+    """Whether the sensors of a controller depend on accelerations."""
+    return made.system.hand is not None and made.system.hand.arm is not None
+
+
+def _signals(made: MovingPlant, names: tuple[list[str], list[str]]) -> Iterator[str]:
+    """Yield the names of what a controller reads, in the order of a formula; names: of states and inputs."""
+    states, inputs = names
+    hand = [one for one in inputs if one.startswith(("handle.", "intention."))]
+    yield from hand
+    yield from (f"{one}_rate" for one in hand if one.startswith("intention."))
+    yield from (one for one in inputs if one.startswith("noise."))
+    if _feels(made):
+        yield from (f"der({one})" for one in states)
+    yield from states
 
 
 _OF_USER = {"m/s": ("N", "force"), "rad/s": ("N m", "torque")}
@@ -176,43 +250,75 @@ def _states(system: System, start: np.ndarray) -> Iterator[Variable]:
         yield Variable(f"{_plain(name)}{again}", "state", unit_of(name), f"{said}: {_plain(name)}", value)
 
 
-def _inputs(system: System) -> Iterator[Variable]:
+def _inputs(made: MovingPlant) -> Iterator[Variable]:
     """Yield what acts on a machine, in the order of `_acting`."""
-    mechanics = system.mechanics
+    system, mechanics, outside = made.system, made.system.mechanics, made.system.outside(np.zeros(1))
+    begun = iter(numbers_of(_commands(system, made.inputs)))
+    role: Role = "input" if made.controller is None else "command"
     for name in system.motors:
-        yield _input(f"current.{name}", "A", "current of the motor")
+        yield Variable(f"current.{name}", role, "A", "current of the motor", next(begun))
     for name in map(_plain, mechanics.steered):
         if system.servo is not None:
-            yield _input(f"current.{name}", "A", f"current of the servo of {name}")
+            yield Variable(f"current.{name}", role, "A", f"current of the servo of {name}", next(begun))
         else:
-            yield _input(f"rate.{name}", "rad/s", f"rate of {name}, which turns as commanded")
-    for name in mechanics.coordinates[: len(mechanics.configuration)]:
+            yield Variable(f"rate.{name}", role, "rad/s", f"rate of {name}, which turns as commanded", next(begun))
+    for name in mechanics.coordinates[: len(mechanics.configuration)] if outside.pushed is not None else ():
         unit, word = _OF_USER[unit_of(name)]
-        yield _input(f"user.{_plain(name)}", unit, f"{word} of user or load with {_plain(name)}")
-    if system.hand is not None:
-        for axis in system.hand.grip.axes:
-            yield _input(f"handle.{axis}", "N", f"force of the user on the handle along {axis}, fixed in space")
+        yield Variable(f"user.{_plain(name)}", "input", unit, f"{word} of user or load with {_plain(name)}", 0.0)
+    known = (
+        ("handle", "N", "force of the user on the handle along {}, fixed in space", outside.force),
+        ("intention", "m", "where the arm of the user wants the handle to be, along {}", outside.intended),
+        ("noise", "N", "noise of the force sensor along {} at a sample", _noise(made)),
+    )
+    for name, unit, said, begin in known:
+        for axis, value in zip(_axes(system), [] if begin is None else np.ravel(begin).tolist(), strict=False):
+            yield Variable(f"{name}.{axis}", "input", unit, said.format(axis), value)
 
 
-def _input(name: str, unit: str, said: str) -> Variable:
-    return Variable(name, "input", unit, said, 0.0)
+def _axes(system: System) -> tuple[str, ...]:
+    return () if system.hand is None else system.hand.grip.axes
 
 
-def _acting(system: System, input_of: OpenInputs) -> Acted:
+def _noise(made: MovingPlant) -> np.ndarray:
+    """Noise that a controller reads, at the start none."""
+    return np.zeros(0 if made.controller is None else made.controller.sensors.drawn.shape[1])
+
+
+def _rates(made: MovingPlant) -> Iterator[Variable]:
+    """Yield rates of what a user does in a session: with them it goes on within a step, and the arm has a damper."""
+    if made.session is None:
+        return
+    begin = made.system.outside(np.zeros(1)).intending
+    starts = {} if begin is None else dict(zip(_axes(made.system), begin[0].tolist(), strict=True))
+    for one in _inputs(made):
+        kind, _, axis = one.name.partition(".")
+        if kind in ("handle", "intention"):
+            yield rate_of(one, f"{one.name}_rate", "rate", starts.get(axis, 0.0) if kind == "intention" else 0.0)
+
+
+def _acting(made: MovingPlant, input_of: OpenInputs) -> Acted:
     """What acts on a machine: currents, rates of steering without servos, and a user."""
-    mechanics, count = system.mechanics, len(system.motors)
+    system, axes = made.system, len(_axes(made.system))
+    mechanics, count, outside = system.mechanics, len(system.motors), system.outside(np.zeros(1))
     motors = input_of((count,))
     steering = input_of((len(mechanics.steered),))
-    pushed = np.zeros((1, len(mechanics.coordinates)), dtype=object)
-    pushed[:, : len(mechanics.configuration)] = input_of((1, len(mechanics.configuration)))
-    force = None if system.hand is None else input_of((1, len(system.hand.grip.axes)))
+    pushed = None
+    if outside.pushed is not None:
+        pushed = Recorded(motors.tape, np.zeros(outside.pushed.shape, dtype=object))
+        pushed[:, : len(mechanics.configuration)] = input_of((1, len(mechanics.configuration)))
+    force = None if system.hand is None else input_of((1, axes))
+    intended = intending = None
+    if outside.intended is not None:
+        intended = input_of((1, axes))
+        intending = Recorded(motors.tape, [[motors.tape.input("rates", axes + place) for place in range(axes)]])
+    input_of(np.shape(_noise(made)))
     inputs = Inputs(
         currents=motors,
         steering=steering if system.servo is not None else np.zeros(0),
         turning=steering if system.servo is None else np.zeros(0),
         links=motors,
     )
-    return inputs, Outside(pushed=Recorded(motors.tape, pushed), force=force)
+    return inputs, Outside(pushed=pushed, force=force, intended=intended, intending=intending)
 
 
 class _Named:
@@ -229,8 +335,9 @@ class _Named:
             self.columns.append(column)
 
 
-def _read(system: System, named: _Named, balance: Balance, inputs: Inputs, state: Recorded) -> Mapping[str, Any]:
-    """Outputs: the handle, voltages, energies, powers, losses and demands on limits."""
+def _read(made: MovingPlant, named: _Named, found: Rates, acted: Acted, state: Recorded) -> Mapping[str, Any]:
+    """Outputs: the handle, voltages, energies, powers, losses and demands on limits; and what a controller reads."""
+    system, balance, (inputs, outside) = made.system, found.balance(), acted
     mechanics, (first, second, _) = system.mechanics, system.places
     c, nu = state[:, :first], state[:, first:second]
     if system.hand is not None:
@@ -239,6 +346,12 @@ def _read(system: System, named: _Named, balance: Balance, inputs: Inputs, state
         for place, axis in enumerate(system.hand.grip.axes):
             named.add(f"position.handle.{axis}", "m", f"position of the handle along {axis}", held.position[0, place])
             named.add(f"speed.handle.{axis}", "m/s", f"velocity of the handle along {axis}", velocity[0, place])
+        if system.hand.arm is not None:
+            force = system.hand.felt(*outside[1:4], c, nu, found.derivative[:, first:second])
+            for axis, column in zip(system.hand.grip.axes, force[0], strict=True):
+                named.add(f"force.handle.{axis}", "N", f"force between hand and handle along {axis}", column)
+            energy = system.hand.act(*outside[1:4], c, nu).energy(nu)[0]
+            named.add("energy.arm", "J", "energy of the arm of the user: of its mass and in its spring", energy)
     shafts = system.shafts(inputs, state, system.steering(Outside(), state, inputs.turning)[1])
     for one in shafts:
         named.add(f"voltage.{one.name}", "V", f"voltage of {one.part}", one.voltage[0])
@@ -255,4 +368,10 @@ def _read(system: System, named: _Named, balance: Balance, inputs: Inputs, state
     for (limit, part), column in demands:
         name, variable = demand_of(limit, part)
         named.add(name, "1", variable.description, column)
-    return {"outputs": [named.columns]}
+    if made.controller is None:
+        return {"outputs": [named.columns]}
+    tape = state.tape
+    noise = [tape.input("inputs", place) for place, one in enumerate(_inputs(made)) if one.name.startswith("noise.")]
+    felt = [found.derivative] if _feels(made) else []
+    read = numbers_of([*(one for one in outside if one is not None), noise, *felt, state])
+    return {"outputs": [named.columns], "signals": [read]}

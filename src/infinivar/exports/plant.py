@@ -169,12 +169,13 @@ def plant(
         *(_goal(drive, loop) if closed else []),
     ]
     variables = tuple(distinct(rows))
+    begun = Begun(loop.controller.start({}), loop.controller.sample_time) if closed else Begun()
     return Plant(
         name=name,
         title=printable(title),
         variables=variables,
         text=plant_text(code, code.given(parameters).tolist(), variables),
-        control=control_text(control, variables, loop if closed else None),
+        control=control_text(control, variables, begun),
         behind=behind_of(code, variables),
         signals=made.signals if closed else (),
     )
@@ -408,18 +409,28 @@ def plant_text(code: Code, given: Sequence[float], variables: Sequence[Variable]
     )
 
 
-def control_text(control: Recorded, variables: Sequence[Variable], loop: ClosedLoop | None) -> str:
+class Begun(NamedTuple):
+    """What a controller starts from."""
+
+    memory: Sequence[float] = ()
+    period: float = 1.0
+    """Time between samples. [s]"""
+    samples: int = 0
+    """How many have been taken."""
+
+
+def control_text(control: Recorded, variables: Sequence[Variable], begun: Begun) -> str:
     """C of the controller, with the numbers that it starts from."""
     goal = _starts(variables, "goal")
     return "\n".join(
         [
             control.text,
             "",
-            f"enum {{ SHOWN = {len(goal)} }};",
+            f"enum {{ SHOWN = {len(goal)}, BEGUN = {begun.samples} }};",
             _array("start_goal", goal),
-            _array("start_memory", [] if loop is None else loop.controller.start({})),
+            _array("start_memory", begun.memory),
             *array_of(control.data.tolist(), "control_data")[:-1],
-            f"static const double period = {1.0 if loop is None else loop.controller.sample_time!r};",
+            f"static const double period = {begun.period!r};",
             "",
         ]
     )

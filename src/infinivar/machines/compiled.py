@@ -21,7 +21,7 @@ import numpy as np
 
 from infinivar._core import collocation, kept
 from infinivar._core.c_library import FLAGS, compiler, library
-from infinivar._core.collocation import MOVED, Balance, Step, StuckError
+from infinivar._core.collocation import MOVED, Rates, Step, StuckError
 from infinivar.bondgraph import c_code, tape
 from infinivar.bondgraph.c_code import c_motion, flat
 from infinivar.bondgraph.compiled_step import data
@@ -174,7 +174,7 @@ Acted = tuple[Inputs, Outside]
 def record(
     system: System,
     acting: Callable[[OpenInputs], Acted],
-    read: Callable[[Balance, Inputs, Recorded], Mapping[str, Any]],
+    read: Callable[[Rates, Acted, Recorded], Mapping[str, Any]],
 ) -> RecordedSystem:
     """Record the motion of a system, and what else is read of it.
 
@@ -182,7 +182,7 @@ def record(
     ----------
     system : System
     acting : callable   Gives what acts on the system, from a function that makes inputs.
-    read : callable     Rows, (1, n) each, by the names of their functions, from powers and demands, inputs and states (1, n).
+    read : callable     Rows, (1, n) each, by the names of their functions, from rates and balance, what acts, and states (1, n).
 
     Raises
     ------
@@ -204,7 +204,8 @@ def record(
         system = replace(system, watch=lambda position: position)
     found = system.moved(inputs, outside, states)
     balance = found.balance()
-    rows = {"motion": found.derivative, "powers": balance.power, **read(balance, inputs, states)}
+    read_of = read(Rates(found.derivative, lambda: balance), (inputs, outside), states)
+    rows = {"motion": found.derivative, "powers": balance.power, **read_of}
     tape, functions = _of_data(tape, {name: _row(one) for name, one in rows.items()})
     return RecordedSystem(tape, len(made), functions)
 
@@ -217,9 +218,9 @@ def _of_run(system: System, input_of: OpenInputs) -> Acted:
     )
 
 
-def _watching(found: Balance, inputs: Inputs, state: Recorded) -> Mapping[str, Any]:
+def _watching(found: Rates, acted: Acted, state: Recorded) -> Mapping[str, Any]:
     """Demands that a run watches."""
-    return {"watched": found.demand}
+    return {"watched": found.balance().demand}
 
 
 def _row(array: Any) -> list[Number]:
@@ -255,7 +256,7 @@ def _of_data(tape: Tape, functions: dict[str, list[Number]]) -> tuple[Tape, dict
     }
 
 
-_GIVEN = ("states", "inputs", "looped", "settled")
+_GIVEN = ("states", "inputs", "rates", "looped", "settled")
 _NOTHING = np.zeros(1)
 _TEXTS: dict[str, tuple[str, int]] = {}
 

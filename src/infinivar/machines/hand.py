@@ -170,6 +170,13 @@ class Grasp(NamedTuple):
     force: np.ndarray
     """On the handle, without the arm's mass. (m, d) [N]"""
 
+    def energy(self, rates: np.ndarray) -> np.ndarray:
+        """Energy of the arm's mass and spring. (m,) [J]"""
+        wound = self.powers().wound
+        if self.inertia is None:
+            return wound
+        return wound + 0.5 * (rates * np.matmul(self.inertia, rates[..., None])[..., 0]).sum(axis=-1)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hand:
@@ -220,11 +227,7 @@ class Hand:
 
     def energy(self, time: np.ndarray, configuration: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """Energy of the arm's mass and spring. (m,) [J]"""
-        grasp = self.acting(time, configuration, rates)
-        wound = grasp.powers().wound
-        if grasp.inertia is None:
-            return wound
-        return wound + 0.5 * np.sum(rates * np.matmul(grasp.inertia, rates[..., None])[..., 0], axis=-1)
+        return self.acting(time, configuration, rates).energy(rates)
 
     def felt(
         self,

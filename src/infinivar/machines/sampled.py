@@ -109,21 +109,44 @@ def flat(known: Known) -> np.ndarray:
     return np.concatenate([known.time[:, None], *outside, known.more], axis=1)
 
 
-def recorded(controller: Any, states: int, rates: slice, time: float) -> _Law | None:
-    """C of what a controller does at a sample; None if it has no formula.
+class Formula(NamedTuple):
+    """What a controller does at a sample, on a tape whose inputs are what is known, derivatives of the states, the states, and
+    the controller's memory."""
+
+    tape: Tape
+    known: int
+    """How many numbers are known ahead of a sample."""
+    inputs: Inputs
+    memory: list[np.ndarray]
+    said: dict[str, Any]
+
+
+NO_FORMULA = (TypeError, AttributeError, ValueError, KeyError, IndexError, np.linalg.LinAlgError)
+"""What is raised where a law decides by a value, or calls what the tape has not."""
+
+
+def formula(controller: Any, states: int, rates: slice, time: float, *, feels: bool = True) -> Formula:
+    """The formula of what a controller does at a sample.
 
     Parameters
     ----------
-    controller : Recordable
-    states : int    Number of states.
-    rates : slice   Those whose derivatives are accelerations.
-    time : float    Of the next sample. [s]
+    controller : Recordable   With a memory.
+    states : int              Number of states.
+    rates : slice             Those whose derivatives are accelerations.
+    time : float              Of the next sample. [s]
+    feels : bool              Whether derivatives are among the inputs; else they are 0.
+
+    Raises
+    ------
+    NO_FORMULA
+        If it has none.
     """
     memory = controller.memory
     known = controller.ahead(np.array([time]))
     count = flat(known).shape[1]
-    tape, numbers = Tape({}), []
-    given = iter([tape.input("inputs", place) for place in range(count + 2 * states + sum(map(np.size, memory)))])
+    tape = Tape({})
+    read = count + (1 + feels) * states + sum(map(np.size, memory))
+    given = iter([tape.input("inputs", place) for place in range(read)])
 
     def like(array: Any) -> Recorded:
         return Recorded(
@@ -135,19 +158,31 @@ def recorded(controller: Any, states: int, rates: slice, time: float) -> _Law | 
         now = Known(
             next(given), Outside(*(None if one is None else like(one) for one in known.outside)), like(known.more)
         )
-        slopes, state = like(np.zeros(states)), like(np.zeros(states))
+        slopes = like(np.zeros(states)) if feels else Recorded(tape, np.zeros(states))
+        state = like(np.zeros(states))
         controller.memory = [like(one) for one in memory]
         inputs = controller.act(now, state, slopes[rates])
-        said = dict(controller.saturated)
-        written = [*inputs, *controller.memory, *said.values()]
-        results = [one for each in written for one in np.ravel(np.asarray(each, dtype=object)).tolist()]
-        body = statements(tape, results, "y", numbers)
-    except (TypeError, AttributeError, ValueError, KeyError, IndexError, np.linalg.LinAlgError):
-        return None  # a law decides by a value, or calls what the tape has not
+        return Formula(tape, count, inputs, list(controller.memory), dict(controller.saturated))
     finally:
         controller.acting, controller.memory = before[0], memory
         controller.saturated.clear()
         controller.saturated.update(before[1])
+
+
+def numbers_of(arrays: Iterable[Any]) -> list[Any]:
+    """Numbers and values of arrays, in order."""
+    return [one for each in arrays for one in np.ravel(np.asarray(each, dtype=object)).tolist()]
+
+
+def recorded(controller: Any, states: int, rates: slice, time: float) -> _Law | None:
+    """C of what a controller does at a sample; None if it has no formula. Arguments as of `formula`."""
+    numbers: list[float] = []
+    try:
+        found = formula(controller, states, rates, time)
+        results = numbers_of([*found.inputs, *found.memory, *found.said.values()])
+        body = statements(found.tape, results, "y", numbers)
+    except NO_FORMULA:
+        return None
     text = "\n".join(
         [
             "#include <math.h>",
@@ -162,7 +197,8 @@ def recorded(controller: Any, states: int, rates: slice, time: float) -> _Law | 
             "",
         ]
     )
-    return _Law(text, np.array([*numbers, 0.0]), np.append(data_of(tape), 0.0), count, tuple(said))
+    tables = np.append(data_of(found.tape), 0.0)
+    return _Law(text, np.array([*numbers, 0.0]), tables, found.known, tuple(found.said))
 
 
 @dataclass(slots=True)

@@ -130,8 +130,8 @@ class Setup:
             raise ParameterError("pose must be within the reach of the machine at the start")
         return state
 
-    def _begun(self) -> tuple[GuidedController, np.ndarray]:
-        """A controller without memory yet, and the state in which it begins."""
+    def begun(self) -> tuple[GuidedController, np.ndarray]:
+        """A controller before its first sample, and the state in which it begins."""
         system, period, state = self.system, self.sensing.period, self.state.copy()
         guided = GuidedController(
             loops=control.begun_loops(system, self.machine.control, state, period),
@@ -158,7 +158,7 @@ class Setup:
         self._march(self.sensing.period, None).over(lambda share: None)
 
     def _march(self, duration: float, output_step: float | None) -> March:
-        guided, state = self._begun()
+        guided, state = self.begun()
         return March(
             system=self.system,
             motion=self.motion,

@@ -45,15 +45,16 @@ API(int) OWN(SetDebugLogging)(plant *one, int on, size_t count, const char *cons
 
 API(int) OWN(SetupExperiment)(plant *one, int defined, double tolerance, double start, int ends, double stop)
 {
+    const char *const problem = refused(one, MADE);
     (void)ends; (void)stop;
-    return said(one, one ? set_up(one, defined, tolerance, start) : NULL);
+    return said(one, one && !problem ? set_up(one, defined, tolerance, start) : problem);
 }
 
-CALL(EnterInitializationMode, (plant *one), NULL)
+CALL(MADE, EnterInitializationMode, (plant *one), enter(one, INITIALISING))
 
-CALL(GetReal, (plant *one, const unsigned *references, size_t count, double *values),
+CALL(KNOWS, GetReal, (plant *one, const unsigned *references, size_t count, double *values),
      get(one, references, count, values))
-CALL(SetReal, (plant *one, const unsigned *references, size_t count, const double *values),
+CALL(SETTABLE, SetReal, (plant *one, const unsigned *references, size_t count, const double *values),
      set(one, references, count, values))
 
 static const char *const other_type = "the model has variables of type Real only";
@@ -68,20 +69,20 @@ NO_VARIABLES(int, GetInteger, SetInteger)
 NO_VARIABLES(int, GetBoolean, SetBoolean)
 NO_VARIABLES(text, GetString, SetString)
 
-CALL(GetFMUstate, (plant *one, void **state), keep(one, state))
-CALL(SetFMUstate, (plant *one, void *state), take_back(one, state))
+CALL(ANY, GetFMUstate, (plant *one, void **state), keep(one, state))
+CALL(ANY, SetFMUstate, (plant *one, void *state), take_back(one, state))
 
-CALL(FreeFMUstate, (plant *one, void **state), drop(state))
+CALL(ANY, FreeFMUstate, (plant *one, void **state), drop(state))
 API(int) OWN(SerializedFMUstateSize)(plant *one, void *state, size_t *size)
 {
     (void)state;
     return said(one, say_size(size));
 }
 
-CALL(SerializeFMUstate, (plant *one, void *state, char *bytes, size_t size), to_bytes(state, bytes, size))
-CALL(DeSerializeFMUstate, (plant *one, const char *bytes, size_t size, void **state), from_bytes(bytes, size, state))
+CALL(ANY, SerializeFMUstate, (plant *one, void *state, char *bytes, size_t size), to_bytes(state, bytes, size))
+CALL(ANY, DeSerializeFMUstate, (plant *one, const char *bytes, size_t size, void **state), from_bytes(bytes, size, state))
 
-CALL(GetDirectionalDerivative,
+CALL(KNOWS, GetDirectionalDerivative,
      (plant *one, const unsigned *unknowns, size_t unknown_count, const unsigned *knowns, size_t known_count, const double *seed,
       double *change),
      get_direction(one, unknowns, unknown_count, knowns, known_count, seed, change))
@@ -95,29 +96,31 @@ typedef struct {
 
 API(int) OWN(NewDiscreteStates)(plant *one, event_info *info)
 {
+    const char *problem = refused(one, RUNNING);
     memset(info, 0, sizeof *info);
-    if (one) {
-        event(one, &info->next);
+    if (one && !problem) {
+        problem = event(one, &info->next);
         info->next_defined = COMMANDS > 0;
     }
-    return said(one, NULL);
+    return said(one, problem);
 }
 
 API(int) OWN(CompletedIntegratorStep)(plant *one, int past, int *event_mode, int *terminates)
 {
     (void)past;
     *event_mode = *terminates = 0;
-    return said(one, NULL);
+    return said(one, refused(one, RUNNING));
 }
 
-CALL(GetDerivatives, (plant *one, double *rates, size_t count), get_rates(one, rates, count))
+CALL(KNOWS, GetDerivatives, (plant *one, double *rates, size_t count), get_rates(one, rates, count))
 
 /* Co-Simulation */
 
 API(int) OWN(DoStep)(plant *one, double time, double step, int final)
 {
+    const char *const problem = refused(one, RUNNING);
     (void)final;
-    return said(one, one ? moved_on(one, time, step) : NULL);
+    return said(one, one && !problem ? moved_on(one, time, step) : problem);
 }
 
 REFUSED(SetRealInputDerivatives,

@@ -63,18 +63,23 @@ API(int) OWN(SetDebugLogging)(plant *one, bool on, size_t count, const char *con
 
 API(int) OWN(EnterInitializationMode)(plant *one, bool defined, double tolerance, double start, bool ends, double stop)
 {
+    const char *problem = refused(one, MADE);
     (void)ends; (void)stop;
-    return said(one, one ? set_up(one, defined, tolerance, start) : NULL);
+    if (one && !problem) {
+        problem = set_up(one, defined, tolerance, start);
+        enter(one, problem ? MADE : INITIALISING);
+    }
+    return said(one, problem);
 }
 
-CALL(EnterStepMode, (plant *one), NULL)
-CALL(EvaluateDiscreteStates, (plant *one), NULL)
+CALL(RUNNING, EnterStepMode, (plant *one), NULL)
+CALL(RUNNING, EvaluateDiscreteStates, (plant *one), NULL)
 
 static const char *const too_few = "there are not as many values as variables";
 
-CALL(GetFloat64, (plant *one, const unsigned *references, size_t count, double *values, size_t size),
+CALL(KNOWS, GetFloat64, (plant *one, const unsigned *references, size_t count, double *values, size_t size),
      size == count ? get(one, references, count, values) : too_few)
-CALL(SetFloat64, (plant *one, const unsigned *references, size_t count, const double *values, size_t size),
+CALL(SETTABLE, SetFloat64, (plant *one, const unsigned *references, size_t count, const double *values, size_t size),
      size == count ? set(one, references, count, values) : too_few)
 
 /* The model has variables of type Float64 only. */
@@ -107,20 +112,20 @@ REFUSED(GetClock, (plant *one, const unsigned *references, size_t count, bool *v
 REFUSED(SetClock, (plant *one, const unsigned *references, size_t count, const bool *values), count ? other_type : NULL,
         (void)references; (void)values;)
 
-CALL(GetFMUState, (plant *one, void **state), keep(one, state))
-CALL(SetFMUState, (plant *one, void *state), take_back(one, state))
+CALL(ANY, GetFMUState, (plant *one, void **state), keep(one, state))
+CALL(ANY, SetFMUState, (plant *one, void *state), take_back(one, state))
 
-CALL(FreeFMUState, (plant *one, void **state), drop(state))
+CALL(ANY, FreeFMUState, (plant *one, void **state), drop(state))
 API(int) OWN(SerializedFMUStateSize)(plant *one, void *state, size_t *size)
 {
     (void)state;
     return said(one, say_size(size));
 }
 
-CALL(SerializeFMUState, (plant *one, void *state, uint8_t *bytes, size_t size), to_bytes(state, bytes, size))
-CALL(DeserializeFMUState, (plant *one, const uint8_t *bytes, size_t size, void **state), from_bytes(bytes, size, state))
+CALL(ANY, SerializeFMUState, (plant *one, void *state, uint8_t *bytes, size_t size), to_bytes(state, bytes, size))
+CALL(ANY, DeserializeFMUState, (plant *one, const uint8_t *bytes, size_t size, void **state), from_bytes(bytes, size, state))
 
-CALL(GetDirectionalDerivative,
+CALL(KNOWS, GetDirectionalDerivative,
      (plant *one, const unsigned *unknowns, size_t unknown_count, const unsigned *knowns, size_t known_count, const double *seed,
       size_t seed_size, double *change, size_t change_size),
      seed_size == known_count && change_size == unknown_count
@@ -162,11 +167,12 @@ API(int) OWN(UpdateDiscreteStates)(plant *one, bool *again, bool *terminates, bo
 {
     *again = *terminates = *nominals = *states = *defined = false;
     *next = 0.0;
-    if (one) {
-        event(one, next);
+    const char *problem = refused(one, RUNNING);
+    if (one && !problem) {
+        problem = event(one, next);
         *defined = COMMANDS > 0;
     }
-    return said(one, NULL);
+    return said(one, problem);
 }
 
 /* Model Exchange */
@@ -175,10 +181,10 @@ API(int) OWN(CompletedIntegratorStep)(plant *one, bool past, bool *event_mode, b
 {
     (void)past;
     *event_mode = *terminates = false;
-    return said(one, NULL);
+    return said(one, refused(one, RUNNING));
 }
 
-CALL(GetContinuousStateDerivatives, (plant *one, double *rates, size_t count), get_rates(one, rates, count))
+CALL(KNOWS, GetContinuousStateDerivatives, (plant *one, double *rates, size_t count), get_rates(one, rates, count))
 API(int) OWN(GetNumberOfEventIndicators)(plant *one, size_t *count)
 {
     *count = 0;
@@ -196,8 +202,9 @@ API(int) OWN(GetNumberOfContinuousStates)(plant *one, size_t *count)
 API(int) OWN(DoStep)(plant *one, double time, double step, bool final, bool *event, bool *terminates, bool *early,
                      double *reached)
 {
-    const char *problem = one ? moved_on(one, time, step) : NULL;
+    const char *problem = refused(one, RUNNING);
     (void)final;
+    problem = one && !problem ? moved_on(one, time, step) : problem;
     *event = *terminates = *early = false;
     *reached = problem || !one ? time : time + step;
     return said(one, problem);

@@ -13,14 +13,26 @@ enum {
     AT_PARAMETERS = AT_OUTPUTS + OUTPUTS,
     AT_GOALS = AT_PARAMETERS + PARAMETERS,
     AT_END = AT_GOALS + SHOWN,
-    NAME_LETTERS = 64
+    NAME_LETTERS = 64,
+    TOKEN_LETTERS = (sizeof token + 7) / 8 * 8
 };
 /* Value references: time, states, their derivatives, inputs, rates of inputs, outputs, parameters, goal of the controller. */
 
+/* Of an instance: made, initialising, running, ended; values are known from initialising on. */
+enum { MADE = 1, INITIALISING = 2, RUNNING = 4, ENDED = 8, SETTABLE = MADE | INITIALISING | RUNNING, ANY = SETTABLE | ENDED,
+       KNOWS = INITIALISING | RUNNING | ENDED };
+
 typedef struct {
-    double time, width, p[GIVEN], x[STATES], u[INPUTS + RATES + 1];
+    double mode, time, width, p[GIVEN], x[STATES], u[INPUTS + RATES + 1];
     double begin, samples, goal[SHOWN + 1], memory[MEMORY + 1]; /* of the controller: begin and number of its samples */
 } situation;
+
+/* A situation as bytes: those of another model, or of none, are refused. */
+typedef struct {
+    char token[TOKEN_LETTERS];
+    double size;
+    situation now;
+} written;
 
 typedef struct {
     situation now;
@@ -37,11 +49,13 @@ static const double rounding = 1e-9; /* of a time, over it: importers add up ste
 static const char *started(plant *one)
 {
     memset(&one->now, 0, sizeof one->now);
+    one->now.mode = MADE;
     memcpy(one->now.p, start_given, sizeof start_given);
     memcpy(one->now.x, start_states, sizeof start_states);
     memcpy(one->now.u, start_inputs, (INPUTS + RATES) * sizeof(double));
     memcpy(one->now.goal, start_goal, SHOWN * sizeof(double));
     memcpy(one->now.memory, start_memory, MEMORY * sizeof(double));
+    one->now.samples = BEGUN;
     one->tolerance = usual_tolerance;
     constants(one->now.p, one->k);
     return NULL;
@@ -222,11 +236,11 @@ static double next_sample(const situation *now)
 }
 
 /* A sample of the controller, if it is due: what it commands is held. Until then, the goal has moved on for some time. */
-static void sample(situation *now, const double *k, double since)
+static const char *sample(situation *now, const double *k, double since)
 {
     double in[GOALS + SIGNALS + MEMORY + 1] = {0.0}, out[COMMANDS + MEMORY + 1];
     if (!COMMANDS || now->time < next_sample(now) - same_time * period) {
-        return;
+        return NULL;
     }
     in[0] = now->time - now->begin;
     memcpy(in + 1, now->goal, SHOWN * sizeof *in);
@@ -237,11 +251,15 @@ static void sample(situation *now, const double *k, double since)
     signals(now->p, k, now->x, now->u, now->u + INPUTS, in + GOALS);
     memcpy(in + GOALS + SIGNALS, now->memory, MEMORY * sizeof *in);
     controlled(NULL, control_data, in, out);
+    if (!all_finite(out, COMMANDS + MEMORY)) {
+        return "the formula of the controller has no number here";
+    }
     for (int i = 0; i < COMMANDS; i++) {
         now->u[commanded[i]] = out[i];
     }
     memcpy(now->memory, out + COMMANDS, MEMORY * sizeof *out);
     now->samples = floor((now->time - now->begin) / period + same_time) + 1.0;
+    return NULL;
 }
 
 /* The plant moves on with inputs that are held; those with a rate go on with it. */
@@ -286,9 +304,9 @@ static const char *moved_on(plant *one, double time, double step)
     }
     now.time = time;
     while (now.time < end) {
-        sample(&now, one->k, now.time - time);
+        const char *problem = sample(&now, one->k, now.time - time);
         const double next = next_sample(&now), left = COMMANDS && next < end - same_time * period ? next - now.time : end - now.time;
-        const char *problem = integrated(&now, one->k, one->tolerance, left);
+        problem = problem ? problem : integrated(&now, one->k, one->tolerance, left);
         if (problem) {
             return problem;
         }
@@ -299,10 +317,11 @@ static const char *moved_on(plant *one, double time, double step)
 }
 
 /* Events are the samples of the controller. */
-static void event(plant *one, double *next)
+static const char *event(plant *one, double *next)
 {
-    sample(&one->now, one->k, 0.0);
+    const char *problem = sample(&one->now, one->k, 0.0);
     *next = next_sample(&one->now);
+    return problem;
 }
 
 static const char *set_time(plant *one, double time)
@@ -319,6 +338,22 @@ static const char *set_up(plant *one, int defined, double tolerance, double time
     one->tolerance = defined && tolerance >= 1e-12 && tolerance <= 1e-2 ? tolerance : usual_tolerance;
     one->now.begin = isfinite(time) ? time : 0.0;
     return set_time(one, time);
+}
+
+static const char *enter(plant *one, int mode)
+{
+    one->now.mode = mode;
+    return NULL;
+}
+
+/* What is wrong with a call in the mode of an instance, if it is none of some. */
+static const char *refused(const plant *one, int modes)
+{
+    const int mode = one ? (int)one->now.mode : modes;
+    return mode & modes                      ? NULL
+           : mode == ENDED                   ? "this call is not allowed once the model is terminated"
+           : modes & (INITIALISING | RUNNING) ? "this call is not allowed before the model is initialised"
+                                             : "this call is not allowed once the model is initialised, or initialises";
 }
 
 /* The state of an FMU: a copy of the situation. */
@@ -353,37 +388,49 @@ static const char *drop(void **state)
 
 static const char *say_size(size_t *size)
 {
-    *size = sizeof(situation);
+    *size = sizeof(written);
     return NULL;
 }
 
 static const char *to_bytes(const void *state, void *bytes, size_t size)
 {
-    if (!state || size < sizeof(situation)) {
+    written kept;
+    if (!state || size < sizeof kept) {
         return "there is no state, or too little room";
     }
-    memcpy(bytes, state, sizeof(situation));
+    memset(&kept, 0, sizeof kept);
+    memcpy(kept.token, token, sizeof token);
+    kept.size = sizeof(situation);
+    memcpy(&kept.now, state, sizeof kept.now);
+    memcpy(bytes, &kept, sizeof kept);
     return NULL;
 }
 
 static const char *from_bytes(const void *bytes, size_t size, void **state)
 {
-    const size_t count = sizeof(situation) / sizeof(double);
+    written kept;
     double values[sizeof(situation) / sizeof(double)];
-    if (size != sizeof(situation)) {
+    if (size != sizeof kept) {
         return "these bytes are no state of this model";
     }
-    memcpy(values, bytes, size);
-    if (!all_finite(values, count)) {
+    memcpy(&kept, bytes, size);
+    memcpy(values, &kept.now, sizeof values);
+    if (memcmp(kept.token, token, sizeof token) || kept.size != sizeof(situation)) {
+        return "these bytes are no state of this model";
+    }
+    if (!all_finite(values, sizeof values / sizeof *values)) {
         return "a value of the state is not finite";
     }
+    if (kept.now.mode != MADE && kept.now.mode != INITIALISING && kept.now.mode != RUNNING && kept.now.mode != ENDED) {
+        return "these bytes are no state of this model";
+    }
     if (!*state) {
-        *state = malloc(size);
+        *state = malloc(sizeof(situation));
     }
     if (!*state) {
         return "no memory";
     }
-    memcpy(*state, bytes, size);
+    memcpy(*state, &kept.now, sizeof(situation));
     return NULL;
 }
 
@@ -407,9 +454,13 @@ static const char *from_bytes(const void *bytes, size_t size, void **state)
 
 enum { OK = 0, ERROR = 3 };
 
-/* A function of the interface that calls one of this file. */
-#define CALL(name, arguments, call) \
-    API(int) OWN(name) arguments { return said(one, one ? call : NULL); }
+/* A function of the interface that calls one of this file, in some modes. */
+#define CALL(modes, name, arguments, call) \
+    API(int) OWN(name) arguments \
+    { \
+        const char *const problem = refused(one, modes); \
+        return said(one, one && !problem ? call : problem); \
+    }
 
 /* One that the model has no use for: an error. The last argument uses the others. */
 #define REFUSED(name, arguments, why, used) \

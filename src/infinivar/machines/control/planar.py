@@ -146,7 +146,7 @@ class _OnPath:
 
     @property
     def memory(self) -> list[np.ndarray] | None:
-        """The arc length; None before the handle has moved."""
+        """The arc length; None before the first sample."""
         return None if self.near is None else [np.array([self.near])]
 
     @memory.setter
@@ -156,6 +156,8 @@ class _OnPath:
     def __call__(self, going: Going) -> Number:
         """W of the direction of motion."""
         settings = self.settings
+        if self.near is None:
+            self.near = settings.curve.nearest(going.position, None).arc_length
 
         def moves() -> tuple[Number, Number]:
             there = settings.curve.nearest(going.position, self.near)
