@@ -108,6 +108,11 @@ class Page:
         self.field("Preload").press("Enter")
         self.page.get_by_role("alert").filter(has_text="is `infinivar serve` still running?").wait_for()
 
+    def unfold(self, part: str) -> None:
+        """Open a part behind "All values"."""
+        self.page.locator("summary", has_text="All values").click()
+        self.page.locator("summary", has_text=part).first.click()
+
     def slider(self, label: str) -> Any:
         return self.page.get_by_role("slider", name=f"{label}, slider")
 

@@ -67,6 +67,7 @@ from infinivar.analysis.region import best_efficiency
 from infinivar.analysis.robustness import outcomes, sampling, verdicts
 from infinivar.analysis.robustness.derivatives import METHODS as DERIVATIVE_METHODS
 from infinivar.analysis.robustness.derivatives import designs, gradient, values_of, varied
+from infinivar.analysis.robustness.foremost import foremost
 from infinivar.analysis.robustness.outcomes import KINDS as OUTCOME_KINDS
 from infinivar.analysis.robustness.outcomes import loss as loss_outcome
 from infinivar.analysis.robustness.sampling import Batch, evaluated, low_discrepancy

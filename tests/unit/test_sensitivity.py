@@ -1,5 +1,6 @@
 """Derivatives, Sobol's indices, builds within tolerances: against closed forms, against one another, against single runs."""
 
+import contextlib
 import math
 from dataclasses import dataclass, replace
 
@@ -19,6 +20,7 @@ from internals import (
     Spread,
     complex_step,
     designs,
+    foremost,
     gradient,
     index_values,
     low_discrepancy,
@@ -526,3 +528,36 @@ def test_builds_whose_winding_never_settles_count_as_the_hottest():
     found = band(np.array([300.0, 320.0, math.inf, math.inf, math.nan]))
     assert found == {"low": 300.0, "median": 320.0, "high": math.inf}
     assert band(np.array([math.nan])) == {"low": None, "median": None, "high": None}
+
+
+@pytest.mark.parametrize("name", ["cobotic", "motor2-gear4"])
+def test_no_value_left_out_of_the_foremost_matters_twice_as_much_as_one_of_them(study, name):
+    """Against differences of the mean loss and of the tightest margin in the whole required region."""
+    drive, (speed, force, weight) = study.drives[name], study.requirement.sample(25)
+
+    def both(made):
+        point = made.operate(speed=speed, force=force)
+        margins = [np.max(one) for one in point.utilisation.values()]
+        return np.array([np.sum((point.power_in - point.power_out) * weight), 1.0 / np.max(margins)])
+
+    found = foremost(study, name)
+    effects = dict.fromkeys(found, 0.0)
+    for path in quantities_of(drive):
+        value = value_at(drive, path)
+        if value and path != "transmission.cylinder_tube.bore":
+            with contextlib.suppress(iv.ParameterError):  # at an end of what is permitted
+                ends = [both(varied(drive, {path: value * (1.0 + step)})) for step in (-1e-3, 1e-3)]
+                effects[path] = np.max(np.abs((ends[1] - ends[0]) / 2e-3 / both(drive)))
+    listed = [effects[path] for path in found[:8] if effects[path]]
+    others = [one for path, one in effects.items() if path not in found[:8]]
+    assert len(listed) >= 5
+    assert max(others) < 2.0 * min(listed)
+
+
+def test_values_are_ranked_for_motions_and_refused_for_machines():
+    ankle = iv.load_study("ankle_walking")
+    assert ankle.requirement is None
+    assert {"gearhead.ratio", "screw.lead"} <= set(foremost(ankle, "geared")[:8])
+    cart = iv.load_study("planar_cart")
+    with pytest.raises(InputError, match="machine"):
+        foremost(cart, next(iter(cart.drives)))

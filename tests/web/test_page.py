@@ -6,7 +6,7 @@ import pytest
 
 import infinivar as iv
 from explorer_pages import Page
-from internals import of_study
+from internals import foremost, of_study
 
 pytestmark = pytest.mark.slow
 
@@ -80,6 +80,24 @@ def test_two_clicks_make_a_drive_feasible_and_one_undoes_it(page):
     page.page.keyboard.press("Control+z")
     row.locator("span.no").wait_for()
     page.settled()
+
+
+def test_the_values_that_matter_most_stand_first_and_the_others_are_found(page):
+    few = page.page.locator(".few .field")
+    ranked = foremost(iv.load_study("hand_controller"), COBOTIC)
+    paths = [one.get_attribute("data-at").removeprefix(f"drives.{COBOTIC}.") for one in few.all()]
+    assert 5 <= len(paths) <= 8
+    assert paths == list(ranked[: len(paths)])
+    page.slide("Preload", 900)
+    assert [one.get_attribute("data-at").removeprefix(f"drives.{COBOTIC}.") for one in few.all()] == paths
+    hidden = page.field("Crown radius")
+    assert not hidden.is_visible()
+    page.by_id("find").fill("crown")
+    hidden.wait_for()
+    page.by_id("find").fill("")
+    page.by_id("glance").get_by_role("button", name="Motor 2, 4:1").click()
+    few.filter(has_text="Continuous torque").wait_for()
+    assert page.page.locator(".owner-line", has_text="Motor 2, 4:1").locator(".letter").inner_text() == "F"
 
 
 def test_a_slider_moves_the_numbers_to_those_of_the_public_functions(page, tmp_path):

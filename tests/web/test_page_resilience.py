@@ -78,7 +78,7 @@ def test_a_study_that_was_never_valid_says_why_and_offers_another(browser, serve
 def test_the_title_names_a_part_that_was_swapped(page):
     title = page.page.locator(".map[data-drive='cobotic']")
     before = title.inner_text().split("\n")[0]
-    page.page.locator("summary", has_text="Gearhead").first.click()
+    page.unfold("Gearhead")
     page.page.get_by_role("button", name="Choose another part: Gearhead").click()
     page.page.get_by_label("Search the catalogue").fill("gpx 32 up")
     page.page.get_by_role("dialog").get_by_role("button", name="GPX 32 UP").first.click()

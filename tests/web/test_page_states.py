@@ -70,7 +70,7 @@ def test_every_shipped_study_fits_every_window(browser, server, size):
 
 def test_a_part_of_the_catalogue_is_found_and_picked(page):
     before = page.efficiency("cobotic")
-    page.page.locator("summary", has_text="Gearhead").first.click()
+    page.unfold("Gearhead")
     page.page.get_by_role("button", name="Choose another part: Gearhead").click()
     page.page.get_by_label("Search the catalogue").fill("gpx 32 up")
     dialog = page.page.get_by_role("dialog")
@@ -84,7 +84,7 @@ def test_a_part_of_the_catalogue_is_found_and_picked(page):
 
 
 def test_a_condition_that_is_not_whole_yet_is_told_at_the_search(page):
-    page.page.locator("summary", has_text="Gearhead").first.click()
+    page.unfold("Gearhead")
     page.page.get_by_role("button", name="Choose another part: Gearhead").click()
     search, found = page.page.get_by_label("Search the catalogue"), page.page.locator(".found")
     for text in ("mass < 0.3", "mass < abc", "<img src=x>", "mass < 1e400 kg"):
@@ -274,7 +274,7 @@ def test_axe_finds_no_fault_in_other_states(browser, server, state, dark):
         elif state in ("machine", "sessions"):
             page.opened({"machine": "six_leg_display", "sessions": "guided_cart"}[state])
         elif state == "part":
-            page.page.locator("summary", has_text="Gearhead").first.click()
+            page.unfold("Gearhead")
             page.page.get_by_role("button", name="Choose another part: Gearhead").click()
             page.page.locator(".found button").first.wait_for()
         elif state == "help":

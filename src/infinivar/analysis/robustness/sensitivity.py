@@ -274,7 +274,7 @@ def sensitivity(
     tell = progress or (lambda title, share: None)
     tell("derivatives", 0.0)
     try:
-        paths, value, elasticities = _elasticities(outcome, drive, method)
+        paths, value, slopes = elasticities(outcome.of, drive, method)
     except ParameterError as problem:
         raise InputError(f"drives.{name}: {problem}") from problem
     _check_finite(outcome, drive, name, value)
@@ -282,14 +282,14 @@ def sensitivity(
     fields = quantities_of(drive)
     spreads = [stated.get(path) or _assumed(drive, name, path, fields[path]) for path in paths]
     tell("swings", 0.1)
-    influences = _influences(outcome, drive, spreads, elasticities, stated)
+    influences = _influences(outcome, drive, spreads, slopes, stated)
     found = Sensitivity(
         study=study,
         name=name,
         outcome=outcome,
         value=value,
         influences=influences,
-        conclusions=conclusions(outcome, dict(zip(paths, elasticities, strict=True)), drive),
+        conclusions=conclusions(outcome, dict(zip(paths, slopes, strict=True)), drive),
         impossible=0.0,
         beyond=outcome.beyond(drive),
     )
@@ -338,10 +338,10 @@ def _check_finite(outcome: Outcome, drive: AnyDrive, name: str, value: float) ->
         raise InputError(f"drives.{name}: {outcome.words}: unbounded, so parameters cannot be ranked: {why}")
 
 
-def _elasticities(outcome: Outcome, drive: AnyDrive, method: Method) -> tuple[list[str], float, np.ndarray]:
-    """Paths of all candidate fields, the outcome, and its elasticities."""
+def elasticities(of: Callable[[Any], Any], drive: AnyDrive, method: Method) -> tuple[list[str], float, np.ndarray]:
+    """Paths of all candidate fields, the outcome of a drive, and its elasticities. (k,) [-]"""
     paths = [path for path in quantities_of(drive) if not path.startswith(_LEFT_OUT) and value_at(drive, path) != 0]
-    value, slopes = gradient(outcome.of, drive, paths, method=method)
+    value, slopes = gradient(of, drive, paths, method=method)
     return paths, float(value), slopes * values_of(drive, paths) / (float(value) or 1.0)
 
 

@@ -14,6 +14,7 @@ ANSWERS: dict[str, str] = {
     "start": "infinivar.web.answers.maps:start",
     "disk": "infinivar.web.answers.maps:disk",
     "study": "infinivar.web.answers.studies:study",
+    "foremost": "infinivar.web.answers.studies:foremost",
     "open": "infinivar.web.answers.studies:opened",
     "shipped": "infinivar.web.answers.studies:shipped",
     "toml": "infinivar.web.answers.studies:toml",

@@ -7,6 +7,9 @@ from typing import Any
 
 from infinivar._core.toml import dumps
 from infinivar.analysis.plane import MAP_REACH, of_study
+from infinivar.analysis.robustness.foremost import foremost as ranked
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import is_machine, type_words
 from infinivar.errors import nearest
 from infinivar.study.load import read_tables
@@ -21,7 +24,7 @@ from infinivar.web.answers.document import (
     tables_of,
 )
 from infinivar.web.answers.fields import fields_of
-from infinivar.web.answers.payload import text
+from infinivar.web.answers.payload import text, word
 
 LARGEST_TEXT = 400_000
 """Characters of a study file that is opened in the page."""
@@ -57,6 +60,14 @@ def study(payload: Mapping[str, Any]) -> Answer:
             "faults": [],
         }
     )
+
+
+def foremost(payload: Mapping[str, Any]) -> Answer:
+    """Paths of the values of a `drive` that matter most, the first one most; none for machines and drives of other packages."""
+    found = study_of(payload)
+    drive = found.drives[word(payload, "drive", found.drives)]
+    known = isinstance(drive, CoboticDrive | ConventionalDrive) and bool(found.requirement or found.duty)
+    return Answer(header={"paths": list(ranked(found, payload["drive"])) if known else []})
 
 
 def _titled(tasks: Mapping[str, Any]) -> list[dict[str, str]]:

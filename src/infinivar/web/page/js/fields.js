@@ -1,8 +1,9 @@
 // The left pane: the values of a study by owner and part, as text in their units, with sliders, provenance and faults.
 import { byId, digits, make } from "./dom.js";
-import { valueAt } from "./store.js";
+import { letterOf, same, valueAt } from "./store.js";
 
 const STEPS = 1000;
+const FEW = 8;  // values that stand before all others
 const PAUSE = 4000;  // between two presses of a key that count as one gesture [ms]
 const KINDS = {
   stated: "printed in a paper",
@@ -46,9 +47,12 @@ function originOf(field) {
   return `${field.kind[0].toUpperCase()}${field.kind.slice(1)}${named === field.kind ? "" : `: ${named}`}${field.where ? ` – ${field.where}` : ""}`;
 }
 
-export function createFields({ store, onOwner, onShow, onPart }) {
+/** The values of a study; `rank(drive)` gives the paths of those of a drive that matter most, the first one most. */
+export function createFields({ store, rank, onOwner, onShow, onPart }) {
   const holder = byId("fields");
   const open = new Map();
+  const ranked = new Map();  // paths of the values that matter most, by owner; [] while they are not known
+  const home = new Map();  // values as opened, by key
   let rows = new Map();
   let model = null;
   let owner = null;
@@ -96,7 +100,10 @@ export function createFields({ store, onOwner, onShow, onPart }) {
     const bad = faults.some((fault) => owns(one, fault.at));
     const button = make("button", { type: "button", title: one.drive ? `${one.title} (${one.name}, ${one.type})` : one.title, data: { owner: one.name }, aria: { pressed: String(one.name === owner) }, on: { click: () => onOwner(one.name) } }, one.title);
     if (bad) button.append(make("span", { className: "flag" }, " !"), make("span", { className: "hidden" }, "has faults"));
-    const line = make("div", { className: "owner-line" }, button);
+    const letter = one.drive ? letterOf(store.document, one.name) : "";
+    const edited = one.drive && !same(store.document.tables.drives?.[one.name], store.opened.tables.drives?.[one.name]);
+    const mark = make("span", { className: "letter", title: edited ? "changed since the study was opened" : "" }, edited ? `${letter}′` : letter);
+    const line = make("div", { className: "owner-line" }, mark, button);
     if (one.drive && model.plane !== null && !one.machine) {
       const box = make("input", { type: "checkbox", checked: shown.has(one.name), aria: { label: `Show the map of ${one.title}` }, data: { owner: `${one.name} map` }, on: { change: () => onShow(one.name, box.checked) } });
       line.append(make("label", {}, box, "map"));
@@ -124,28 +131,41 @@ export function createFields({ store, onOwner, onShow, onPart }) {
     return words.length ? own.filter((field) => matches(field, words)) : own;
   }
 
+  /** Rank the values of the owner, once: an order that followed each change would move what is being changed. */
+  async function drawRanked() {
+    const mine = owner;
+    if (!ranked.has(mine)) {
+      drawOwners();
+      ranked.set(mine, []);
+      if (model.drives.some((drive) => drive.name === mine)) ranked.set(mine, await rank(mine).catch(() => []));
+    }
+    if (mine === owner) draw();
+  }
+
   function draw(force = false) {
     drawOwners();
     const fields = visible();
-    const found = fields.map((field) => `${keyOf(field)}${field.type}${field.slider === null}${field.choices}`).join("\n") + owner + byId("find").value;
+    const top = byId("find").value.trim() ? [] : (ranked.get(owner) ?? []).map((path) => fields.find((field) => field.path === path && field.slider)).filter(Boolean).slice(0, FEW);
+    const found = `${top.map(keyOf)}` + fields.map((field) => `${keyOf(field)}${field.type}${field.slider === null}${field.choices}`).join("\n") + owner + byId("find").value;
     if (!force && found === signature) { for (const field of fields) rows.get(keyOf(field))?.update(field); tellFaults(); return; }
     signature = found;
     rows = new Map();
     const searching = byId("find").value.trim() !== "";
     const groups = new Map();
-    for (const field of fields) {
+    for (const field of fields.filter((one) => !top.includes(one))) {
       const name = field.type === "part" ? [field.group, field.label].filter(Boolean).join(" › ") : field.group;
       groups.set(name, [...(groups.get(name) ?? []), field]);
     }
-    const ordered = [...groups].sort((one, other) => rank(one) - rank(other));
-    const first = ordered.filter(([, own]) => own.some((field) => field.slider)).slice(0, 2).map(([name]) => name);
-    holder.replaceChildren(...ordered.map(([name, own]) => part(name, own, searching, first.includes(name))));
+    const ordered = [...groups].sort((one, other) => orderOf(one) - orderOf(other));
+    const first = top.length ? [] : ordered.filter(([, own]) => own.some((field) => field.slider)).slice(0, 2).map(([name]) => name);
+    const parts = ordered.map(([name, own]) => part(name, own, searching, first.includes(name)));
+    holder.replaceChildren(...(top.length ? [few(top), folded("all", "All values", fields.length - top.length, false, "all", parts)] : parts));
     if (!fields.length) holder.replaceChildren(make("p", { className: "about" }, searching ? "Nothing of that name here. Other drives and the requirement have their own values." : "No values to edit."));
     else holder.prepend(legend());
     tellFaults();
   }
 
-  const rank = ([name]) => {
+  const orderOf = ([name]) => {
     const place = FIRST_PARTS.indexOf(name);
     return place < 0 ? FIRST_PARTS.length : place;
   };
@@ -158,16 +178,19 @@ export function createFields({ store, onOwner, onShow, onPart }) {
     const title = name || "General";
     const picked = own.find((field) => field.type === "part");
     const inner = own.filter((field) => field.type !== "part");
-    const count = `${inner.length} value${inner.length === 1 ? "" : "s"}`;
-    const details = make("details", { className: "part", open: searching || (open.get(key) ?? first), data: { part: name } },
-      make("summary", {}, make("span", {}, title), make("span", { className: "count" }, count)));
-    details.addEventListener("toggle", () => { if (!searching) open.set(key, details.open); });
-    const inside = make("div", { className: "inside" });
-    if (picked) inside.append(picker(picked));
-    inside.append(...inner.map(row));
-    details.append(inside);
+    return folded(name, title, inner.length, searching || (open.get(key) ?? first), searching ? null : key, [...(picked ? [picker(picked)] : []), ...inner.map(row)]);
+  }
+
+  function folded(name, title, size, shows, key, content) {
+    const details = make("details", { className: "part", open: open.get(key) ?? shows, data: { part: name } },
+      make("summary", {}, make("span", {}, title), make("span", { className: "count" }, `${size} value${size === 1 ? "" : "s"}`)), make("div", { className: "inside" }, ...content));
+    details.addEventListener("toggle", () => { if (key !== null) open.set(key, details.open); });
     return details;
   }
+
+  const few = (top) => make("section", { className: "few", aria: { label: "Values that matter most" } },
+    make("p", { className: "about", title: "By how much 1 % changes the mean loss or the tightest margin over all that is required. Sliders reach from a fifth to five times the value, or as far as is permitted; the mark is the value of the study as opened." }, "Most effect first; marks: as opened"),
+    ...top.map((field) => { const box = row(field); box.prepend(make("small", {}, field.group)); return box; }));
 
   function picker(field) {
     const now = make("span", { className: "now" });
@@ -231,7 +254,7 @@ export function createFields({ store, onOwner, onShow, onPart }) {
       slider.addEventListener("pointerdown", () => { typed = false; });
       slider.addEventListener("keydown", () => { typed = true; });
       slider.addEventListener("change", () => (typed ? finishSoon() : store.finish()));
-      box.append(make("div", { className: "slide" }, slider, input));
+      box.append(make("div", { className: "slide" }, make("span", { className: "track" }, slider), input));
     } else line.append(input);
     box.append(message, was);
 
@@ -273,6 +296,11 @@ export function createFields({ store, onOwner, onShow, onPart }) {
       const first = valueAt(store.opened.tables, next.at);
       const differs = JSON.stringify(now) !== JSON.stringify(first);
       box.classList.toggle("changed", differs);
+      if (!differs) home.set(keyOf(next), next.value);
+      if (slider) {
+        box.style.setProperty("--at", home.has(keyOf(next)) ? placeOn(ends, home.get(keyOf(next))) / STEPS : -1);
+        slider.title = `${asWritten(next, ends.low)} to ${asWritten(next, ends.high)}`;
+      }
       was.hidden = !differs;
       if (differs) {
         const back = make("button", { type: "button", className: "plain", aria: { label: `Reset ${next.label}` }, on: { click: () => { edited = own; input.dataset.shown = input.value; store.set(own.at, first); input.focus(); } } }, "reset");
@@ -315,12 +343,12 @@ export function createFields({ store, onOwner, onShow, onPart }) {
 
   return {
     /** Show a study as the program describes it. */
-    setModel(next) { model = next; faults = []; draw(); },
-    setOwner(next) { if (next === owner) return; owner = next; if (model) draw(); },
+    async setModel(next) { model = next; faults = []; await drawRanked(); },
+    setOwner(next) { if (next === owner) return; owner = next; if (model) drawRanked(); },
     setShown(next) { shown = new Set(next); if (model) drawOwners(); },
     setFaults(next) { faults = next; if (model) { for (const { update, field } of rows.values()) if (field) refresh(update, field); drawOwners(); } tellFaults(); },
     /** Forget which parts are open: another study. */
-    reset() { open.clear(); signature = ""; edited = null; byId("find").value = ""; },
+    reset() { open.clear(); ranked.clear(); home.clear(); signature = ""; edited = null; byId("find").value = ""; },
     get owner() { return owner; },
   };
 

@@ -13,7 +13,7 @@ function boxOf(header, name, made) {
 }
 
 /** Draw the answer `glance`; `onDrive(name)` is called with the row that is chosen, `mend(name)` asks what would mend a drive. */
-export function drawGlance({ header, drive, onDrive, mend, apply }) {
+export function drawGlance({ header, drive, letter, onDrive, mend, apply }) {
   const holder = byId("glance");
   holder.hidden = !header.rows.length;
   if (holder.hidden) return;
@@ -23,7 +23,7 @@ export function drawGlance({ header, drive, onDrive, mend, apply }) {
   const heads = [header.what, header.figure, "above best", "tightest limit", "margin", ...(weighed ? ["mass"] : [])];
   const row = (one) => make("tr", { className: one.best ? "best" : "", aria: { current: String(one.name === drive) } },
     make("th", { scope: "row" }, make("div", {}, make("span", { className: one.able ? "yes" : "no", title: one.able ? "meets all that is required" : "does not meet all that is required" }, one.able ? "✓" : "✗"),
-      make("button", { type: "button", title: one.title, data: { row: one.name }, on: { click: () => onDrive(one.name) } }, one.title))),
+      make("span", { className: "letter" }, letter(one.name)), make("button", { type: "button", title: one.title, data: { row: one.name }, on: { click: () => onDrive(one.name) } }, one.title))),
     make("td", { className: "number" }, one.shown), make("td", { className: "number more" }, one.best ? "best" : one.more),
     make("td", {}, one.limit), make("td", { className: `number${one.margin < 1 ? " no" : ""}` }, one.margin_shown), weighed ? make("td", { className: "number" }, one.weighs.replace("more than", ">")) : null);
   holder.replaceChildren(

@@ -5,7 +5,7 @@ import { COUNT, firstMaps, firstShown, firstStudy, keep, resumed, started, trans
 import { createKeys } from "./keys.js";
 import { createMaps, mapOf } from "./maps.js";
 import { createPanes } from "./panes.js";
-import { createStore, fromFragment, same, toFragment, valueAt, withValue } from "./store.js";
+import { createStore, fromFragment, letterOf, same, toFragment, valueAt, withValue } from "./store.js";
 import { createTheme, remember, remembered } from "./theme.js";
 import { Superseded, Unanswered } from "./transport.js";
 
@@ -48,7 +48,8 @@ const seen = new Promise((resolve) => { firstSeen = resolve; setTimeout(resolve,
 let round = 0;
 
 tooltips();
-const fields = createFields({ store, onOwner: chooseOwner, onShow: showMap, onPart: choosePart });
+const rank = async (drive) => (await transport.call("foremost", { ...payload(), drive })).header.paths ?? [];
+const fields = createFields({ store, rank, onOwner: chooseOwner, onShow: showMap, onPart: choosePart });
 const plots = createMaps({ theme, onLook: look, onChoose: choose, onDrive: chooseDrive });
 const panes = createPanes({ theme, host: { call: transport.call, plain: transport.plain, choose: (point) => choose(point, view.drive), chooseTask, download, say, apply } });
 
@@ -160,7 +161,7 @@ async function askGlance() {
 
 async function showGlance() {
   const { drawGlance } = await import("./glance.js");
-  if (glanced !== null) drawGlance({ header: glanced, drive: view.drive, onDrive: chooseOwner, apply, mend: (drive) => transport.call("mend", { ...payload(), drive }) });
+  if (glanced !== null) drawGlance({ header: glanced, drive: view.drive, letter: (name) => letterOf(store.document, name), onDrive: chooseOwner, apply, mend: (drive) => transport.call("mend", { ...payload(), drive }) });
 }
 
 /** Set the values of a change as one step, which one undo takes back. */
@@ -350,7 +351,7 @@ function arrange() {
 function lay(plane, requirement, titleOf) {
   plots.setPlane(plane, requirement, view.count);
   view.point = view.point === null || !inside(view.point, plane) ? plots.startOf() : plots.centred(view.point);
-  plots.setDrives(view.shown.map((name) => ({ name, title: titleOf(name) })));
+  plots.setDrives(view.shown.map((name) => ({ name, title: titleOf(name), letter: letterOf(store.document, name) })));
   plots.setPoint(view.point, view.looked, view.drive);
 }
 

@@ -96,7 +96,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     return plot;
   }
 
-  function createFigure({ name, title }) {
+  function createFigure({ name, title, letter }) {
     const now = createPlot(name);
     const then = createPlot(name);
     const heading = make("button", { type: "button", title: `${title}: show this drive in the views and edit it`, on: { click: () => onDrive(name, true) } }, title);
@@ -105,7 +105,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     const pairs = make("div", { className: "pairs" }, ...pair);
     const readout = make("p", { className: "readout" });
     const legend = make("ul", { className: "legend", aria: { label: `Limits on the map of ${title}` } });
-    const figure = make("figure", { className: "map", data: { drive: name } }, make("figcaption", {}, heading, cover), pairs, readout, legend);
+    const figure = make("figure", { className: "map", data: { drive: name } }, make("figcaption", {}, make("span", { className: "letter" }, letter), heading, cover), pairs, readout, legend);
     return { name, title, figure, now, then, pair, cover, readout, legend };
   }
 

@@ -17,6 +17,12 @@ export function withValue(tables, keys, value) {
   return copy;
 }
 
+/** The letter by which a drive is named where there is little room, in the order of the study; "" beyond Z. */
+export function letterOf({ tables }, drive) {
+  const place = Object.keys(tables.drives ?? {}).indexOf(drive);
+  return place < 0 || place > 25 ? "" : String.fromCharCode(65 + place);
+}
+
 /** Whether two tables say the same. */
 export const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
 

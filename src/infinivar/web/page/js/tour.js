@@ -3,7 +3,7 @@ import { make } from "./dom.js";
 
 const STUDY = { at: "#study-title", title: "A study", text: "A study holds drive-trains or machines, and what is required of them. Choose another one at the top, or open your own file." };
 const ANSWER = { at: "#glance:not([hidden])", title: "The answer", text: "Which one wins with what is stated, by how much, and which open choices would turn that. One row each: the figure that decides, the tightest limit with its margin, and the mass. Choose a row to look into it." };
-const CHANGE = { at: "#fields .part[open] .field:has(input[type=range])", title: "Change a value" };
+const CHANGE = { at: "#fields .field:has(input[type=range])", title: "Change a value" };
 const KEEP = { at: "#save", title: "Keep it", text: "Save the study as a file for the command line, or copy a link that holds it whole. Press F1 for help and for this tour." };
 
 const OF_DRIVES = [
