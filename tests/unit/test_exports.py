@@ -561,6 +561,13 @@ def test_a_state_of_another_model_or_of_none_is_refused(version):
                 read(wrong)
 
 
+@pytest.mark.parametrize("sources", [5, "here", [None]])
+def test_sources_that_are_no_provenance_are_refused(sources, tmp_path):
+    with pytest.raises(iv.InputError, match=r"sources must be rows of provenance, such as study.provenance, got"):
+        iv.export(drive_of("hand_controller cobotic"), "fmu2", tmp_path, sources=sources)
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("version", VERSIONS)
 def test_calls_before_the_initialisation_or_after_the_end_are_errors(version):
     """Values are known from the initialisation on, also after the end; steps are taken between the two."""
@@ -645,7 +652,7 @@ def test_the_same_drive_gives_the_same_bytes(kind, tmp_path):
         ("fmu3", c_library, "_found", lambda own: None, "no C compiler"),
         ("fmu2", platform, "machine", lambda: "aarch64", "FMI 2.0 has no name for this platform"),
         ("fmu3", platform, "machine", lambda: "riscv64", "FMI 3.0 has no name for this platform"),
-        ("fmu3", c_library, "_found", lambda own: shutil.which("false"), "the C compiler failed"),
+        ("fmu3", c_library, "_found", lambda own: shutil.which("false"), "the C compiler failed: without a word"),
     ],
 )
 def test_without_a_binary_an_fmu_holds_sources(version, module, name, there, why, monkeypatch, tmp_path):

@@ -518,7 +518,18 @@ def test_a_law_without_c_and_a_compiler_that_fails_are_input_errors(tmp_path, mo
     law = iv.contact.CreepLaw(name="own", slip_creepage=1.25, **own)
     with pytest.raises(iv.InputError, match="a law of the drive has no C"):
         iv.export(replace(drive, transmission=replace(drive.transmission, creep_law=law)), "mujoco", tmp_path)
-    monkeypatch.setattr(c_library, "_found", lambda own: shutil.which("false"))
-    with pytest.raises(iv.InputError, match=r"the C compiler .*false failed with the headers of MuJoCo in"):
-        iv.export(drive, "mujoco", tmp_path)
-    assert list(tmp_path.iterdir()) == []
+    broken = tmp_path / "broken"
+    broken.write_text(
+        "#!/bin/sh\necho 'in file mujoco.h:' >&2\necho 'mujoco.h:3: error: no such type' >&2\nexit 1\n", "utf-8"
+    )
+    broken.chmod(0o755)
+    for compiler, words in (
+        (shutil.which("false"), "without a word"),
+        (str(broken), "mujoco.h:3: error: no such type"),
+    ):
+        monkeypatch.setattr(c_library, "_found", lambda own, compiler=compiler: compiler)
+        with pytest.raises(
+            iv.InputError, match=f"the C compiler {compiler} failed with the headers of MuJoCo in .*: {words}"
+        ):
+            iv.export(drive, "mujoco", tmp_path / "out")
+    assert not (tmp_path / "out").exists()

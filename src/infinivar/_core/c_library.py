@@ -26,6 +26,10 @@ _LONGEST = 900.0
 """Longest time of a call: zig builds the libraries of a platform at the first one, for minutes. [s]"""
 
 
+class CompilerError(Exception):
+    """A C compiler failed; the line of its words that says why."""
+
+
 def compiler() -> tuple[str, ...] | None:
     """Command of a C compiler: that of `CC`, or cc, gcc or clang, else zig's; None without one."""
     if os.environ.get(SWITCH) == "0" or sys.platform == "win32":
@@ -60,14 +64,19 @@ def library(text: str, flags: tuple[str, ...] = FLAGS) -> ctypes.CDLL | None:
         with tempfile.TemporaryDirectory() as folder:
             made = _compiled(compiler(), text, flags, Path(folder, "model.so"))
             return None if made is None else ctypes.CDLL(str(made))
-    except OSError:
+    except (OSError, CompilerError):
         return None
 
 
 def binary(text: str, name: str, *flags: str, target: str = "") -> bytes | None:
-    """Content of the library of a text, as `library`, compiled with flags, for a platform of zig or this one.
+    """Content of the library of a text, compiled with flags, for a platform of zig or this one; None without a compiler.
 
     A file has the name of its library within it.
+
+    Raises
+    ------
+    CompilerError
+        If the compiler fails.
     """
     command = compiler() if not target else zig()
     if command is not None and target:
@@ -95,6 +104,10 @@ def _compiled(command: tuple[str, ...] | None, text: str, flags: Sequence[str], 
     try:
         call = [*command, *flags, "-o", made, source, "-lm"]
         subprocess.run(call, check=True, capture_output=True, timeout=_LONGEST)
-    except subprocess.SubprocessError:
-        return None
+    except subprocess.CalledProcessError as problem:
+        lines = [line.strip() for line in problem.stderr.decode("utf-8", "replace").splitlines() if line.strip()]
+        why = next((line for line in lines if "error" in line), lines[-1] if lines else "without a word")
+        raise CompilerError(why.replace(str(source), source.name)) from problem
+    except subprocess.TimeoutExpired as problem:
+        raise CompilerError(f"it took more than {_LONGEST:g} s") from problem
     return kept.keep(key, made.suffix, made.read_bytes()) or made

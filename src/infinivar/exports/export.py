@@ -12,14 +12,14 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from infinivar._core.c_library import FLAGS, binary, compiler, zig
+from infinivar._core.c_library import FLAGS, CompilerError, binary, compiler, zig
 from infinivar._core.threads import in_order
 from infinivar.analysis.sessions.session import Setup
 from infinivar.bondgraph.c_code import array_of
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import check_drive, refuse_machine
-from infinivar.errors import ParameterError, path_of, require
+from infinivar.errors import ParameterError, path_of, printable, require
 from infinivar.exports.description import build_description, model_description, token
 from infinivar.exports.laws import law_files
 from infinivar.exports.machine_plant import machine_plant, moves, moving_machine, moving_plant, session_plant
@@ -132,6 +132,9 @@ def export(
     elif kind == "mujoco":
         refuse_machine(drive, "export as mujoco")
     require(isinstance(name, str) and bool(name), "name", repr(name), "a name of one letter or more")
+    sources = tuple(sources) if isinstance(sources, Iterable) else sources
+    stated = isinstance(sources, tuple) and all(isinstance(row, Provenance) for row in sources)
+    require(stated, "sources", repr(sources), "rows of provenance, such as study.provenance")
     identifier = identifier_of(name)
     if several:
         if isinstance(scenario, SessionTask):
@@ -221,7 +224,7 @@ def _packed(files: Mapping[str, bytes]) -> bytes:
 
 def _binaries(text: str, name: str, version: str, *flags: str) -> tuple[dict[str, bytes], tuple[str, ...]]:
     """Binaries by file: for every platform if there is zig, which gives the same everywhere, else for this one."""
-    own, every = _own(), zig() is not None
+    own, every, failures = _own(), zig() is not None, list[str]()
 
     def named(one: Platform) -> str:
         return one.fmi2 if version == "2.0" else one.fmi3
@@ -229,7 +232,11 @@ def _binaries(text: str, name: str, version: str, *flags: str) -> tuple[dict[str
     def compiled(one: Platform) -> bytes | None:
         within = (f"-Wl,-install_name,@rpath/{name}.dylib",) if every and one.ending == "dylib" else ()
         target = one.target if every else ""
-        return binary(text, f"{name}.{one.ending}", *FLAGS, *_SMALL, *flags, *within, target=target)
+        try:
+            return binary(text, f"{name}.{one.ending}", *FLAGS, *_SMALL, *flags, *within, target=target)
+        except CompilerError as problem:
+            failures.append(printable(str(problem)))
+            return None
 
     wanted = [one for one in (PLATFORMS if every else [own] if own else []) if named(one)]
     found = {
@@ -239,11 +246,10 @@ def _binaries(text: str, name: str, version: str, *flags: str) -> tuple[dict[str
     }
     if found and len(found) == len(wanted):
         return found, ()
+    failed = ": ".join(["the C compiler failed", *failures[:1]])
     if found:
-        return found, (
-            f"binaries for {', '.join(sorted(file.split('/')[1] for file in found))} only: the C compiler failed",
-        )
-    why = "the C compiler failed" if wanted else f"FMI {version} has no name for this platform"
+        return found, (f"binaries for {', '.join(sorted(file.split('/')[1] for file in found))} only: {failed}",)
+    why = failed if wanted else f"FMI {version} has no name for this platform"
     why = "no C compiler" if compiler() is None and not every else why
     return {}, (f"sources only ({why}): the importer must compile the FMU",)
 

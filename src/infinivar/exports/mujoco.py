@@ -20,9 +20,9 @@ import numpy as np
 
 from infinivar._core import extras
 from infinivar._core.array_namespace import Array, namespace
-from infinivar._core.c_library import FLAGS, SWITCH, binary, compiler
+from infinivar._core.c_library import FLAGS, SWITCH, CompilerError, binary, compiler
 from infinivar.drivetrain.drive import followed, operated
-from infinivar.errors import InputError, ParameterError
+from infinivar.errors import InputError, ParameterError, printable
 from infinivar.exports.laws import COURSE, Law, function, identifier, record, results_of
 from infinivar.exports.plant import naming_laws
 from infinivar.limits import Limit
@@ -118,11 +118,14 @@ def mujoco_files(drive: Any, name: str, load_mass: float | None) -> tuple[dict[s
     with naming_laws():
         text, sensors, version = plugin_source(drive, name)
     linked = () if sys.platform == "darwin" else ("-Wl,--no-as-needed",)
-    compiled = binary(text, "model.so", *FLAGS, "-fvisibility=hidden", "-isystem", str(headers), *linked, str(library))
+    flags = (*FLAGS, "-fvisibility=hidden", "-isystem", str(headers), *linked, str(library))
+    failed = f"--as mujoco: the C compiler {' '.join(command)} failed with the headers of MuJoCo in {headers}"
+    try:
+        compiled = binary(text, "model.so", *flags)
+    except CompilerError as problem:
+        raise InputError(f"{failed}: {printable(str(problem))}") from problem
     if compiled is None:
-        raise InputError(
-            f"--as mujoco: the C compiler {' '.join(command)} failed with the headers of MuJoCo in {headers}"
-        )
+        raise InputError(failed)
     inertia, notes = _inertia(drive)
     if load_mass is None:
         notes = (
