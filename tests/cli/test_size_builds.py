@@ -32,7 +32,8 @@ def test_builds_are_in_terminal_files_and_report(infinivar, folder):
     assert "  spreads stated in the study: guideway friction of geared: 1.5 to 2.5 N" in lines
     assert (
         "  default spreads, as the study states none: winding resistance ± 12 % (95 %, parsons2019), torque constant ± 5 %, "
-        "coulomb gear loss ± 78 % (95 %, duclusaud2025)" in lines
+        "no-load current with constant friction ± 29 % (95 %, robotino2026), coulomb gear loss ± 78 % (95 %, duclusaud2025)"
+        in lines
     )
     stated = json.loads((folder / "out" / "sizing.json").read_text("utf-8"))["doubt"]
     study = iv.load_study(folder / "slide.toml")

@@ -139,7 +139,8 @@ def test_a_specimen_keeps_friction_heat_and_peak_current():
 
 def by_hand(drive, values):
     """A build of a geared drive with thermal data, part by part."""
-    motor, gear = drive.motor, drive.gearhead
+    others = ("no_load_current", "winding_to_housing", "housing_time_constant")
+    motor, gear = replace(drive.motor, **{name: values[f"motor.{name}"] for name in others}), drive.gearhead
     constant, ohms = values["motor.torque_constant"], values["motor.resistance"]
     friction = motor.torque_constant * motor.no_load_current
     current = motor.continuous_torque / motor.torque_constant + motor.no_load_current
@@ -165,7 +166,8 @@ def test_geared_builds_are_those_of_duty_cycle():
     count = 256
     found = judged_designs(study, {"one": design}, builds=count).designs[0]
     values = draw([design], study.uncertainty, count).values[0]
-    assert set(values) == {"motor.torque_constant", "motor.resistance", "gearhead.efficiency", "guideway.friction"}
+    of_motor = {"torque_constant", "resistance", "no_load_current", "winding_to_housing", "housing_time_constant"}
+    assert set(values) == {*(f"motor.{name}" for name in of_motor), "gearhead.efficiency", "guideway.friction"}
     duty = study.duty["shake"]
     feasible, power = [], []
     for place in range(200):
@@ -188,7 +190,7 @@ def test_cobotic_builds_are_those_of_duty_cycle():
     count, duty = 16, study.duty["walking"]
     found = judged_designs(study, {"one": design}, builds=count).designs[0]
     values = draw([design], study.uncertainty, count).values[0]
-    assert len(values) == 6
+    assert len(values) == 12
     # The same type of motor, but not the same motor.
     ohms = [values[f"{path}.resistance"] / value_at(drive, path).resistance for path in ("motor", "steering.motor")]
     assert np.all(ohms[0] != ohms[1])
