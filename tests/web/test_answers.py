@@ -405,6 +405,7 @@ def test_faults_stand_at_their_fields(opened_study):
         ({"tasks": {"wall": {"surface": {"file": "../secret.stl"}}}}, "tasks.wall.surface.file"),
         ({"tasks": {"wall": {"user": [{"x": {"file": "a.csv"}}]}}}, "tasks.wall.user.x.file"),
         ({"paths": {"a": {"x": {"shape": "file", "file": "x.csv"}}}}, "paths.a.x.file"),
+        ({"drives": {"cobotic": {"type": "robot", "model": "/etc/robot.urdf"}}}, "drives.cobotic.model"),
         ({"drives": {"cobotic": {"motor": {"part": "/etc/motors.toml:x"}}}}, "drives.cobotic.motor.part"),
         ({"drives": {"cobotic": {"motor": {"part": "../set.csv:x"}}}}, "drives.cobotic.motor.part"),
     ],

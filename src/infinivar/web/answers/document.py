@@ -1,7 +1,7 @@
 """The study that the page holds: its tables become a `Study`, and what is wrong with them is stated field by field.
 
-The page sends the tables of a study file with each request. They may name files - recordings, meshes, sets of parts - only as
-the study does with which the server was started: no other path of a page is opened.
+The page sends the tables of a study file with each request. They may name files - recordings, meshes, robots, sets of parts -
+only as the study does with which the server was started: no other path of a page is opened.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from infinivar._core import toml
 from infinivar.errors import InputError, printable
 from infinivar.motion.files.fields import FILE_KEYS
 from infinivar.parts.tables.stores import NAME
-from infinivar.study.extend import extended, parts_of
+from infinivar.study.extend import DRIVE_FILES, extended, parts_of
 from infinivar.study.load import load_study, read_tables, study_from_dict
 from infinivar.study.shipped import study_file
 from infinivar.study.study import Study
@@ -162,7 +162,7 @@ def _named_files(tables: Any, path: str) -> Iterator[tuple[str, str]]:
         return
     for key, value in tables.items():
         here = f"{path}.{key}" if path else str(key)
-        if key in FILE_KEYS:
+        if key in (*FILE_KEYS, *DRIVE_FILES):
             content = value.get("value") if isinstance(value, dict) and "value" in value else value
             if isinstance(content, str):
                 yield here, content
