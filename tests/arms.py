@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from infinivar.machines import ArmDrive
+from internals import System, SystemInputs
 from made import loaded
 
 LEG, MOTOR = loaded("hand_controller").drives["cobotic"], loaded("hand_controller").drives["motor2-gear4"]
@@ -70,3 +71,42 @@ def mujoco_model(arm):
         f'<mujoco><option gravity="{x} {y} 0"/><worldbody>{inside}</worldbody></mujoco>'
     )
     return mujoco, model, mujoco.MjData(model)
+
+
+def system_of(machine):
+    """A machine with its motors and servos, and a load on its joints."""
+    mechanics = machine.mechanics(1e-4)
+    return System(
+        mechanics=mechanics,
+        motor=machine.power_motor(1e-4),
+        links=machine.link_motors(1e-4),
+        servo=machine.servo(1e-4),
+        wrench=lambda time: np.full(mechanics.load.links, 0.3),
+    )
+
+
+def balanced_in_all_quadrants(system, home, *, each, farthest, fastest):
+    """Yield inputs, what acts from outside, state and motion at random states; powers must be the rate of the energies.
+
+    The derivative of the energies along the motion is exact, by a step in the complex plane.
+    """
+    count = system.mechanics.load.links
+    random, idle, start = np.random.default_rng(count), system.idle(), np.zeros(1)
+    residual, peak, quadrants = 0.0, 0.0, set()
+    for rate, pull in ((-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)):
+        for _ in range(each):
+            state = random.uniform(-farthest, farthest, len(system.begun(home, np.zeros(system.places[1] - count))))
+            state[count : 2 * count] = rate * random.uniform(0.1, fastest, count)
+            inputs = SystemInputs(*(pull * random.uniform(0.1, 1.0, one.shape) for one in idle))
+            outside = system.outside(start)
+            outside = outside._replace(pushed=-pull * outside.pushed)
+            moved = system.moved(inputs, outside, state[None])
+            balance = moved.balance()
+            along = system.energies(start, state + 1e-30j * moved.derivative).imag.sum() / 1e-30
+            assert balance.stored[0] == pytest.approx(system.energies(start, state[None]).sum(), rel=1e-12)
+            residual = max(residual, abs(float(system.balance @ balance.power[0]) - along))
+            peak = max(peak, np.abs(balance.power).max())
+            quadrants.add((balance.power[0, 0] > 0.0, rate > 0.0))
+            yield inputs, outside, state, moved
+    assert residual < 1e-9 * peak
+    assert len(quadrants) == 4

@@ -159,7 +159,8 @@ def machine_plant(made: MovingPlant, name: str, title: str) -> Plant:
         code = c_motion(recorded.tape, *names, recorded.functions, moving)
     control, begun, signals = NO_CONTROLLER, Begun(), ()
     if made.controller is not None and made.session is not None:
-        control = _control(made, [place for place, one in enumerate(inputs) if one.role == "command"])
+        commanded = [place for place, one in enumerate(inputs) if one.role == "command"]
+        control = _control(made, made.session, commanded)
         begun = Begun(numbers_of(made.controller.memory), made.session.sensing.period, 1)
         signals = tuple(_signals(made, names))
     given = code.given(recorded.tape.parameters)
@@ -183,11 +184,10 @@ def machine_plant(made: MovingPlant, name: str, title: str) -> Plant:
     )
 
 
-def _control(made: MovingPlant, places: list[int]) -> RecordedControl:
+def _control(made: MovingPlant, session: Setup, places: list[int]) -> RecordedControl:
     """C of a sample of the controller, which reads the time, its signals and its memory; places: of what it commands."""
     guided, (first, second, _) = made.controller, made.system.places
-    word = type(guided.law).__name__ if made.session is None else type(made.session.controller).__name__
-    period = 1.0 if made.session is None else made.session.sensing.period
+    word, period = type(session.controller).__name__, session.sensing.period
     if guided.memory is None:
         raise InputError(f"the controller, {word}, has no C: it does not state its memory")
     try:

@@ -51,7 +51,10 @@ def angular_velocity(vector: np.ndarray, rate: np.ndarray) -> np.ndarray:
 
 
 def rotation_between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Rotation vector, in fixed axes, of the turn from one rotation to another, shorter than pi. (3,) each [rad]"""
+    """Rotation vector, in fixed axes, of the turn from one rotation to another, shorter than pi. (3,) each [rad]
+
+    Also of recorded numbers, as controllers use it; `rotation_vector` is exact near pi, too, and of numbers alone.
+    """
     turn = rotation_matrix(end) @ rotation_matrix(start).T
     axis = 0.5 * (turn[AFTER, NEXT] - turn[NEXT, AFTER])
     sine, cosine = np.sqrt(np.sum(axis * axis)), 0.5 * (np.trace(turn) - 1.0)
