@@ -68,8 +68,23 @@ class Unit:
         self.unit.doStep(currentCommunicationPoint=time, communicationStepSize=width)
 
     @property
-    def states(self):
+    def every_state(self):
         return [name[4:-1] for name in self.names("der(")]
+
+    @property
+    def states(self):
+        """Those of the motion."""
+        return [name[4:-1] for name in self.rates]
+
+    @property
+    def rates(self):
+        """Of the states of the motion."""
+        return [name for name in self.names("der(") if not name.startswith("der(temperature.")]
+
+    @property
+    def inputs(self):
+        """Those of the motion."""
+        return [name for name in self.of("input") if name != "ambient_temperature"]
 
     def assert_saved(self, steps):
         """Steps from a state that is set again, or read from its bytes, give the same bytes, which are returned."""

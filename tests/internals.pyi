@@ -304,6 +304,7 @@ from infinivar.parts.bearing import Series as BearingSeries
 from infinivar.parts.gear_friction import friction_budget, stribeck_friction
 from infinivar.parts.gear_friction import terms as gear_friction_terms
 from infinivar.parts.gear_law import Torsion
+from infinivar.parts.heat import heat_over_run as heat_over_run
 from infinivar.parts.heat import warm as warm_motor
 from infinivar.parts.heat_steps import over as heat_over
 from infinivar.parts.heat_steps import rates as heat_rates

@@ -14,7 +14,16 @@ import pytest
 
 import infinivar as iv
 from fmu_unit import Unit, assert_defined
-from internals import March, SystemInputs, SystemOutside, c_library, is_machine, machine_of_export, moving_plant
+from internals import (
+    March,
+    SystemInputs,
+    SystemOutside,
+    c_library,
+    heat_rates,
+    is_machine,
+    machine_of_export,
+    moving_plant,
+)
 from machines import LEG, MACHINES
 from made import loaded
 from sampled import sampled
@@ -63,7 +72,7 @@ def plant_of(name):
 def pushed(unit):
     """Inputs of each kind, the same over time."""
     sizes = {"current": 0.1, "rate": 0.2, "user": 0.3, "handle": 1.0}
-    return {one: sizes[one.partition(".")[0]] * (-1) ** place for place, one in enumerate(unit.of("input"))}
+    return {one: sizes[one.partition(".")[0]] * (-1) ** place for place, one in enumerate(unit.inputs)}
 
 
 def acting(system, values):
@@ -139,7 +148,7 @@ def test_it_moves_as_a_run_does(case):
             fmi_type=kind,
             stop_time=DURATION,
             output_interval=interval,
-            relative_tolerance=1e-10,
+            relative_tolerance=1e-11,
             input=given,
             output=states,
         )
@@ -157,8 +166,8 @@ def situations(name, unit, count=12):
         state, size = made.start.copy(), (1e-3, 1e-1, 1.0)[place % 3]
         state[:first] += random.uniform(-0.005, 0.005, first)
         state[first:] += size * random.standard_normal(len(state) - first)
-        values = size * random.standard_normal(len(unit.of("input")))
-        yield dict(zip([*unit.states, *unit.of("input")], [*state, *values], strict=True))
+        values = size * random.standard_normal(len(unit.inputs))
+        yield dict(zip([*unit.states, *unit.inputs], [*state, *values], strict=True))
 
 
 @sampled("case", BOTH, every=9, slow=3)
@@ -169,7 +178,7 @@ def test_powers_balance_and_are_those_of_the_python_source(case):
     system = plant_of(name).system
     with Unit(exported(name, version)[0], exchange=True) as unit:
         sources, losses, energies = (unit.names(one) for one in ("power.", "loss.", "energy."))
-        rates = unit.names("der(")
+        rates = unit.rates
         for values in situations(name, unit):
             unit.set(values)
             supplied, lost = unit.get(sources), unit.get(losses)
@@ -178,7 +187,7 @@ def test_powers_balance_and_are_those_of_the_python_source(case):
             assert abs(supplied.sum() - lost.sum() - growth) <= 1e-9 * (moved + abs(growth))
             assert np.all(lost >= -1e-9 * moved)
             state = np.array([values[one] for one in unit.states])
-            inputs, outside = acting(system, [values[one] for one in unit.of("input")])
+            inputs, outside = acting(system, [values[one] for one in unit.inputs])
             expected = system.moved(inputs, outside, state[None])
             size = np.max(np.abs(expected.derivative))
             np.testing.assert_allclose(unit.get(rates), expected.derivative[0], rtol=1e-9, atol=1e-12 * size)
@@ -189,13 +198,46 @@ def test_powers_balance_and_are_those_of_the_python_source(case):
             assert unit.get(energies).sum() == pytest.approx(energy, rel=1e-12)
 
 
+@sampled("case", BOTH, every=7, slow=3)
+def test_temperatures_follow_the_thermal_model_of_duty_cycles(case):
+    """At random states, against the matrix of rates; heat of all windings and of friction of the motors is what they lose."""
+    name, version = case.rsplit(" ", 1)
+    system, ambient = plant_of(name).system, 285.0
+    with Unit(exported(name, version)[0], exchange=True) as unit:
+        for values in situations(name, unit):
+            unit.set(values)
+            state = np.array([values[one] for one in unit.states])[None]
+            inputs, outside = acting(system, [values[one] for one in unit.inputs])
+            shafts = system.shafts(inputs, state, system.steering(SystemOutside(), state, inputs.turning)[1])
+            lost = dict(
+                zip(
+                    system.losses,
+                    system.moved(inputs, outside, state).balance().power[0, len(system.sources) :],
+                    strict=True,
+                )
+            )
+            for place, word in enumerate(("winding", "motor friction")):
+                of_motors = sum(
+                    value for loss, value in lost.items() if loss.endswith((word, word.replace("friction", "iron")))
+                )
+                assert sum(one.heat[place][0] for one in shafts) == pytest.approx(of_motors, rel=1e-9)
+            heated = [one for one in shafts if one.motor.max_winding_temperature is not None]
+            assert len(unit.names("temperature.")) == 2 * len(heated)
+            for one in heated:
+                nodes = [f"temperature.{node}.{one.part.replace(' ', '_')}" for node in ("winding", "housing")]
+                unit.set({**dict(zip(nodes, (350.0, 310.0), strict=True)), "ambient_temperature": ambient})
+                matrix, vector = heat_rates(one.motor, one.current**2, one.heat[1], ambient)
+                found = unit.get([f"der({node})" for node in nodes])
+                np.testing.assert_allclose(found, matrix[0] @ (350.0, 310.0) + vector[0], rtol=1e-9)
+
+
 @sampled("name", EVERY, every=5, slow=2)
 def test_directional_derivatives_are_those_of_differences(name):
     """Of rates and outputs, along a random direction; the right width depends on how stiff a contact is."""
     random = np.random.default_rng(7)
     with Unit(exported(name, "fmu2")[0], exchange=True) as unit:
-        unknowns = [*unit.names("der("), *unit.names("loss."), *unit.names("power."), *unit.names("position.")]
-        knowns = [*unit.states, *unit.of("input")]
+        unknowns = [*unit.rates, *unit.names("loss."), *unit.names("power."), *unit.names("position.")]
+        knowns = [*unit.states, *unit.inputs]
         for values in situations(name, unit, 3):
             unit.set(values)
             at = np.array([values[one] for one in knowns])
@@ -219,7 +261,7 @@ def test_steps_with_the_commands_of_a_run_give_its_motion(version):
     period = 1.0 / machine.control.sample_rate
     run = iv.simulate_machine(machine, iv.motion.MachineScenario(**given, output_step=period))
     with Unit(exported("sphere with servo", version)[0]) as unit:
-        names = [one for one in unit.of("input") if one.startswith("current.")]
+        names = [one for one in unit.inputs if one.startswith("current.")]
         columns = [run.columns[f"{one.partition('.')[2]}_current_A"] for one in names]
         rates = machine.mechanics(1e-4).coordinates
         unit.set({"user.w_2": -0.1})
@@ -276,7 +318,7 @@ def test_c_runs_alone(name, tmp_path):
     with Unit(exported(name, "fmu2")[0]) as unit:
         for row in range(5):
             unit.step(0.01 * row, 0.01)
-        np.testing.assert_allclose(unit.get(unit.states), found[-1, 1:], rtol=1e-5, atol=1e-6)
+        np.testing.assert_allclose(unit.get(unit.every_state), found[-1, 1:], rtol=1e-5, atol=1e-6)
 
 
 def test_what_cannot_be_exported_is_refused_by_name(tmp_path):

@@ -98,7 +98,7 @@ class User:
         self.noise = self.setup.sensing.force_noise * noise
         kinds = ("handle.{}", "handle.{}_rate", "intention.{}", "intention.{}_rate", "noise.{}")
         self.names = {kind: [kind.format(axis) for axis in axes] for kind in kinds}
-        assert set(unit.of("input")) == {one for names in self.names.values() for one in names if one in unit.place}
+        assert set(unit.inputs) == {one for names in self.names.values() for one in names if one in unit.place}
 
     def act(self, time, step=None):
         """Set the inputs of a time, or those of a step from it on, in which they go on with their rates."""
@@ -148,7 +148,7 @@ def exchanged(case, file):
         assert update()[-2:] == (True, pytest.approx(user.period))
         one.enterContinuousTimeMode()
         solver = sundials.CVodeSolver(
-            nx=len(unit.states), nz=0, set_time=set_time, get_x=one.getContinuousStates, set_x=one.setContinuousStates,
+            nx=len(unit.every_state), nz=0, set_time=set_time, get_x=one.getContinuousStates, set_x=one.setContinuousStates,
             get_dx=rates, get_z=lambda *_: None, get_nominals=one.getNominalsOfContinuousStates,
             input=None, startTime=0.0, relativeTolerance=1e-12, maxNumSteps=100_000,
         )  # fmt: skip
@@ -186,7 +186,7 @@ def test_powers_balance(case, version):
     with Unit(file) as unit:
         user, largest = User(case, unit), 0.0
         supplied, lost, energies = (unit.names(one) for one in ("power.", "loss.", "energy."))
-        moving = [one for one in unit.of("input") if one.endswith("_rate")]
+        moving = [one for one in unit.inputs if one.endswith("_rate")]
         for sample in range(user.count):
             user.act(sample * user.period, user.period)
             unit.step(sample * user.period, user.period)
@@ -195,7 +195,7 @@ def test_powers_balance(case, version):
             into, out = unit.get(supplied), unit.get(lost)
             moved = np.abs(into).sum() + np.abs(out).sum()
             on = [one.removesuffix("_rate") for one in moving]
-            seed = [*unit.get(unit.names("der(")), *unit.get(moving)]
+            seed = [*unit.get(unit.rates), *unit.get(moving)]
             growth = unit.change(energies, [*unit.states, *on], seed).sum()
             assert abs(into.sum() - out.sum() - growth) <= 1e-9 * (moved + abs(growth))
             assert np.all(out >= -1e-9 * moved)
@@ -261,11 +261,11 @@ def test_c_runs_alone(case, tmp_path):
     out = subprocess.run([tmp_path / "run"], capture_output=True, text=True).stdout
     found = np.array([line.split(", ") for line in out.splitlines()][:3], dtype=float)
     with Unit(exported(case, "fmu2")[0]) as unit:
-        rows = [unit.get(unit.states)]
-        unit.set(dict.fromkeys([one for one in unit.of("input") if one.endswith("_rate")], 0.0))
+        rows = [unit.get(unit.every_state)]
+        unit.set(dict.fromkeys([one for one in unit.inputs if one.endswith("_rate")], 0.0))
         for row in range(2):
             unit.step(0.01 * row, 0.01)
-            rows.append(unit.get(unit.states))
+            rows.append(unit.get(unit.every_state))
     np.testing.assert_allclose(found[:, 1:], rows, rtol=1e-5, atol=1e-6)
 
 
@@ -279,7 +279,7 @@ def test_without_its_controller_a_session_is_the_plant_at_its_start():
             commands = set(other.of("input")) - set(one.of("input"))
             assert commands
             assert all(name.startswith(("current.", "rate.")) for name in commands)
-            np.testing.assert_allclose(one.get(one.names("der(")), other.get(one.names("der(")), rtol=1e-12)
+            np.testing.assert_allclose(one.get(one.rates), other.get(one.rates), rtol=1e-12)
 
 
 def test_the_command_writes_it(tmp_path):

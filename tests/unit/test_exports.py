@@ -33,6 +33,8 @@ from internals import (
     demands_at,
     export_base_units,
     exported_plant,
+    heat_over_run,
+    heat_rates,
     plants_of_exports,
     with_values,
 )
@@ -137,7 +139,7 @@ def test_steps_with_the_currents_of_a_simulation_give_its_motion(version):
     run = iv.simulate(drive, scenario).trajectory
     (file,) = exported("hand_controller cobotic", version, scenario)
     with Unit(file) as unit:
-        inputs = {name: run.inputs[name] for name in unit.of("input")}
+        inputs = {name: run.inputs[name] for name in unit.inputs}
         for row in range(len(run.time) - 1):
             unit.set({name: values[row + 1] for name, values in inputs.items()})
             unit.step(run.time[row], period)
@@ -180,7 +182,7 @@ def random_situations(unit, scales=(1e-3, 1e-1, 1.0), count=30):
     random = np.random.default_rng(5)
     for place in range(count):
         size = scales[place % len(scales)]
-        names = [*unit.states, *unit.of("input")]
+        names = [*unit.states, *unit.inputs]
         values = size * random.standard_normal(len(names))
         yield dict(zip(names, values, strict=True))
 
@@ -192,7 +194,7 @@ def assert_balanced(file, graph):
         powers = unit.names("power.")
         losses = [one for one in unit.names("loss.") if one not in [f"loss.{source}" for source in sources]]
         signs = np.array([1.0 if one.partition(".")[2] in sources else -1.0 for one in powers])
-        rates = [one for one in unit.of("input") if one.endswith("_rate")]
+        rates = [one for one in unit.inputs if one.endswith("_rate")]
         energies, stored = unit.names("energy."), [one.replace("energy.", "power.") for one in unit.names("energy.")]
         for values in random_situations(unit):
             unit.set(values)
@@ -200,7 +202,7 @@ def assert_balanced(file, graph):
             assert abs(moved.sum() - lost.sum()) <= 1e-9 * (np.abs(moved).sum() + np.abs(lost).sum())
             assert np.all(lost >= -1e-9 * np.abs(moved).sum())
             along = [*unit.states, *(one.removesuffix("_rate") for one in rates)]
-            growth = unit.change(energies, along, unit.get([*unit.names("der("), *rates]))
+            growth = unit.change(energies, along, unit.get([*unit.rates, *rates]))
             np.testing.assert_allclose(growth, unit.get(stored), atol=1e-9 * np.abs(moved).sum(), rtol=1e-9)
 
 
@@ -296,7 +298,7 @@ def test_values_are_those_of_the_python_source_and_directional_derivatives_exact
     slopes = casadi.Function("slopes", [symbols], [casadi.jacobian(found, symbols)])
     (file,) = exported(name, version)
     with Unit(file, exchange=True) as unit:
-        unknowns = [*unit.names("der("), *unit.names("loss.")]
+        unknowns = [*unit.rates, *unit.names("loss.")]
         for values in random_situations(unit, scales=(0.1, 1.0), count=6):
             unit.set(values)
             given = [float(values[one]) for one in knowns]
@@ -331,7 +333,7 @@ def test_demands_are_those_that_a_simulation_judges(case):
                 flows=dict(zip(made.bonds, rows[count:], strict=False)),
             )
             found = demands_at(drive, at)
-            names = unit.names("demand.")
+            names = [one for one in unit.names("demand.") if not one.startswith("demand.TEMPERATURE.")]
             assert len(names) >= 3
             wanted = {
                 f"demand.{limit.name}.{part.replace(' ', '_')}": demand[0] for (limit, part), demand in found.items()
@@ -368,7 +370,7 @@ def test_what_is_not_finite_is_an_error_and_changes_nothing(version):
     with Unit(file) as unit:
         unit.set({"force": 2.0, "steering.source": 0.1})
         unit.step(0.0, 1e-2)
-        every = [*unit.states, *unit.of("input"), *unit.of("parameter"), "time"]
+        every = [*unit.states, *unit.inputs, *unit.of("parameter"), "time"]
         before = unit.get(every)
         for number in (np.nan, np.inf):
             with pytest.raises(error):
@@ -471,7 +473,7 @@ def test_a_parameter_set_is_that_of_a_drive_built_with_it():
     heavier = replace(drive, motor=replace(drive.motor, resistance=3.0), cylinder_inertia=4e-3)
     found = iv.export(heavier, "fmu2", Path(FOLDER.name, "heavier"), scenario=scenario_of("hand_controller cobotic"))
     with Unit(file, exchange=True) as unit, Unit(found.files[0], exchange=True) as other:
-        outputs = [*unit.names("der("), *unit.of("output")]
+        outputs = [*unit.rates, *unit.of("output")]
         assert not np.array_equal(unit.get(outputs), other.get(outputs))
         unit.set({"parameter.R_c": 3.0, "parameter.J_c": 4e-3})
         for values in random_situations(unit):
@@ -839,3 +841,51 @@ def test_bad_arguments_are_one_message(changes, said, tmp_path):
     with pytest.raises(iv.InputError, match=re.escape(said)):
         iv.export(**given)
     assert list(tmp_path.iterdir()) == []
+
+
+@sampled("case", BOTH, every=9, slow=4)
+def test_temperatures_follow_the_thermal_model_of_duty_cycles(case):
+    """At random states and temperatures, against the matrix of rates by the current and the friction that the FMU shows; and
+    the demand is the rise over the permissible one."""
+    name, version = case.rsplit(" ", 1)
+    drive, ambient = drive_of(name), 285.0
+    prefixes = (
+        {"motor": "cylinder.", "steering motor": "steering."} if isinstance(drive, iv.CoboticDrive) else {"motor": ""}
+    )
+    motors = {"motor": drive.motor, **({"steering motor": drive.steering.motor} if len(prefixes) == 2 else {})}
+    with Unit(exported(name, version)[0], exchange=True) as unit:
+        heated = [what for what in motors if motors[what].max_winding_temperature is not None]
+        assert len(unit.names("temperature.")) == 2 * len(heated)
+        if heated:
+            unit.set({"parameter.ambient_temperature": ambient})
+        for values in random_situations(unit, scales=(0.1, 1.0), count=6):
+            unit.set(values)
+            for what in heated:
+                motor, word = motors[what], what.replace(" ", "_")
+                nodes = [f"temperature.{node}.{word}" for node in ("winding", "housing")]
+                unit.set(dict(zip(nodes, (350.0, 310.0), strict=True)))
+                current = unit.get([f"{prefixes[what]}source"])[0]
+                friction = unit.get(unit.names(f"loss.{prefixes[what]}motor_friction")).sum()
+                matrix, vector = heat_rates(motor, current**2, friction, ambient)
+                found = unit.get([f"der({one})" for one in nodes])
+                np.testing.assert_allclose(found, matrix[0] @ (350.0, 310.0) + vector[0], rtol=1e-9)
+                rise = (350.0 - ambient) / (motor.max_winding_temperature - ambient)
+                assert unit.get([f"demand.TEMPERATURE.{word}"])[0] == pytest.approx(rise, rel=1e-12)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_stalled_motor_warms_up_as_over_a_run(version):
+    """Five minutes in Co-Simulation at most of the continuous current, against `heat.heat_over_run`, to 1e-6 of the rise."""
+    drive = drive_of("hand_controller motor1-gear1")
+    current = 0.9 * drive.motor.continuous_current
+    expected = heat_over_run(drive.motor, np.full(3000, current), np.zeros(3000), 300.0)
+    held = drive.motor.torque_constant * current * drive.gearhead.ratio / drive.stage.travel_per_radian
+    with Unit(exported("hand_controller motor1-gear1", version)[0]) as unit:
+        unit.set({"source": current, "force": -held})
+        for second in range(300):
+            unit.step(float(second), 1.0)
+        assert abs(unit.get(["ldot"])[0]) < 1e-3
+        found = unit.get(["temperature.winding.motor", "temperature.housing.motor"])
+    assert expected.winding > 310.0
+    for one, wanted in zip(found, (expected.winding, expected.housing), strict=True):
+        assert one - 298.15 == pytest.approx(wanted - 298.15, rel=1e-6)

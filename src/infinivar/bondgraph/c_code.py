@@ -60,21 +60,28 @@ def flat(data: Any) -> np.ndarray:
     return np.ravel(np.asarray(data, dtype=float))
 
 
-def c_code(
-    made: Model,
-    parameters: Mapping[str, float],
-    outputs: Callable[[Sequence[Number]], Sequence[Number]] | None = None,
-) -> Code:
+class Added(NamedTuple):
+    """What C has beside a model: states that do not act on it, and outputs."""
+
+    states: Sequence[str]
+    read: Callable[
+        [Sequence[Number], Mapping[str, Number], Sequence[Number]], tuple[Sequence[Number], Sequence[Number]]
+    ]
+    """Outputs, and rates of these states, from what the model's function "outputs" returns, the parameters by symbol, and the
+    states."""
+
+
+def c_code(made: Model, parameters: Mapping[str, float], added: Added | None = None) -> Code:
     """C of the motion of a model: ``constants``, ``motion``, ``slopes``, ``signals``, and the ``powers`` of sources and losses.
 
-    With outputs also ``outputs`` and ``directions``.
+    With what is added also ``outputs`` and ``directions``.
 
     Parameters
     ----------
     made : Model
     parameters : mapping   Values by symbol, of which the text has nothing: they state the shapes of tables.
-    outputs : callable     What ``outputs`` writes, from what the model's function of that name returns. ``directions`` writes
-        the change of the states' derivatives, then that of the outputs, by a change of states, inputs and rates.
+    added : Added          States, after those of the model, and what ``outputs`` writes. ``directions`` writes the change of
+        the states' derivatives, then that of the outputs, by a change of states, inputs and rates.
 
     Returns
     -------
@@ -86,25 +93,29 @@ def c_code(
         If a law has no C: it decides by a value, or calls what the tape has not.
     """
     tape = Tape({name: parameters[name] for name in sorted(parameters)})
-    groups = {"states": made.states, "inputs": made.inputs, "rates": made.rates, "parameters": tape.parameters}
+    every = [*made.states, *(added.states if added else ())]
+    groups = {"states": every, "inputs": made.inputs, "rates": made.rates, "parameters": tape.parameters}
     states, inputs, rates, values = (
         [tape.input(group, place) for place in range(len(own))] for group, own in groups.items()
     )
+    own, more = states[: len(made.states)], states[len(made.states) :]
     symbols: Any = dict(zip(tape.parameters, values, strict=True))
-    results = made.function("motion", TapeNamespace(tape), symbols)(states, inputs, rates)
+    results = made.function("motion", TapeNamespace(tape), symbols)(own, inputs, rates)
     written: Sequence[Number] = []
-    if outputs is not None:
-        written = outputs(made.function("outputs", TapeNamespace(tape), symbols)(states, inputs, rates))
+    if added is not None:
+        found = made.function("outputs", TapeNamespace(tape), symbols)(own, inputs, rates)
+        written, grown = added.read(found, symbols, more)
+        results = [*results, *grown]
     slopes = [tape.slope(one, by) for one in results for by in states]
-    powers = made.function("dynamics", TapeNamespace(tape), symbols)(states, inputs, rates)[len(states) :]
-    signals = made.function("measured", TapeNamespace(tape), symbols)(states, inputs, rates)
+    powers = made.function("dynamics", TapeNamespace(tape), symbols)(own, inputs, rates)[len(own) :]
+    signals = made.function("measured", TapeNamespace(tape), symbols)(own, inputs, rates)
     known = [*states, *inputs, *rates] if written else []
     seeds = [(tape.input("seeds", place), by) for place, by in enumerate(known)]
     changes = tape.changes([*results, *written], seeds) if known else []
     functions = {"motion": results, "slopes": slopes, "powers": powers, "signals": signals}
     if written:
         functions |= {"outputs": written, "directions": changes}
-    text, writer, once = _program(tape, made.states, made.inputs, made.rates, functions)
+    text, writer, once = _program(tape, every, made.inputs, made.rates, functions)
     return Code(text, tape, once, writer.behind([*results, *written]))
 
 

@@ -10,7 +10,8 @@ import math
 from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from infinivar.exports.plant import Plant, Variable
+from infinivar.exports.plant import Plant
+from infinivar.exports.variables import Variable
 
 _BASES = {
     "1": {},
@@ -18,6 +19,7 @@ _BASES = {
     "m": {"m": 1},
     "kg": {"kg": 1},
     "A": {"A": 1},
+    "K": {"K": 1},
     "rad": {"rad": 1},
     "N": {"kg": 1, "m": 1, "s": -2},
     "J": {"kg": 1, "m": 2, "s": -2},

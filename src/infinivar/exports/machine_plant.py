@@ -7,7 +7,7 @@ Its numbers are data of the C text, not parameters: many fields of a study decid
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -23,25 +23,17 @@ from infinivar.bondgraph.recorded import Recorded
 from infinivar.bondgraph.tape import Value
 from infinivar.drivetrain.drive import is_machine
 from infinivar.errors import InputError, ParameterError, printable
-from infinivar.exports.plant import (
-    Begun,
-    Plant,
-    Role,
-    Variable,
-    behind_of,
-    control_text,
-    demand_of,
-    distinct,
-    letters,
-    naming_laws,
-    plant_text,
-    rate_of,
-)
+from infinivar.exports import temperatures
+from infinivar.exports.plant import Begun, Plant, behind_of, control_text, naming_laws, plant_text
+from infinivar.exports.variables import Role, Variable, demand_of, distinct, letters, rate_of
 from infinivar.machines.compiled import Acted, OpenInputs, record
 from infinivar.machines.hand import Hand
 from infinivar.machines.kind import MovingMachine
+from infinivar.machines.motors import Shaft
 from infinivar.machines.sampled import NO_FORMULA, formula, numbers_of
 from infinivar.machines.system import Inputs, Outside, System
+from infinivar.parts import heat
+from infinivar.parts.heat_steps import REFERENCE
 
 STICK_SPEED = 1e-4
 """Below which friction sticks, as in runs. [m s^-1]"""
@@ -151,7 +143,8 @@ def machine_plant(made: MovingPlant, name: str, title: str) -> Plant:
         If a law has no C, or the controller has no formula.
     """
     system, named = made.system, _Named()
-    states, inputs, rates = list(_states(system, made.start)), list(_inputs(made)), list(_rates(made))
+    own, inputs, rates = list(_states(system, made.start)), list(_inputs(made)), list(_rates(made))
+    states = [*own, *temperatures.states(one.what for one in _begun(made))]
     with naming_laws("machine"):
         recorded = record(system, functools.partial(_acting, made), functools.partial(_read, made, named))
         names = [one.name for one in states], [one.name for one in inputs]
@@ -162,7 +155,7 @@ def machine_plant(made: MovingPlant, name: str, title: str) -> Plant:
         commanded = [place for place, one in enumerate(inputs) if one.role == "command"]
         control = _control(made, made.session, commanded)
         begun = Begun(numbers_of(made.controller.memory), made.session.sensing.period, 1)
-        signals = tuple(_signals(made, names))
+        signals = tuple(_signals(made, [one.name for one in own], names[1]))
     given = code.given(recorded.tape.parameters)
     rows = [
         Variable("time", "time", "s", "time"),
@@ -211,9 +204,8 @@ def _feels(made: MovingPlant) -> bool:
     return made.system.hand is not None and made.system.hand.arm is not None
 
 
-def _signals(made: MovingPlant, names: tuple[list[str], list[str]]) -> Iterator[str]:
-    """Yield the names of what a controller reads, in the order of a formula; names: of states and inputs."""
-    states, inputs = names
+def _signals(made: MovingPlant, states: Sequence[str], inputs: Sequence[str]) -> Iterator[str]:
+    """Yield the names of what a controller reads, in the order of a formula, from those of states and inputs."""
     hand = [one for one in inputs if one.startswith(("handle.", "intention."))]
     yield from hand
     yield from (f"{one}_rate" for one in hand if one.startswith("intention."))
@@ -273,6 +265,13 @@ def _inputs(made: MovingPlant) -> Iterator[Variable]:
     for name, unit, said, begin in known:
         for axis, value in zip(_axes(system), [] if begin is None else np.ravel(begin).tolist(), strict=False):
             yield Variable(f"{name}.{axis}", "input", unit, said.format(axis), value)
+    if _begun(made):
+        yield Variable(temperatures.AMBIENT, "input", "K", "ambient temperature of the motors", REFERENCE)
+
+
+def _begun(made: MovingPlant) -> list[temperatures.Warmed]:
+    """What warms the motors at the start."""
+    return [*_warmed(_shafts(made.system, made.inputs, made.start[None]))]
 
 
 def _axes(system: System) -> tuple[str, ...]:
@@ -312,6 +311,7 @@ def _acting(made: MovingPlant, input_of: OpenInputs) -> Acted:
         intended = input_of((1, axes))
         intending = Recorded(motors.tape, [[motors.tape.input("rates", axes + place) for place in range(axes)]])
     input_of(np.shape(_noise(made)))
+    input_of((len(_begun(made)[:1]),))  # the ambient temperature
     inputs = Inputs(
         currents=motors,
         steering=steering if system.servo is not None else np.zeros(0),
@@ -328,11 +328,15 @@ class _Named:
         self.outputs: list[Variable] = []
         self.columns: list[Any] = []
 
-    def add(self, name: str, unit: str, said: str, column: Any) -> None:
+    def add(self, variable: Variable, column: Any) -> None:
         """One output; those that are the same number in all states are left out."""
         if isinstance(column, Value):
-            self.outputs.append(Variable(name, "output", unit, said))
+            self.outputs.append(variable)
             self.columns.append(column)
+
+    def say(self, name: str, unit: str, said: str, column: Any) -> None:
+        """One output, in words."""
+        self.add(Variable(name, "output", unit, said), column)
 
 
 def _read(made: MovingPlant, named: _Named, found: Rates, acted: Acted, state: Recorded) -> Mapping[str, Any]:
@@ -344,34 +348,54 @@ def _read(made: MovingPlant, named: _Named, found: Rates, acted: Acted, state: R
         held = system.hand.grip.at(c, nu)
         velocity = np.matmul(held.jacobian, nu[..., None])[..., 0]
         for place, axis in enumerate(system.hand.grip.axes):
-            named.add(f"position.handle.{axis}", "m", f"position of the handle along {axis}", held.position[0, place])
-            named.add(f"speed.handle.{axis}", "m/s", f"velocity of the handle along {axis}", velocity[0, place])
+            named.say(f"position.handle.{axis}", "m", f"position of the handle along {axis}", held.position[0, place])
+            named.say(f"speed.handle.{axis}", "m/s", f"velocity of the handle along {axis}", velocity[0, place])
         if system.hand.arm is not None:
             force = system.hand.felt(*outside[1:4], c, nu, found.derivative[:, first:second])
             for axis, column in zip(system.hand.grip.axes, force[0], strict=True):
-                named.add(f"force.handle.{axis}", "N", f"force between hand and handle along {axis}", column)
+                named.say(f"force.handle.{axis}", "N", f"force between hand and handle along {axis}", column)
             energy = system.hand.act(*outside[1:4], c, nu).energy(nu)[0]
-            named.add("energy.arm", "J", "energy of the arm of the user: of its mass and in its spring", energy)
-    shafts = system.shafts(inputs, state, system.steering(Outside(), state, inputs.turning)[1])
+            named.say("energy.arm", "J", "energy of the arm of the user: of its mass and in its spring", energy)
+    shafts = _shafts(system, inputs, state)
     for one in shafts:
-        named.add(f"voltage.{one.name}", "V", f"voltage of {one.part}", one.voltage[0])
+        named.say(f"voltage.{one.name}", "V", f"voltage of {one.part}", one.voltage[0])
     energies = replace(system, hand=None).energies(np.zeros(1), state)
     for storage, column in zip(system.storages, energies[0], strict=False):
-        named.add(f"energy.{storage}", "J", f"energy of motion and weight: {storage}", column)
+        named.say(f"energy.{storage}", "J", f"energy of motion and weight: {storage}", column)
     powers = balance.power[0].tolist()
     for source, column in zip(system.sources, powers, strict=False):
-        named.add(f"power.{letters(source)}", "W", f"power supplied by {source}", column)
+        named.say(f"power.{letters(source)}", "W", f"power supplied by {source}", column)
     for loss, column in zip(system.losses, powers[len(system.sources) :], strict=True):
-        named.add(f"loss.{letters(loss)}", "W", f"power lost: {loss}", column)
+        named.say(f"loss.{letters(loss)}", "W", f"power lost: {loss}", column)
     demands = [*zip(mechanics.demands, balance.demand[0].tolist(), strict=True)]
     demands += [(key, demand[0]) for one in shafts for key, demand in one.utilisation().items()]
     for (limit, part), column in demands:
-        name, variable = demand_of(limit, part)
-        named.add(name, "1", variable.description, column)
+        named.add(demand_of(limit, part), column)
+    tape, motors = state.tape, [*_warmed(shafts)]
+    added = [tape.input("states", state.shape[1] + place) for place in range(2 * len(motors))]
+    ambient = tape.input("inputs", [one.name for one in _inputs(made)].index(temperatures.AMBIENT)) if motors else 0.0
+    for variable, demand in temperatures.demands(motors, added, ambient):
+        named.add(variable, demand)
+    rows = {
+        "motion": [[*found.derivative[0], *temperatures.rates(motors, added, ambient)]],
+        "outputs": [named.columns],
+    }
     if made.controller is None:
-        return {"outputs": [named.columns]}
-    tape = state.tape
+        return rows
     noise = [tape.input("inputs", place) for place, one in enumerate(_inputs(made)) if one.name.startswith("noise.")]
     felt = [found.derivative] if _feels(made) else []
     read = numbers_of([*(one for one in outside if one is not None), noise, *felt, state])
-    return {"outputs": [named.columns], "signals": [read]}
+    return {**rows, "signals": [read]}
+
+
+def _shafts(system: System, inputs: Inputs, state: np.ndarray) -> list[Shaft]:
+    """Motors and servos at rows of states."""
+    return system.shafts(inputs, state, system.steering(Outside(), state, inputs.turning)[1])
+
+
+def _warmed(shafts: Iterable[Shaft]) -> Iterator[temperatures.Warmed]:
+    """Yield what warms the motors that have thermal data."""
+    for one in shafts:
+        for motor in temperatures.with_data({one.part: one.motor}).values():
+            loss, friction = one.heat
+            yield temperatures.Warmed(one.part, [getattr(motor, name) for name in heat.NEEDED], loss[0], friction[0])

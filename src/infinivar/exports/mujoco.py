@@ -82,13 +82,10 @@ def actuator_law(drive: Any) -> Law:
 def _heat(motor: Motor, current: Array, friction: Array, winding: Array, housing: Array, ambient: Array) -> Any:
     """Rates of the temperatures, and the current over that which lets the winding approach its limit."""
     xp = namespace(current, winding)
-    inner, outer = (motor.winding_to_housing or math.nan), (motor.housing_to_ambient or math.nan)
-    winding_capacity = (motor.winding_time_constant or math.nan) / inner
-    housing_capacity = (motor.housing_time_constant or math.nan) / outer
-    across = (winding - housing) / inner
-    joule = current * current * motor.resistance
-    rates = (joule - across) / winding_capacity, (friction + across - (housing - ambient) / outer) / housing_capacity
-    left = across + winding_capacity * ((motor.max_winding_temperature or math.nan) - winding) / _REACTION
+    nodes, joule = heat.nodes(motor), current * current * motor.resistance
+    rates = nodes.rates(joule, friction, winding, housing, ambient)
+    across = (winding - housing) / nodes.winding_to_housing
+    left = across + nodes.capacities[0] * ((motor.max_winding_temperature or math.nan) - winding) / _REACTION
     return rates, xp.sqrt(joule / xp.maximum(left, _LEAST))
 
 

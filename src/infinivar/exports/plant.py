@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import contextlib
-import math
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from annotated_types import Ge, Gt
 
 from infinivar._core.bounds import FINITE, Bound, ends, fits
 from infinivar._core.fields import quantities_of, value_at, with_values
+from infinivar.analysis.cycles.performance import motors_of
 from infinivar.analysis.simulate import demands_at
-from infinivar.bondgraph.c_code import Code, array_of, c_code
+from infinivar.bondgraph.c_code import Added, Code, array_of, c_code
 from infinivar.bondgraph.compiled_step import NO_CONTROLLER, Recorded, data, recorded
-from infinivar.bondgraph.graph import SOURCES, Bond, BondGraph
+from infinivar.bondgraph.graph import SOURCES, Bond, BondGraph, Parameter
 from infinivar.bondgraph.inputs import Input
 from infinivar.bondgraph.march import Instants
 from infinivar.bondgraph.model import Model, model
@@ -25,35 +24,15 @@ from infinivar.bondgraph.recorded import Recorded as RecordedArray
 from infinivar.bondgraph.tape import Number, Value
 from infinivar.drivetrain.graphs.closed_loop import ClosedLoop, closed_loop, scenario_graph
 from infinivar.errors import InputError, printable
+from infinivar.exports import temperatures
 from infinivar.exports.domains import Domain, domains, unit_of_input, unit_of_signal, unit_of_state
+from infinivar.exports.variables import MOST_LETTERS, Role, Variable, demand_of, distinct, letters, rate_of
 from infinivar.limits import Limit
 from infinivar.motion.scenario import Scenario
 from infinivar.study.provenance import Provenance
 
-Role = Literal["time", "state", "derivative", "input", "command", "rate", "output", "parameter", "goal"]
-
 _CHANGE = 1e-6
 """Relative change of a field by which the parameters that it decides are found."""
-
-_MOST_LETTERS = 64
-"""In a name: longer ones are cut, as some importers refuse them."""
-
-
-class Variable(NamedTuple):
-    """One number of a plant.
-
-    `start` is None where it is computed. `fixed`: a parameter that decides tables, which are data of the export. `least`, `most`:
-    what it may be, both included.
-    """
-
-    name: str
-    role: Role
-    unit: str
-    description: str
-    start: float | None = None
-    fixed: bool = False
-    least: float = -math.inf
-    most: float = math.inf
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,18 +85,20 @@ def plant(
     graph = loop.graph
     with naming_laws():
         made = model(graph)
-    symbols = graph.parameters
+    symbols = _parameters(drive, graph)
     parameters = {symbol: parameter.value for symbol, parameter in symbols.items()}
     found = domains(graph, rotary=drive.axis.rotary)
     of = {one.name: one.of or one.name for one in graph.signals}
 
     def described(name: str, role: Role, unit: str, start: float | None = None) -> Variable:
-        return Variable(name[: _MOST_LETTERS - 8], role, unit, _said(graph, of.get(name, name), unit), start)
+        return Variable(name[: MOST_LETTERS - 8], role, unit, _said(graph, of.get(name, name), unit), start)
 
     states = [
         described(name, "state", unit_of_state(graph, name, kind, found), float(loop.initial.get(name, 0.0)))
         for name, kind in zip(made.states, made.state_kinds, strict=True)
     ]
+    heated = temperatures.with_data(motors_of(drive))
+    thermal = list(temperatures.states(heated))
     commanded = loop.controller.outputs if closed else ()
     inputs = [
         described(name, "command", unit_of_input(graph, name, found))
@@ -132,28 +113,36 @@ def plant(
     ]
     ports = list(_ports(graph, made, found))
     single = [2 * len(made.bonds) + place for place, _ in signals] + [place for place, _ in ports]
-    limits: dict[str, Variable] = {}
+    limits: list[Variable] = []
 
-    def outputs(values: Sequence[Number]) -> list[Number]:
+    def read(
+        values: Sequence[Number], given: Mapping[str, Number], added: Sequence[Number]
+    ) -> tuple[list[Number], list[Number]]:
         judged = _judged(drive, graph, made, values)
-        limits.update((name, variable) for name, (variable, _) in judged.items())
-        return [*_outputs(made, single, values), *(demand for _, demand in judged.values())]
+        lost = dict(zip((name for _, name in made.losses), values[-len(made.losses) :], strict=True))
+        motors = [_warmed(what, given, lost) for what in heated]
+        if motors:
+            judged += temperatures.demands(motors, added, given[temperatures.AMBIENT])
+        limits.extend(variable for variable, _ in judged)
+        written = [*_outputs(made, single, values), *(demand for _, demand in judged)]
+        return written, [*temperatures.rates(motors, added, given[temperatures.AMBIENT])] if motors else []
 
     with naming_laws():
-        code = c_code(made, parameters, outputs)
+        code = c_code(made, parameters, Added([one.name for one in thermal], read))
         control = recorded(made, loop.controller, numbers_apart=False) if closed else NO_CONTROLLER
     tables = {symbol for _, held in code.tape.held for symbol in held}
     stated = _stated(drive, scenario, graph, sources)
-    bounds = {symbol: ends(_bound(drive, graph, symbol, paths)) for symbol, (_, paths) in stated.items()}
+    bounds = {symbol: ends(_bound(drive, graph, symbols[symbol], paths)) for symbol, (_, paths) in stated.items()}
     rows = [
         Variable("time", "time", "s", "time"),
         *states,
-        *(rate_of(one, f"der({one.name})", "derivative", None) for one in states),
+        *thermal,
+        *(rate_of(one, f"der({one.name})", "derivative", None) for one in (*states, *thermal)),
         *inputs,
         *(rate_of(one, f"{one.name}_rate", "rate", 0.0) for one in inputs if one.name in made.rates),
         *(one for _, one in (*signals, *ports)),
         *_powers(graph, made),
-        *limits.values(),
+        *limits,
         *(
             Variable(
                 _plain(one),
@@ -213,12 +202,6 @@ def _begun(given: float | Input) -> float:
     return float(given) if isinstance(given, (int, float)) else given.value(0.0)
 
 
-def rate_of(one: Variable, name: str, role: Role, start: float | None) -> Variable:
-    """Time derivative of a variable."""
-    unit = {"m/s": "m/s^2", "rad/s": "rad/s^2"}.get(one.unit, f"{one.unit}/s" if one.unit else "")
-    return Variable(name, role, unit, f"time derivative of {one.name}", start)
-
-
 _WORDS = {
     "A": "current",
     "V": "voltage",
@@ -264,8 +247,8 @@ def _outputs(made: Model, single: Sequence[int], values: Sequence[Any]) -> list[
     return [*(given[place] for place in single), *given[begin:end], *taken, *given[end:]]
 
 
-def _judged(drive: Any, graph: BondGraph, made: Model, values: Sequence[Number]) -> dict[str, tuple[Variable, Number]]:
-    """Demands on limits by name, as a simulation judges them, from all outputs of a model."""
+def _judged(drive: Any, graph: BondGraph, made: Model, values: Sequence[Number]) -> list[tuple[Variable, Number]]:
+    """Demands on limits, as a simulation judges them, from all outputs of a model."""
     tape = next(one.tape for one in values if isinstance(one, Value))
     rows = [RecordedArray(tape, [one]) for one in values]
     count = len(made.bonds)
@@ -277,18 +260,20 @@ def _judged(drive: Any, graph: BondGraph, made: Model, values: Sequence[Number])
         efforts=dict(zip(made.bonds, rows, strict=False)),
         flows=dict(zip(made.bonds, rows[count:], strict=False)),
     )
-    return {
-        name: (variable, demand)
+    return [
+        (demand_of(limit, part), demand)
         for (limit, part), row in demands_at(drive, at).items()
-        for name, variable, demand in [(*demand_of(limit, part), np.ravel(row).tolist()[0])]
+        for demand in np.ravel(row).tolist()[:1]
         if isinstance(demand, Value) and limit != Limit.LIFE
-    }
+    ]
 
 
-def demand_of(limit: Limit, part: str) -> tuple[str, Variable]:
-    """Name and variable of a demand on a limit of a part."""
-    name = f"demand.{limit.name}.{letters(part)}"
-    return name, Variable(name, "output", "1", f"demand over allowance, 1 at the limit: {limit.words} ({part})")
+def _warmed(what: str, given: Mapping[str, Number], lost: Mapping[str, Number]) -> temperatures.Warmed:
+    """What warms a motor, from the losses of its drive."""
+    friction = lost[f"{what} friction"] + lost.get(f"{what} iron", 0.0)
+    return temperatures.Warmed(
+        what, temperatures.data_in(what, given), lost[what.replace("motor", "winding")], friction
+    )
 
 
 def _powers(graph: BondGraph, made: Model) -> Iterator[Variable]:
@@ -314,7 +299,7 @@ def _stated(
     A field decides the parameters that change with it.
     """
     known = {row.field: row for row in sources}
-    usual = graph.parameters
+    usual = _parameters(drive, graph)
     fields: dict[str, list[str]] = {symbol: [] for symbol in usual}
     for path in quantities_of(drive):
         value = value_at(drive, path)
@@ -322,7 +307,7 @@ def _stated(
             continue
         with contextlib.suppress(InputError):  # values that no drive has
             changed = with_values(drive, {path: value * (1.0 + _CHANGE) or _CHANGE})
-            for symbol, parameter in scenario_graph(changed, scenario).parameters.items():
+            for symbol, parameter in _parameters(changed, scenario_graph(changed, scenario)).items():
                 if symbol in usual and parameter.value != usual[symbol].value:
                     fields[symbol].append(path)
     owners: dict[str, dict[str, None]] = {symbol: {} for symbol in usual}
@@ -333,16 +318,24 @@ def _stated(
         symbol: "; ".join(_source(path, known.get(path)) for path in paths) or "program or scenario"
         for symbol, paths in fields.items()
     }
-    said = {symbol: f"{symbol} of {', '.join(titles)}; from {sourced[symbol]}" for symbol, titles in owners.items()}
-    return {symbol: (words, fields[symbol]) for symbol, words in said.items()}
+    said = {
+        symbol: f"{symbol} of {', '.join(titles)}" if titles else symbol.replace(" ", " of the ", 1)
+        for symbol, titles in owners.items()
+    }
+    return {symbol: (f"{words}; from {sourced[symbol]}", fields[symbol]) for symbol, words in said.items()}
 
 
-def _bound(drive: Any, graph: BondGraph, symbol: str, paths: Sequence[str]) -> Bound:
+def _parameters(drive: Any, graph: BondGraph) -> dict[str, Parameter]:
+    """Parameters of a drive's graph and of the temperatures of its motors, by symbol."""
+    return {**graph.parameters, **temperatures.parameters(motors_of(drive))}
+
+
+def _bound(drive: Any, graph: BondGraph, parameter: Parameter, paths: Sequence[str]) -> Bound:
     """What a parameter may be: that of the field that it is, that of a linear element, or the sign that its fields have.
 
     A ratio of several fields may have either sign.
     """
-    parameter, fields = graph.parameters[symbol], quantities_of(drive)
+    fields = quantities_of(drive)
     bounds = [fields[path].metadata["bound"] for path in paths]
     if len(paths) == 1 and value_at(drive, paths[0]) == parameter.value:
         return bounds[0]
@@ -362,21 +355,6 @@ def _source(path: str, row: Provenance | None) -> str:
 def _plain(symbol: str) -> str:
     """Name of a parameter, from its symbol."""
     return f"parameter.{letters(symbol.replace(chr(39), '_back').replace('/', '_over_'))}"
-
-
-def letters(text: str) -> str:
-    """A text in letters, digits and underscores."""
-    return re.sub(r"[\W_]+", "_", text).strip("_")
-
-
-def distinct(rows: Iterable[Variable]) -> Iterator[Variable]:
-    """Yield variables with names of bounded length; of two of one name the second has a number."""
-    known: set[str] = set()
-    for one in rows:
-        names = (one.name[:_MOST_LETTERS], *(f"{one.name[: _MOST_LETTERS - 4]}_{count}" for count in range(2, 1000)))
-        name = next(name for name in names if name not in known)
-        known.add(name)
-        yield one._replace(name=name)
 
 
 def behind_of(code: Code, variables: Sequence[Variable]) -> dict[int, tuple[int, ...]]:

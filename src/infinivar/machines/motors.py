@@ -43,6 +43,15 @@ class Shaft(NamedTuple):
     """(m,) [A]"""
     speed: np.ndarray
     """(m,) [rad s^-1]"""
+    stick_speed: float
+    """[rad s^-1]"""
+
+    @property
+    def heat(self) -> tuple[np.ndarray, np.ndarray]:
+        """Loss of the winding, and power of friction and iron loss. (m,) each [W]"""
+        rubbed = coulomb(self.speed, self.motor.friction_torque, self.stick_speed)
+        iron = given(self.motor.viscous_friction, 0.0) * self.speed
+        return self.motor.resistance * self.current * self.current, (rubbed + iron) * self.speed
 
     @property
     def voltage(self) -> np.ndarray:

@@ -322,21 +322,24 @@ class System:
         """Motors and servos at rows of states, by inputs with currents (m, k) or (k,), and rates of steering (m, s)."""
         first, second, _ = self.places
         rates, found = state[:, first:second], []
-        known: list[tuple[Sequence[str], Sequence[str], Motor, Any, Any]] = []
+        known: list[tuple[Sequence[str], Sequence[str], Motor, Any, Any, float]] = []
         parts = [one.replace("_", " ") for one in self.motors]
         if self.motor is not None:
             speeds = self.motor.reduction * rates[:, list(self.motor.coordinates)]
-            known.append((self.motors, parts, self.motor.motor, inputs.currents, speeds))
+            known.append((self.motors, parts, self.motor.motor, inputs.currents, speeds, self.motor.stick_speed))
         if self.links is not None:
-            speeds = self.links.ratio * self.mechanics.at(state[:, :first], rates).kinematics.speed
-            known.append((self.motors, parts, self.links.drive.motor, inputs.links, speeds))
+            ratio, motor = self.links.ratio, self.links.drive.motor
+            speeds = ratio * self.mechanics.at(state[:, :first], rates).kinematics.speed
+            known.append((self.motors, parts, motor, inputs.links, speeds, ratio * self.links.stick_speed))
         if self.servo is not None:
             names = [one.removesuffix("_rad") for one in self.mechanics.steered]
             parts = [f"steering motor {one.partition('_')[2]}".strip() for one in names]
-            known.append((names, parts, self.servo.plant.motor, inputs.steering, self.servo.plant.ratio * turning))
-        for names, parts, motor, currents, speeds in known:
+            ratio, motor = self.servo.plant.ratio, self.servo.plant.motor
+            known.append((names, parts, motor, inputs.steering, ratio * turning, ratio * self.servo.stick_speed))
+        for names, parts, motor, currents, speeds, stick in known:
             for place, (name, part) in enumerate(zip(names, parts, strict=True)):
-                found.append(Shaft(name, part, motor, currents[..., place] + 0.0 * speeds[:, place], speeds[:, place]))
+                speed = speeds[:, place]
+                found.append(Shaft(name, part, motor, currents[..., place] + 0.0 * speed, speed, stick))
         return found
 
     def steering(
