@@ -7,6 +7,7 @@ without these, of steady points, is beside them.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from operator import itemgetter
 from typing import Any, NamedTuple
 
@@ -16,7 +17,7 @@ from infinivar import power
 from infinivar._core.described import at, derived, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
-from infinivar.analysis.tightest import ALIKE, corner_words, tight_words, tightest_of
+from infinivar.analysis.tightest import ALIKE, corner_words, tight_words, tightest_of, vector_words
 from infinivar.errors import ParameterError, require
 from infinivar.limits import LEADING, ROOT_MEAN_SQUARE, Demand
 from infinivar.machines.course import MachineCourse, on_path, through, together
@@ -26,6 +27,9 @@ from infinivar.units import plain
 
 _UNSPENT = 1e-6
 """Power of servos that counts as none. [W]"""
+
+_PARTS = 100
+"""Of a load, of which the number that is borne is looked for."""
 
 _BETWEEN = 15
 """Points between the ends of a range of wrenches of one coordinate at which limits are judged."""
@@ -49,6 +53,8 @@ class TaskResult(Result):
     load_turns : float                 Largest angle by which the wrench turns a wheel of the machine at rest; nan without
         steering or at a twist. [rad]
     load_work : float                  Work of the servos against friction as it does. [J]
+    bears : float                      Share of the wrenches with which all limits hold, 0 where they do not even without; nan
+                                       where all of them are borne, or without any. [-]
     demand : (Limit, part)             The tightest limit over all of them.
     margin : float                     Allowance over demand there; below 1 if infeasible. [-]
     corner : int                       The corner at which it is the tightest.
@@ -69,6 +75,7 @@ class TaskResult(Result):
     audit_residual: float = reported("1")
     load_turns: float = reported("rad", default=float("nan"))
     load_work: float = reported("J", default=float("nan"))
+    bears: float = reported("1", default=float("nan"))
 
     _also = (*_TIGHTEST, at("point.power_out", "W"), at("point.efficiency", "1"), at("point.stored", "W"))
 
@@ -118,7 +125,7 @@ class TaskResult(Result):
     def tightest_words(self) -> str:
         """The tightest limit, with its margin, and where if other wrenches are required."""
         where = "" if self.corner == 0 else f" at {corner_words(self.coordinates, self.corners[self.corner], 'wrench')}"
-        return tight_words(self.demand, self.margin) + where
+        return tight_words(self.demand, self.margin) + where + _bears_words(self.bears)
 
     @derived()
     def _parts(self) -> dict[str, dict[str, float]]:
@@ -145,6 +152,8 @@ class PathResult(Result):
     steady : TaskPoint                 The same as steady points, without steering, rotors and moving masses.
     demands : (Limit, part) to float   Over the path: root mean squares of heating, peaks of all else. [-]
     demand, margin                     The tightest of them.
+    instant : int                      Where on the path it is the tightest; -1 for one that counts over the whole path.
+    bears : float                      As that of a task.
     audit_residual : float             [-]
     """
 
@@ -161,7 +170,9 @@ class PathResult(Result):
     demands: Mapping[Demand, float]
     demand: Demand
     margin: float = reported("1")
+    instant: int = -1
     audit_residual: float = reported("1")
+    bears: float = reported("1", default=float("nan"))
 
     _also = _TIGHTEST
 
@@ -214,8 +225,12 @@ class PathResult(Result):
 
     @property
     def tightest_words(self) -> str:
-        """The tightest limit, with its margin."""
-        return tight_words(self.demand, self.margin)
+        """The tightest limit, with its margin; if it is exceeded, where on the path, and what the machine bears."""
+        where = ""
+        if not self.feasible and self.instant >= 0:
+            pose = ", ".join(vector_words(self.coordinates, self.pose[self.instant], "pose"))
+            where = f" at {plain(float(self.time[self.instant]), 3)} s{f' ({pose})' if pose else ''}"
+        return tight_words(self.demand, self.margin) + where + _bears_words(self.bears)
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
@@ -232,6 +247,11 @@ class PathResult(Result):
             "steady_power_in_W": np.asarray(self.steady.power_in),
             **{f"loss_{name.replace(' ', '_')}_W": np.asarray(loss) for name, loss in self.point.losses.items()},
         }
+
+
+def _bears_words(bears: float) -> str:
+    """What of its load a machine bears, if not all."""
+    return f"; bears {100 * bears:.0f} % of its load" if bears > 0.0 else ""
 
 
 def _steering(losses: Mapping[str, float]) -> float:
@@ -290,17 +310,21 @@ class Prepared:
         return {key: found[key] for key in self.placed}
 
 
-def power_and_feasibility(drive: Any, prepared: Prepared) -> dict[str, tuple[float, bool]]:
-    """What decides between machines: `mean_power` [W] and `feasible` of what `evaluated` returns, and nothing else."""
+def power_and_margin(drive: Any, prepared: Prepared) -> dict[str, tuple[float, float]]:
+    """What decides between machines: `mean_power` [W] and `margin` of what `evaluated` returns, and nothing else."""
     found = {}
     for key, (point, _) in prepared.points(as_machine(drive)).items():
         one = prepared.placed[key]
         _audit(point, one.where)
-        if one.time is None:
-            found[key] = float(point.power_in[0]), min(margin for _, margin in _of_corners(point, one.size)) >= 1.0
-        else:
-            found[key] = float(np.mean(point.power_in)), tightest_of(_of_path(point))[1] >= 1.0
+        found[key] = float(np.mean(point.power_in if one.time is not None else point.power_in[0])), _margin(point, one)
     return found
+
+
+def _margin(point: TaskPoint, placed: _Placed) -> float:
+    """Of a task or path."""
+    if placed.time is not None:
+        return tightest_of(_of_path(point))[1]
+    return min(margin for _, margin in _of_corners(point, placed.size))
 
 
 def evaluated(drive: Any, tasks: Mapping[str, MachineTask | MachinePath]) -> dict[str, TaskResult | PathResult]:
@@ -383,6 +407,7 @@ def _task_result(machine: Any, task: MachineTask, placed: _Placed, every: TaskPo
         demand=tightest[corner][0],
         margin=tightest[corner][1],
         corner=corner,
+        bears=_bearable(machine, placed) if least < 1.0 else float("nan"),
         audit_residual=residual,
         load_turns=turns,
         load_work=work,
@@ -465,8 +490,44 @@ def _path_result(
         demands=FrozenDict(demands),
         demand=demand,
         margin=margin,
+        instant=_worst_instant(demand, point),
+        bears=_bearable(machine, placed) if margin < 1.0 else float("nan"),
         audit_residual=residual,
     )
+
+
+def _worst_instant(demand: Demand, point: TaskPoint) -> int:
+    """The instant at which a demand is the largest; -1 where it counts over the whole path, or there is none."""
+    if demand[0] in ROOT_MEAN_SQUARE or demand not in point.demands:
+        return -1
+    values = np.asarray(point.demands[demand], dtype=float)
+    return int(np.argmax(np.where(np.isnan(values), np.inf, values)))
+
+
+def _bearable(machine: Any, placed: _Placed) -> float:
+    """Share of the wrenches of a task or path with which all limits hold, rounded down; nan without any wrench.
+
+    Of a load that is borne in part, the share next to that of no load.
+    """
+    course = placed.course
+    if not np.any(course.wrench):
+        return float("nan")
+
+    def borne(part: int) -> bool:
+        scaled = replace(course, wrench=course.wrench * (part / _PARTS))
+        if _counts(machine, scaled):
+            point = machine.follow(scaled)
+        else:
+            point = machine.perform(pose=scaled.pose[2], twist=scaled.twist[2], wrench=scaled.wrench[2])
+        return _margin(point, placed) >= 1.0
+
+    if not borne(0):
+        return 0.0
+    low, high = 0, _PARTS
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if borne(middle) else (low, middle)
+    return low / _PARTS
 
 
 def _over_time(key: Demand, values: np.ndarray) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field
 from typing import Any
 
@@ -10,7 +10,7 @@ from infinivar._core.described import at, derived, named, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.analysis.hanging import Hanging, Judged, winner
-from infinivar.analysis.machine_tasks import PathResult, Prepared, TaskResult, evaluated, power_and_feasibility
+from infinivar.analysis.machine_tasks import PathResult, Prepared, TaskResult, evaluated, power_and_margin
 from infinivar.analysis.options import CompareOptions
 from infinivar.drivetrain.uncounted import uncounted
 from infinivar.machines.kinds.linked import motor_mass
@@ -103,6 +103,8 @@ class MachineComparison(Result):
     results: Mapping[str, MachineResult] = reported(key="drives")
     hangs_on: Hanging | None = reported(optional=True, default=None)
     """Choices that no source settles, each with the winner it gives."""
+    changes: Mapping[str, tuple[str, ...]] = reported(default_factory=FrozenDict)
+    """What would make each infeasible machine feasible, if that was sought: the smallest change first."""
     options: CompareOptions = field(default=CompareOptions(), compare=False, repr=False)
     """With which it was computed."""
 
@@ -165,6 +167,15 @@ class MachineComparison(Result):
         return f"{head}; lowest power: {best.title} with {power_words(best.found[key])}, against {_listed(rest, key)}."
 
 
+def change_lines(comparison: MachineComparison) -> Iterator[str]:
+    """Yield what would make each infeasible machine feasible, if that was sought."""
+    for name, found in comparison.changes.items():
+        none = (
+            "nothing tried: no other size of wheel, cylinder or gear, preload, speed or motor, nor two of them together"
+        )
+        yield f"{comparison.results[name].title} would be feasible with {', or with '.join(found) or none}."
+
+
 def judged_machine(found: MachineResult, power: str = "mean_power") -> Judged:
     """What decides on a machine: its mean power in mixed use, or in each task and path without shares."""
     judged = (found,) if found.shares else found.found.values()
@@ -173,10 +184,10 @@ def judged_machine(found: MachineResult, power: str = "mean_power") -> Judged:
 
 def decided_machine(drive: Any, prepared: Prepared, shares: Mapping[str, float]) -> Judged:
     """The same of a machine in tasks and on paths, without anything else."""
-    found = power_and_feasibility(drive, prepared)
+    found = power_and_margin(drive, prepared)
     powers = {key: power for key, (power, _) in found.items()}
     values = (sum(share * powers[key] for key, share in shares.items()),) if shares else tuple(powers.values())
-    return Judged(all(feasible for _, feasible in found.values()), values)
+    return Judged(all(margin >= 1.0 for _, margin in found.values()), values)
 
 
 def tasks_and_paths(study: Study) -> dict[str, MachineTask | MachinePath]:

@@ -75,8 +75,10 @@ def compare(
     """
     from infinivar.analysis.compare import begun
     from infinivar.analysis.hanging import printed_lines
+    from infinivar.analysis.machines import MachineComparison
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
+    from infinivar.sizing.machine_changes import with_changes
     from infinivar.study.check import check_demands, check_duty
 
     quick = options.quick
@@ -98,6 +100,8 @@ def compare(
             flush()
         with progress_bar() as progress, naming(study):
             comparison = complete(progress)
+            if not quick and isinstance(comparison, MachineComparison):
+                comparison = with_changes(comparison, progress)
         if not as_json:
             for line in (*_verdicts(comparison), *printed_lines(comparison.hangs_on)):
                 say(line)
@@ -129,7 +133,7 @@ def _verdicts(comparison: Comparison | MachineComparison) -> Iterator[str]:
 
 def _of_machines(comparison: MachineComparison) -> Iterator[str]:
     """Yield each machine in each task and path, with its power and tightest limit."""
-    from infinivar.analysis.machines import power_words
+    from infinivar.analysis.machines import change_lines, power_words
 
     width = max(len(one.title) for one in comparison.results.values())
     first = next(iter(comparison.results.values()))
@@ -140,6 +144,7 @@ def _of_machines(comparison: MachineComparison) -> Iterator[str]:
             able = "feasible" if found.feasible else "infeasible"
             said = f"; {found.servo_words}" if found.servo_words else ""
             yield f"  {one.title:<{width}}  {able}, {power_words(found)}; {found.tightest_words}{said}"
+    yield from change_lines(comparison)
 
 
 def _of_drives(comparison: Comparison) -> Iterator[str]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from infinivar.analysis.machine_tasks import TaskResult
-from infinivar.analysis.machines import MachineComparison, MachineResult
+from infinivar.analysis.machines import MachineComparison, MachineResult, change_lines
 from infinivar.analysis.pose_map import PoseMap, pose_map
 from infinivar.analysis.tightest import vector_words
 from infinivar.errors import InputError
@@ -72,6 +72,7 @@ def html(comparison: MachineComparison, images: Mapping[str, tuple[str, str]]) -
         words_of=words_of,
         described=lambda found, what: ", ".join(vector_words(found.coordinates, getattr(found, what), what)),
         demands=_demands,
+        change_lines=change_lines,
         audit_tolerance=AUDIT_TOLERANCE,
         degrees=np.degrees,
     )
