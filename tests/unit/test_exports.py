@@ -889,3 +889,23 @@ def test_a_stalled_motor_warms_up_as_over_a_run(version):
     assert expected.winding > 310.0
     for one, wanted in zip(found, (expected.winding, expected.housing), strict=True):
         assert one - 298.15 == pytest.approx(wanted - 298.15, rel=1e-6)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize(
+    "wrong", [{"tolerance": float("nan")}, {"tolerance": -1.0}, {"startTime": float("nan")}, {"stopTime": -1.0}]
+)
+def test_an_experiment_that_cannot_be_is_refused(version, wrong):
+    """And the instance stays as it was made: a proper one is accepted afterwards."""
+    (file,) = exported("hand_controller motor1-gear1", version)
+    with Unit(file) as unit:
+        unit.unit.reset()
+        own = unit.unit
+        begin = own.enterInitializationMode if unit.third else own.setupExperiment
+        with pytest.raises(Exception, match="failed with status"):
+            begin(**{"startTime": 0.0, **wrong})
+        begin(tolerance=1e-6, startTime=0.0, stopTime=1.0)
+        if not unit.third:
+            own.enterInitializationMode()
+        own.exitInitializationMode()
+        unit.step(0.0, 1e-3)

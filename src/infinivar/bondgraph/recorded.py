@@ -92,6 +92,16 @@ class Recorded(np.ndarray):
         return Recorded(self.tape, found) if isinstance(found, np.ndarray) and found.dtype == object else found
 
 
+def as_recorded(value: Any) -> Recorded | None:
+    """An array that has values of a tape; None for one of numbers."""
+    if isinstance(value, Recorded):
+        return value
+    if not isinstance(value, np.ndarray) or value.dtype != object:
+        return None
+    tape = next((one.tape for one in value.flat if isinstance(one, Value)), None)
+    return None if tape is None else Recorded(tape, value)
+
+
 class RecordedNamespace:
     """The functions of the Python array API that formulas use, on arrays of a tape."""
 

@@ -181,14 +181,18 @@ def _control(made: MovingPlant, session: Setup, places: list[int]) -> RecordedCo
     """C of a sample of the controller, which reads the time, its signals and its memory; places: of what it commands."""
     guided, (first, second, _) = made.controller, made.system.places
     word, period = type(session.controller).__name__, session.sensing.period
+    without = InputError(
+        f"--loop: the controller of this session, {word}, decides in Python alone and has no C; --scenario with the same task "
+        "exports the machine without it"
+    )
     if guided.memory is None:
-        raise InputError(f"the controller, {word}, has no C: it does not state its memory")
+        raise without
     try:
         found = formula(guided, len(made.start), slice(first, second), period, feels=_feels(made))
         results = numbers_of([*_commands(made.system, found.inputs), *found.memory])
         body = statements(found.tape, results, "y")
     except NO_FORMULA as problem:
-        raise InputError(f"the controller, {word}, has no C: {problem}") from problem
+        raise without from problem
     memory = len(numbers_of(found.memory))
     return RecordedControl(controller_text(1, memory, places, body), np.zeros(1), np.append(data_of(found.tape), 0.0))
 

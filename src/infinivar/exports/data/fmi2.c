@@ -46,8 +46,7 @@ API(int) OWN(SetDebugLogging)(plant *one, int on, size_t count, const char *cons
 API(int) OWN(SetupExperiment)(plant *one, int defined, double tolerance, double start, int ends, double stop)
 {
     const char *const problem = refused(one, MADE);
-    (void)ends; (void)stop;
-    return said(one, one && !problem ? set_up(one, defined, tolerance, start) : problem);
+    return said(one, one && !problem ? set_up(one, defined, tolerance, start, ends, stop) : problem);
 }
 
 CALL(MADE, EnterInitializationMode, (plant *one), enter(one, INITIALISING))

@@ -64,9 +64,8 @@ API(int) OWN(SetDebugLogging)(plant *one, bool on, size_t count, const char *con
 API(int) OWN(EnterInitializationMode)(plant *one, bool defined, double tolerance, double start, bool ends, double stop)
 {
     const char *problem = refused(one, MADE);
-    (void)ends; (void)stop;
     if (one && !problem) {
-        problem = set_up(one, defined, tolerance, start);
+        problem = set_up(one, defined, tolerance, start, ends, stop);
         enter(one, problem ? MADE : INITIALISING);
     }
     return said(one, problem);

@@ -333,8 +333,14 @@ static const char *set_time(plant *one, double time)
     return NULL;
 }
 
-static const char *set_up(plant *one, int defined, double tolerance, double time)
+static const char *set_up(plant *one, int defined, double tolerance, double time, int ends, double stop)
 {
+    if (defined && !(isfinite(tolerance) && tolerance > 0.0)) {
+        return "a tolerance must be > 0";
+    }
+    if (ends && !(isfinite(stop) && stop >= time)) {
+        return "the stop must not be before the start";
+    }
     one->tolerance = defined && tolerance >= 1e-12 && tolerance <= 1e-2 ? tolerance : usual_tolerance;
     one->now.begin = isfinite(time) ? time : 0.0;
     return set_time(one, time);

@@ -99,10 +99,10 @@ class Curve(Whole):
         ParameterError
             If a point has another number of coordinates, or a value is not finite.
         """
-        if isinstance(point, Recorded):
-            components = point.tolist()
-            return self._single(components, self._pieces.follow(components, near))
         points = placed("point", point, self.dimension)
+        if isinstance(points, Recorded):
+            components = points.tolist()
+            return self._single(components, self._pieces.follow(components, near))
         starts = None if near is None else _starts(near, points)
         if points.ndim == 1:
             there = self._pieces.nearest_to(points) if starts is None else self._followed(points, starts[0])

@@ -9,6 +9,7 @@ from annotated_types import Interval
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import real_array, shown
+from infinivar.bondgraph.recorded import as_recorded
 from infinivar.errors import require
 
 FARTHEST = 1e9
@@ -27,7 +28,14 @@ def placed(
     ------
     ParameterError
         If there are more or fewer coordinates, or one is not finite or is beyond `FARTHEST`.
+
+    Notes
+    -----
+    Points that are recorded are not known yet, and are returned as they are.
     """
+    made = as_recorded(value)
+    if made is not None:
+        return made
     if on_axis:
         fits = np.shape(value) in ((1,), (2,), (3,))
         require(fits, name, shown(value), "a point of one to three coordinates")

@@ -21,7 +21,6 @@ from infinivar._core.arrays import HoldsArrays, Whole, shown
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import check_number, check_real, component, missing_members, quantities, quantity, several
 from infinivar._core.frozen import frozen
-from infinivar.bondgraph.recorded import Recorded
 from infinivar.errors import ParameterError, require
 from infinivar.motion.virtual.rows import SIZE, placed, unit
 
@@ -77,7 +76,7 @@ class _Smooth:
         raise NotImplementedError
 
     def _placed(self, point: Array) -> np.ndarray:
-        return point if isinstance(point, Recorded) else placed("point", point, self.dimension)
+        return placed("point", point, self.dimension)
 
     def distance(self, point: Array) -> np.ndarray:
         """Signed distance of points (..., d), > 0 on the free side. (...,) [m]"""
