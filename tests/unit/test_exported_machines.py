@@ -43,6 +43,9 @@ OTHERS = {
     ),
     "serial arm": MACHINES["serial arm"][0],
     "sphere with servo": MACHINES["sphere"][0],
+    "robot": iv.load_study(Path(__file__).parents[2] / "studies" / "robots" / "pick_and_place.toml").drives[
+        "geared-120"
+    ],
 }
 EVERY = [*DRIVES, *OTHERS]
 BOTH = [f"{name} {version}" for name, version in itertools.product(EVERY, VERSIONS)]
