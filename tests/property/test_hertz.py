@@ -141,6 +141,9 @@ def test_stresses_at_the_surface(ratio, poisson):
     shear, depth = hertz.largest_shear(a, b, 1.0, poisson)
     assert 0.25 <= shear <= 0.5
     assert 0.0 <= depth <= 0.8 * min(a, b)
+    depths = np.append(np.linspace(1e-3, 2.0, 2000), depth / min(a, b) or 1e-9) * min(a, b)
+    sigma_x, sigma_y, sigma_z = hertz.axis_stresses(depths, a, b, 1.0, poisson)
+    assert shear == pytest.approx(np.max(0.5 * (np.maximum(sigma_x, sigma_y) - sigma_z)), rel=1e-6)
 
 
 @given(loads, st.floats(1e-5, 1e-2), ratios, st.floats(0, 1))

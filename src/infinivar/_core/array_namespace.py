@@ -419,7 +419,7 @@ def _inward_in_jax(xp: Any, function: Any, low: Array, high: Array, place: Array
 def _newton_place(xp: Any, place: Array, value: Array, slope: Array) -> Array:
     """Place after a Newton step; nan where the function does not rise, except at a root."""
     rises = slope > 0
-    return place - xp.where(rises, value / xp.where(rises, slope, 1.0), xp.where(value == 0, 0.0, xp.nan))
+    return xp.where(rises, place - value / xp.where(rises, slope, 1.0), xp.where(value == 0, place, xp.nan))
 
 
 def _narrowed_in_jax(xp: Any, function: Any, narrow: Any, state: Any, steps: int, least: Array) -> Array:

@@ -15,8 +15,8 @@ from infinivar._core.array_namespace import Array, namespace
 _MEANS = 9
 """Steps of the arithmetic-geometric mean. Each doubles the digits; 9 suffice for axis ratios from 1e-12 to 1e12."""
 
-_DUPLICATIONS = 16
-"""Duplication steps. Each reduces the spread of the arguments by 4; 16 leave 1e-15 for ratios up to 1e8."""
+_DUPLICATIONS = 8
+"""Duplication steps. Each reduces the spread of the arguments by 4, a large one to its root; 8 leave 1e-15 up to 1e18."""
 
 _NEAR_CIRCLE = 2e-4
 """Bound on |1 - g^2|; nearer to the circle a difference quotient loses more digits than its Taylor series."""
@@ -94,9 +94,13 @@ def carlson_rd(x: Array, y: Array, z: Array) -> Array:
         shift = root_x * root_y + root_y * root_z + root_z * root_x
         total = total + weight / (root_z * (z + shift))
         x, y, z, weight = 0.25 * (x + shift), 0.25 * (y + shift), 0.25 * (z + shift), 0.25 * weight
-    # The three arguments are now nearly equal: expand about their mean to second order.
+    # The three arguments are now nearly equal: expand about their mean to fifth order.
     mean = 0.2 * (x + y + 3.0 * z)
     dx, dy = 1.0 - x / mean, 1.0 - y / mean
     dz = -(dx + dy) / 3.0
-    second = dx * dy - 6.0 * dz * dz
-    return 3.0 * total + weight * (1.0 - 3.0 / 14.0 * second) / (mean * xp.sqrt(mean))
+    both, square = dx * dy, dz * dz
+    second, third = both - 6.0 * square, (3.0 * both - 8.0 * square) * dz
+    fourth, fifth = 3.0 * (both - square) * square, both * square * dz
+    series = 1.0 + second * (9.0 / 88.0 * second - 9.0 / 52.0 * third - 3.0 / 14.0) + third / 6.0
+    series = series - 3.0 / 22.0 * fourth + 3.0 / 26.0 * fifth
+    return 3.0 * total + weight * series / (mean * xp.sqrt(mean))

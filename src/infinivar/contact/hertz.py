@@ -11,10 +11,13 @@ from typing import NamedTuple
 
 from annotated_types import Gt
 
-from infinivar._core.array_namespace import Array, as_floats, bisect, namespace, newton
+from infinivar._core.array_namespace import Array, as_floats, namespace, newton, rising_root
 from infinivar._core.fields import check_value
 from infinivar.contact.bodies import Surface, Wheel, plane_strain_modulus
 from infinivar.contact.elliptic import carlson_rd, ellipse_integrals
+
+_BESIDE, _STEPS = 1e-4, 24
+"""Share of a depth to places above and below it, by which the shear is found to rise or fall; most steps of the search."""
 
 
 class Ellipse(NamedTuple):
@@ -226,7 +229,7 @@ def largest_shear(a: Array, b: Array, peak_pressure: Array, poisson: Array) -> t
 
     Returns
     -------
-    shear, depth : (...,) float   [Pa], [m]; relative error of the depth about 1e-4, of the shear much less. The depth is 0
+    shear, depth : (...,) float   [Pa], [m]; relative error of the depth about 1e-7, of the shear much less. The depth is 0
         if the shear is largest at the surface (long patches with a Poisson ratio below about 0.2).
 
     Notes
@@ -240,14 +243,19 @@ def largest_shear(a: Array, b: Array, peak_pressure: Array, poisson: Array) -> t
     width = xp.minimum(a, b)
 
     def shear(depth: Array) -> Array:
+        """In the planes of both axes, at a depth for each, as either may have the largest. (..., 2, *shape)"""
         sigma_x, sigma_y, sigma_z = axis_stresses(depth * width, a, b, p0, nu)
-        return 0.5 * (xp.maximum(sigma_x, sigma_y) - sigma_z)
+        return 0.5 * (xp.where(first, sigma_x, sigma_y) - sigma_z)
 
-    def falling(depth: Array) -> Array:
-        both = shear(xp.stack([depth * (1.0 - 1e-4), depth * (1.0 + 1e-4)]))
-        return (both[0, ...] - both[1, ...]) / p0
+    def falling(depth: Array) -> tuple[Array, Array]:
+        here = shear(xp.stack([depth * (1.0 - _BESIDE), depth, depth * (1.0 + _BESIDE)])) / p0
+        above, middle, below = (here[place, ...] for place in range(3))
+        return above - below, 2.0 * (2.0 * middle - above - below) / (_BESIDE * depth)
 
-    one = xp.ones_like(width)
-    depth = bisect(xp, falling, 0.2 * one, 1.2 * one, steps=24)
-    inside, surface = shear(depth), shear(1e-9 * one)
+    one = xp.stack([xp.ones_like(width)] * 2)
+    first = xp.stack([width > 0.0, width < 0.0])
+    depth = rising_root(xp, falling, 1e-3 * one, 1.2 * one, _STEPS)
+    inside, surface = shear(depth), xp.max(shear(1e-9 * one), axis=0)
+    larger = inside[0, ...] >= inside[1, ...]
+    inside, depth = (xp.where(larger, part[0, ...], part[1, ...]) for part in (inside, depth))
     return xp.maximum(inside, surface), xp.where(surface > inside, 0.0, depth * width)

@@ -20,7 +20,7 @@ from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.sizing.cobotic.wheels import static_demands
 from infinivar.sizing.geared.sampled import Laws, over_motion
-from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
+from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, judging_points
 from infinivar.sizing.margins import TaskDemand
 
 _POINTS, _LEAST = 40_000, 16
@@ -131,6 +131,8 @@ def decisive(drive: Any, tasks: Sequence[Task], values: Mapping[str, np.ndarray]
 def _decisive(drive: Any, task: RegionTask, values: Mapping[str, np.ndarray]) -> RegionTask:
     if drive.amplifier.regeneration == "none":
         return task  # a little power returned is too much: where that is depends on motor and gearhead
+    if not isinstance(drive, ConventionalDrive):
+        task = judging_points(task)  # demands of a wheel are largest there, see `outer`
     keep: list[np.ndarray] = []
     for probe in _probes(drive, values):
         if isinstance(probe, ConventionalDrive):
