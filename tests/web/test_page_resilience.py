@@ -52,9 +52,7 @@ def test_a_link_holds_a_bad_value_beside_the_last_valid_state(page, browser):
     page.enter("Preload", "700 N")
     shown = page.efficiency("cobotic")
     page.enter("Preload", "-5 N")
-    page.by_id("link").click()
-    page.until(lambda: "#study=" in page.page.url)
-    with Page(browser, page.page.url) as other:
+    with Page(browser, page.link()) as other:
         refused(other)
         assert other.efficiency("cobotic") == shown
         other.enter("Preload", "800 N")

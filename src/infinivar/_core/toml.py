@@ -166,3 +166,138 @@ def _list(items: list[str], lines: bool) -> str:
 def _text(text: str) -> str:
     """A text in quotes; anything that could end it or is invisible is escaped."""
     return '"' + _CONTROL.sub(lambda found: _ESCAPES.get(found[0], f"\\u{ord(found[0]):04x}"), text) + '"'
+
+
+def edited(text: str, tables: Mapping[str, Any]) -> str:
+    """The text of a TOML file with other tables: what is the same stays as it stands, with comments, order and layout.
+
+    Parameters
+    ----------
+    text : str         Of the file as it was, of any origin.
+    tables : mapping   As for `dumps`.
+
+    Returns
+    -------
+    str   Reads back as the tables. Changed values stand in their lines, new ones at the end of their table. Where that cannot be,
+        as in arrays of tables with other rows, or where the text is no TOML, that of `dumps`.
+    """
+    try:
+        loads(text)
+        found = "".join(_edited(text, tables)).strip("\n") + "\n"
+        return found if loads(found) == tables else dumps(tables)
+    except (InputError, LookupError, TypeError, ValueError):
+        return dumps(tables)
+
+
+def _edited(text: str, tables: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the statements of a text, each with the value that the tables have."""
+    seen: set[tuple[Any, ...]] = set()
+    at: tuple[Any, ...] = ()
+    blank: list[str] = []  # comments and blank lines go with the statement that follows them
+    rows: dict[tuple[Any, ...], int] = {}
+    for statement in _statements(text):
+        bare = statement.strip()
+        if not bare or bare.startswith("#"):
+            blank.append(statement)
+            continue
+        if bare.startswith("["):
+            yield from _added(tables, at, seen)
+            at = _path(bare)
+            if bare.startswith("[["):
+                rows[at] = rows.get(at, -1) + 1
+                at = (*at, rows[at])
+            gone = _at(tables, at) is None
+            yield from [*blank, *([] if gone else [statement])]
+        else:
+            key, value, comment = _split(bare)
+            path = (*at, *_path(f"[{key}]"))
+            new = _at(tables, path)
+            seen.add(path)
+            if new is not None and _value(new) == _value(value):
+                yield from [*blank, statement]
+            elif new is not None:
+                yield from [*blank, f"{key} = {_value(new, lines=True)}{comment and '  '}{comment}\n"]
+        blank = []
+    yield from _added(tables, at, seen)
+    yield from blank
+    yield from (f"{line}\n" for line in _lines(_unseen(tables, (), seen), ()))
+
+
+def _statements(text: str) -> Iterator[str]:
+    """Yield headings, keys with their values, which may span lines, and lines with neither."""
+    held = ""
+    for line in text.splitlines(keepends=True):
+        inside = bool(held)
+        held += line
+        if inside and line.rstrip().endswith(","):  # a list of thousands of lines is read once
+            continue
+        try:
+            tomllib.loads(held)
+        except tomllib.TOMLDecodeError:
+            continue
+        yield held if held.endswith("\n") else f"{held}\n"
+        held = ""
+
+
+def _path(heading: str) -> tuple[str, ...]:
+    """The keys of a heading."""
+    path, inside = [], tomllib.loads(heading)
+    while isinstance(inside, dict) and inside:
+        ((key, inside),) = inside.items()
+        path.append(key)
+    return tuple(path)
+
+
+def _split(statement: str) -> tuple[str, Any, str]:
+    """Key as written, value, and comment behind it."""
+    for sign in re.finditer("=", statement):
+        key = statement[: sign.start()].strip()
+        try:
+            path = _path(f"[{key}]")
+        except tomllib.TOMLDecodeError:  # the sign is within a quoted key
+            continue
+        value = _at(tomllib.loads(statement), path)
+        for mark in re.finditer("#", statement):
+            try:
+                if _at(tomllib.loads(statement[: mark.start()]), path) == value:
+                    return key, value, statement[mark.start() :]
+            except tomllib.TOMLDecodeError:  # the mark is within the value
+                continue
+        return key, value, ""
+    raise ValueError(f"no key in {statement!r}")
+
+
+def _at(tables: Any, path: Sequence[Any]) -> Any:
+    """The value at a path of keys and places; None if there is none."""
+    for key in path:
+        inside = isinstance(tables, Mapping) and key in tables
+        inside |= isinstance(tables, list) and isinstance(key, int) and key < len(tables)
+        if not inside:
+            return None
+        tables = tables[key]
+    return tables
+
+
+def _added(tables: Any, at: tuple[Any, ...], seen: set[tuple[Any, ...]]) -> Iterator[str]:
+    """Yield what a table of the text lacks, without tables of their own, and note it as seen."""
+    table = _at(tables, at)
+    for key, value in table.items() if isinstance(table, Mapping) else ():
+        path = (*at, key)
+        if not _stands_alone(value) and not any(one[: len(path)] == path for one in seen):
+            seen.add(path)
+            yield f"{_key(key)} = {_value(value, lines=True)}\n"
+
+
+def _unseen(table: Mapping[str, Any], at: tuple[Any, ...], seen: set[tuple[Any, ...]]) -> dict[str, Any]:
+    """What of the tables the text lacks."""
+    found = {}
+    for key, value in table.items():
+        path = (*at, key)
+        if path in seen:
+            continue
+        if isinstance(value, Mapping):
+            if inner := _unseen(value, path, seen):
+                found[key] = inner
+        elif not any(one[: len(path)] == path for one in seen):
+            found[key] = value
+    return found

@@ -18,6 +18,7 @@ const STUDY_DELAY = 90;
 const SPOKEN_DELAY = 700;
 const JUDGE_DELAY = 150;
 const GLANCE_DELAY = 400;
+const ADDRESS_DELAY = 300;
 const LONGEST_BLANK = 400;
 const AGAIN = 2000;
 const LARGEST_FILE = 400_000;
@@ -33,6 +34,7 @@ let studyTimer = 0;
 let spokenTimer = 0;
 let judgeTimer = 0;
 let glanceTimer = 0;
+let addressTimer = 0;
 let firstPainted = false;
 let broken = false;
 let welcomed = false;
@@ -420,6 +422,7 @@ function choose(point, drive) {
   view.looked = null;
   if (view.drive !== drive) follow(drive);
   plots.setPoint(view.point, null, view.drive);
+  addressSoon();
   speakSoon();
   askView();
 }
@@ -428,6 +431,7 @@ function choose(point, drive) {
 function follow(drive) {
   if (view.drive === drive) return;
   view.drive = drive;
+  addressSoon();
   showGlance();
 }
 
@@ -457,6 +461,7 @@ function showMap(name, on) {
   const order = model.drives.map((drive) => drive.name);
   view.shown = order.filter((one) => (one === name ? on : view.shown.includes(one)));
   arrange();
+  addressSoon();
   askMaps();
 }
 
@@ -484,7 +489,7 @@ async function openFile(file) {
     const { header } = await transport.call("open", { name: file.name, text: await file.text() });
     if (header.faults?.length) { notice(`${file.name} was not opened: ${header.faults.map((fault) => fault.message).join(" ")}`, [], true, "open"); return; }
     history.replaceState(null, "", location.pathname);
-    open({ now: { name: header.name, tables: header.tables } });
+    open({ now: { name: header.name, tables: header.tables, text: header.text } });
   } catch (problem) { failed(problem); }
 }
 
@@ -520,7 +525,7 @@ function tellStudies(name) {
 
 async function save() {
   try {
-    const { header } = await transport.call("toml", payload());
+    const { header } = await transport.call("toml", { ...payload(), text: store.document.text });
     if (header.faults?.length) { notice(`Not saved: ${header.faults.map((fault) => fault.message).join(" ")}`, [], true, "save"); return; }
     clear("save");
     download(header.file, header.text, "application/toml");
@@ -528,11 +533,21 @@ async function save() {
   } catch (problem) { failed(problem); }
 }
 
-async function link() {
+/** The study and what is shown of it, in the address. */
+async function tellAddress() {
   const { drive, shown, point } = view;
   const { document, valid } = store;
-  const fragment = await toFragment({ ...payload(), drive, shown, point, ...(valid === null || same(valid.tables, document.tables) ? {} : { valid }) });
-  history.replaceState(null, "", fragment);
+  const fragment = await toFragment({ ...payload(), drive, shown, point, ...(valid === null || same(valid.tables, document.tables) ? {} : { valid: { tables: valid.tables } }) });
+  if (document === store.document) history.replaceState(null, "", fragment);
+}
+
+function addressSoon() {
+  clearTimeout(addressTimer);
+  addressTimer = setTimeout(tellAddress, ADDRESS_DELAY);
+}
+
+async function link() {
+  await tellAddress();
   await (await dialogs()).copyLink(location.href);
 }
 
@@ -585,7 +600,7 @@ byId("shipped").addEventListener("change", async () => {
   try {
     const { header } = await transport.call("shipped", { which: byId("shipped").value });
     history.replaceState(null, "", location.pathname);  // a link in the address is of the study before
-    open({ now: { name: header.name, tables: header.tables } });
+    open({ now: { name: header.name, tables: header.tables, text: header.text } });
   } catch (problem) { failed(problem); }
 });
 
@@ -600,14 +615,16 @@ store.subscribe((why) => {
   if (why === "pin") { tellModes(); plots.setBefore(store.before?.maps ?? null, view.mode); return; }
   changed(performance.now(), why === "edit" ? STUDY_DELAY : 0);
   setTimeout(() => keep(store.document, store.opened, store.valid));  // after the request for maps
+  if (store.opened.name !== own || store.edited || location.hash) addressSoon();
 });
 
-/** Open the study that the address holds. */
-async function openLink() {
+/** Open the study that the address holds; of one that is resumed, it only says what is shown. */
+async function openLink(known = null) {
   const content = await fromFragment(location.hash);
   if (content === null) return false;
   const { name, tables, drive = null, shown = [], point = null, valid = null } = content;
-  open({ now: { name, tables }, valid: valid?.tables ? { name, tables: valid.tables } : null }, { drive, shown: Array.isArray(shown) ? shown : [], point: Number.isFinite(point?.speed) && Number.isFinite(point?.force) ? point : null });
+  if (known !== null && !same(known.now.tables, tables)) return false;
+  open(known ?? { now: { name, tables }, valid: valid?.tables ? { name, tables: valid.tables } : null }, { drive, shown: Array.isArray(shown) ? shown : [], point: Number.isFinite(point?.speed) && Number.isFinite(point?.force) ? point : null });
   return true;
 }
 
@@ -642,8 +659,7 @@ async function begin() {
   own = header.study.name;
   shippedNames = new Set(header.shipped.map((one) => one.name));
   byId("shipped").replaceChildren(...header.shipped.map((one) => make("option", { value: one.name, title: one.description }, one.title)));
-  if (resumed) open(resumed);
-  else if (!await openLink().catch((problem) => { notice(problem.message, [], true, "link"); return false; })) open({ now: header.study });
+  if (resumed) { if (!await openLink(resumed).catch(() => false)) open(resumed); } else if (!await openLink().catch((problem) => { notice(problem.message, [], true, "link"); return false; })) open({ now: header.study });
   const held = [store.document.tables, waiting?.tables];
   for (const { id, name, tables, time } of header.recovered.filter((one) => !held.some((known) => same(known, one.tables)))) {
     const decided = () => transport.plain("decided", { id }).catch(failed);
