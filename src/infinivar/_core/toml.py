@@ -8,9 +8,13 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from infinivar.errors import InputError
+
+if TYPE_CHECKING:
+    from tomlkit import TOMLDocument
+    from tomlkit.items import Table
 
 _DEEPEST = 64
 """Most parts of one dotted key, and most brackets open at once; a study needs six."""
@@ -33,6 +37,9 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 _ESCAPES = {"\\": "\\\\", '"': '\\"', "\b": "\\b", "\t": "\\t", "\n": "\\n", "\f": "\\f", "\r": "\\r"}
 _CONTROL = re.compile(r'[\\"\x00-\x1f\x7f]')
 _WIDTH = 120
+
+_MOST_ROWS = 100
+"""Most rows by which a list may grow or shrink row by row, each a pass over it; beyond, it is written anew."""
 
 
 def loads(text: str) -> dict[str, Any]:
@@ -178,126 +185,78 @@ def edited(text: str, tables: Mapping[str, Any]) -> str:
 
     Returns
     -------
-    str   Reads back as the tables. Changed values stand in their lines, new ones at the end of their table. Where that cannot be,
-        as in arrays of tables with other rows, or where the text is no TOML, that of `dumps`.
+    str   Reads back as the tables. Comments above a heading go with it. Where the text is no TOML, or parts of one table stand
+        apart in an order that the library cannot edit, that of `dumps`.
     """
+    import tomlkit  # of the extra `web`: needed only where a file is saved over another
+    from tomlkit.exceptions import TOMLKitError
+
     try:
         loads(text)
-        found = "".join(_edited(text, tables)).strip("\n") + "\n"
+        document = tomlkit.parse(text)
+        above = _above_headings(document)
+        _merge(document, tables)
+        for table, words in above:
+            table.trivia.indent = words
+        found = document.as_string()
         return found if loads(found) == tables else dumps(tables)
-    except (InputError, LookupError, TypeError, ValueError):
+    except (InputError, TOMLKitError, AttributeError, LookupError, TypeError, ValueError):
         return dumps(tables)
 
 
-def _edited(text: str, tables: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the statements of a text, each with the value that the tables have."""
-    seen: set[tuple[Any, ...]] = set()
-    at: tuple[Any, ...] = ()
-    blank: list[str] = []  # comments and blank lines go with the statement that follows them
-    rows: dict[tuple[Any, ...], int] = {}
-    for statement in _statements(text):
-        bare = statement.strip()
-        if not bare or bare.startswith("#"):
-            blank.append(statement)
+def _above_headings(document: TOMLDocument) -> list[tuple[Table, str]]:
+    """Take out what stands above each heading, comments and blank lines, which would else end the table before."""
+    from tomlkit.items import Table, Whitespace
+
+    found, free = [], []
+    for body, place, item in list(_entries(document.body)):
+        if isinstance(item, Table) and item.is_super_table():
+            item.trivia.comment_ws = item.trivia.comment = ""  # a heading that it gets has not the words of its child
             continue
-        if bare.startswith("["):
-            yield from _added(tables, at, seen)
-            at = _path(bare)
-            if bare.startswith("[["):
-                rows[at] = rows.get(at, -1) + 1
-                at = (*at, rows[at])
-            gone = _at(tables, at) is None
-            yield from [*blank, *([] if gone else [statement])]
+        if isinstance(item, Table):
+            found.append((item, "".join(one[at][1].as_string() for one, at in free) + item.trivia.indent))
+            for one, at in free:
+                one[at] = (None, Whitespace(""))
+        if body[place][0] is None:
+            free.append((body, place))
         else:
-            key, value, comment = _split(bare)
-            path = (*at, *_path(f"[{key}]"))
-            new = _at(tables, path)
-            seen.add(path)
-            if new is not None and _value(new) == _value(value):
-                yield from [*blank, statement]
-            elif new is not None:
-                yield from [*blank, f"{key} = {_value(new, lines=True)}{comment and '  '}{comment}\n"]
-        blank = []
-    yield from _added(tables, at, seen)
-    yield from blank
-    yield from (f"{line}\n" for line in _lines(_unseen(tables, (), seen), ()))
-
-
-def _statements(text: str) -> Iterator[str]:
-    """Yield headings, keys with their values, which may span lines, and lines with neither."""
-    held = ""
-    for line in text.splitlines(keepends=True):
-        inside = bool(held)
-        held += line
-        if inside and line.rstrip().endswith(","):  # a list of thousands of lines is read once
-            continue
-        try:
-            tomllib.loads(held)
-        except tomllib.TOMLDecodeError:
-            continue
-        yield held if held.endswith("\n") else f"{held}\n"
-        held = ""
-
-
-def _path(heading: str) -> tuple[str, ...]:
-    """The keys of a heading."""
-    path, inside = [], tomllib.loads(heading)
-    while isinstance(inside, dict) and inside:
-        ((key, inside),) = inside.items()
-        path.append(key)
-    return tuple(path)
-
-
-def _split(statement: str) -> tuple[str, Any, str]:
-    """Key as written, value, and comment behind it."""
-    for sign in re.finditer("=", statement):
-        key = statement[: sign.start()].strip()
-        try:
-            path = _path(f"[{key}]")
-        except tomllib.TOMLDecodeError:  # the sign is within a quoted key
-            continue
-        value = _at(tomllib.loads(statement), path)
-        for mark in re.finditer("#", statement):
-            try:
-                if _at(tomllib.loads(statement[: mark.start()]), path) == value:
-                    return key, value, statement[mark.start() :]
-            except tomllib.TOMLDecodeError:  # the mark is within the value
-                continue
-        return key, value, ""
-    raise ValueError(f"no key in {statement!r}")
-
-
-def _at(tables: Any, path: Sequence[Any]) -> Any:
-    """The value at a path of keys and places; None if there is none."""
-    for key in path:
-        inside = isinstance(tables, Mapping) and key in tables
-        inside |= isinstance(tables, list) and isinstance(key, int) and key < len(tables)
-        if not inside:
-            return None
-        tables = tables[key]
-    return tables
-
-
-def _added(tables: Any, at: tuple[Any, ...], seen: set[tuple[Any, ...]]) -> Iterator[str]:
-    """Yield what a table of the text lacks, without tables of their own, and note it as seen."""
-    table = _at(tables, at)
-    for key, value in table.items() if isinstance(table, Mapping) else ():
-        path = (*at, key)
-        if not _stands_alone(value) and not any(one[: len(path)] == path for one in seen):
-            seen.add(path)
-            yield f"{_key(key)} = {_value(value, lines=True)}\n"
-
-
-def _unseen(table: Mapping[str, Any], at: tuple[Any, ...], seen: set[tuple[Any, ...]]) -> dict[str, Any]:
-    """What of the tables the text lacks."""
-    found = {}
-    for key, value in table.items():
-        path = (*at, key)
-        if path in seen:
-            continue
-        if isinstance(value, Mapping):
-            if inner := _unseen(value, path, seen):
-                found[key] = inner
-        elif not any(one[: len(path)] == path for one in seen):
-            found[key] = value
+            free.clear()
     return found
+
+
+def _entries(body: list[Any]) -> Iterator[tuple[list[Any], int, Any]]:
+    """Yield headings, keys and lines without either in the order of the text, each with its list and its place there."""
+    from tomlkit.items import AoT, Table
+
+    for place, (_, item) in enumerate(body):
+        if not isinstance(item, Table | AoT):
+            yield body, place, item
+        for table in item.body if isinstance(item, AoT) else [item] if isinstance(item, Table) else []:
+            yield body, place, table
+            yield from _entries(table.value.body)
+
+
+def _merge(held: Any, new: Any) -> None:
+    """Give a table or a list of the document the content of another, one entry at a time."""
+    import tomlkit
+
+    if isinstance(new, Mapping):
+        for key in [key for key in held if key not in new]:
+            del held[key]
+        places = new
+    else:
+        both = min(len(held), len(new))
+        first = next((place for place in range(both) if held[place] != new[place]), both)
+        for _ in range(len(held) - len(new)):
+            del held[first]
+        for place in range(first, first + len(new) - len(held)):
+            held.insert(place, new[place])
+        places = range(len(new))
+    for key in places:
+        old, value = held.get(key) if isinstance(new, Mapping) else held[key], new[key]
+        tables = isinstance(old, Mapping) and isinstance(value, Mapping)
+        lists = isinstance(old, list) and isinstance(value, list)
+        if tables or (lists and abs(len(old) - len(value)) <= _MOST_ROWS):
+            _merge(old, value)
+        elif old != value or isinstance(old, bool) != isinstance(value, bool):
+            held[key] = value if old is None and _stands_alone(value) else tomlkit.value(_value(value, lines=True))

@@ -133,8 +133,9 @@ def toml(payload: Mapping[str, Any]) -> Answer:
     name, tables = name_and_tables(payload)
     before = text(payload, "text", "", LARGEST_TEXT)
     study_of(payload)
+    named = {"name": name} if "name" in tables_of(before, name) else {}
     try:
-        content = edited(before, tables)
+        content = edited(before, named | tables)
     except TypeError as problem:
         raise FaultyError([{"at": "", "message": str(problem)}]) from None
     with faults_by_field(name):
