@@ -79,7 +79,7 @@ async function askMaps(stamp = performance.now()) {
   } catch (problem) { failed(problem); return; }
   const { header, arrays } = reply;
   answered();
-  if (header.faults?.length) { faulty(header.faults); return; }
+  if (header.faults?.length) { if (asking.tables === store.document.tables) faulty(header.faults); return; }
   if (model === null && header.reason) return;
   if (model === null) lay(header.plane, header.requirement, (name) => header.drives[name]?.title ?? name);
   const next = new Map();
@@ -221,7 +221,7 @@ async function askStudy() {
   const began = model === null;
   if (began) await seen;
   byId("study").setAttribute("aria-busy", "false");
-  if (header.faults?.length) { faulty(header.faults); return; }
+  if (header.faults?.length) { if (asking === store.document) faulty(header.faults); return; }
   const flat = model?.plane === null;
   model = header;
   store.settle(asking);
@@ -260,15 +260,19 @@ function faulty(found) {
   status("maps of the last valid state", false, true);
 }
 
-/** A study that was never valid: say why, and offer the one of the program. */
-function unusable(found) {
-  const { name } = store.document;
-  byId("study-title").textContent = name;
-  byId("study").setAttribute("aria-busy", "false");
-  status("", false, true);
-  plots.blank(`“${name}” cannot be shown.`);
-  const begin = async () => open({ now: (await started).header.study });
-  notice(`“${name}” cannot be shown: ${found.map((fault) => fault.message).join(" ")}`, [["Open the study of the program", begin]], true, "unusable");
+/** A study that was never valid: say why, and show that of the program. */
+async function unusable(found) {
+  const { name, tables } = store.document;
+  const { study } = (await started).header;
+  const other = !same(tables, study.tables);
+  if (other) open({ now: study });
+  else {
+    byId("study-title").textContent = name;
+    byId("study").setAttribute("aria-busy", "false");
+    status("", false, true);
+    plots.blank(`“${name}” cannot be shown.`);
+  }
+  notice(`“${name}” cannot be shown: ${found.map((fault) => fault.message).join(" ")}${other ? ` The study of the program, “${study.name}”, is shown instead.` : ""}`, [], true, "unusable");
 }
 
 function failed(problem) {
@@ -488,7 +492,7 @@ async function openFile(file) {
   try {
     const { header } = await transport.call("open", { name: file.name, text: await file.text() });
     if (header.faults?.length) { notice(`${file.name} was not opened: ${header.faults.map((fault) => fault.message).join(" ")}`, [], true, "open"); return; }
-    history.replaceState(null, "", location.pathname);
+    await leave();
     open({ now: { name: header.name, tables: header.tables, text: header.text } });
   } catch (problem) { failed(problem); }
 }
@@ -537,8 +541,17 @@ async function save() {
 async function tellAddress() {
   const { drive, shown, point } = view;
   const { document, valid } = store;
+  const { href } = location;
   const fragment = await toFragment({ ...payload(), drive, shown, point, ...(valid === null || same(valid.tables, document.tables) ? {} : { valid: { tables: valid.tables } }) });
-  if (document === store.document) history.replaceState(null, "", fragment);
+  if (document === store.document && href === location.href) history.replaceState({ text: document.text }, "", fragment);
+}
+
+/** Before another study is opened: "back" leads to this one. */
+async function leave() {
+  clearTimeout(addressTimer);
+  if (store.edited || location.hash) await tellAddress();
+  clearTimeout(addressTimer);
+  history.pushState(null, "", location.pathname);
 }
 
 function addressSoon() {
@@ -599,7 +612,7 @@ document.addEventListener("drop", (event) => {
 byId("shipped").addEventListener("change", async () => {
   try {
     const { header } = await transport.call("shipped", { which: byId("shipped").value });
-    history.replaceState(null, "", location.pathname);  // a link in the address is of the study before
+    await leave();
     open({ now: { name: header.name, tables: header.tables, text: header.text } });
   } catch (problem) { failed(problem); }
 });
@@ -622,13 +635,24 @@ store.subscribe((why) => {
 async function openLink(known = null) {
   const content = await fromFragment(location.hash);
   if (content === null) return false;
-  const { name, tables, drive = null, shown = [], point = null, valid = null } = content;
+  const { name, tables, valid, ...state } = content;
   if (known !== null && !same(known.now.tables, tables)) return false;
-  open(known ?? { now: { name, tables }, valid: valid?.tables ? { name, tables: valid.tables } : null }, { drive, shown: Array.isArray(shown) ? shown : [], point: Number.isFinite(point?.speed) && Number.isFinite(point?.force) ? point : null });
+  open(known ?? { now: { name, tables, text: history.state?.text }, valid: valid && { name, tables: valid } }, state);
   return true;
 }
 
-addEventListener("hashchange", () => openLink().catch((problem) => notice(problem.message, [], true, "link")));
+/** Another address, as after "back": open its study, that of the program if it holds none. */
+async function followAddress() {
+  if (location.hash !== "" && !location.hash.startsWith("#study=")) return;  // a place on the page
+  clearTimeout(addressTimer);
+  try {
+    const { name, tables } = await fromFragment(location.hash) ?? (await started).header.study;
+    if (store.document.name === name && same(store.document.tables, tables)) return;
+    if (!await openLink()) open({ now: (await started).header.study });
+  } catch (problem) { notice(problem.message, [], true, "link"); }
+}
+
+addEventListener("popstate", followAddress);
 
 /** Tell if the files of the study have changed since the page got them. */
 async function askDisk() {
