@@ -115,13 +115,13 @@ def test_back_and_forward_restore_the_state_and_the_comments(page, tmp_path):
     page.enter("Preload", "666 N")
     page.link()
     page.page.go_back()
-    page.page.locator("[data-shown='555 N']").wait_for()
+    page.page.locator("[data-shown='555 N']").wait_for(state="attached")
     page.page.go_forward()
-    page.page.locator("[data-shown='666 N']").wait_for()
+    page.page.locator("[data-shown='666 N']").wait_for(state="attached")
     assert page.saved(tmp_path / "saved").read_text().startswith("# of the rig\n")
     page.page.goto("about:blank")
     page.page.go_back()
-    page.page.locator("[data-shown='666 N']").wait_for()
+    page.page.locator("[data-shown='666 N']").wait_for(state="attached")
     assert page.saved(tmp_path / "again").read_text().startswith("# of the rig\n")
     assert page.problems == []
 

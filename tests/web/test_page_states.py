@@ -104,6 +104,7 @@ def test_rows_of_a_list_are_edited_and_the_saved_file_keeps_its_comments(page, t
     page.by_id("find").fill("positions")
     page.enter("Positions", "x = 0.5 m; x = -0.2 m, y = 0.25 m; x = -0.2 m, y = -0.25 m")
     page.page.locator(".field.changed", has_text="Positions").wait_for()
+    assert page.field("Positions").input_value() == "x = 0.5 m\nx = -0.2 m, y = 0.25 m\nx = -0.2 m, y = -0.25 m"
     assert page.field("Positions").get_attribute("aria-invalid") is None
     saved = page.saved(tmp_path / "saved").read_text()
     before, after = source.read_text().splitlines(), saved.splitlines()
