@@ -143,6 +143,12 @@ class Page:
         found.value.save_as(file)
         return file
 
+    def link(self) -> str:
+        """The address that the page copies."""
+        self.by_id("link").click()
+        self.page.locator("#said", has_text="Link copied").or_(self.page.locator("#link-text")).first.wait_for()
+        return self.page.url
+
     def fits(self) -> bool:
         """Whether nothing is wider than the window: the last column of its pixels is reached without scrolling."""
         width = self.page.viewport_size["width"]

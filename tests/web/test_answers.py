@@ -495,6 +495,9 @@ def test_text_and_tables(opened_study):
     opened = answered("open", {"name": "hand_controller.toml", "text": written["text"]}).header
     assert opened["tables"] == opened_study["tables"]
     assert opened["name"] == "hand_controller"
+    text = "name = 'mine'  # of the rig\n" + written["text"]
+    named = answered("open", {"name": "other.toml", "text": text}).header
+    assert answered("toml", named).header["text"] == text
     (fault,) = faults("open", {"name": "x.toml", "text": "title = "})
     assert "is not valid TOML" in fault["message"]
     text = written["text"] + "\n[drives.cobotic.motor]\nvoltage = '-1 V'\n"

@@ -152,14 +152,13 @@ def test_a_saved_study_opens_in_the_same_state(page, browser, server, tmp_path):
 def test_a_link_holds_the_whole_study(page, browser, server):
     page.enter("Preload", "900 N")
     numbers, point = [page.efficiency(name) for name in (COBOTIC, GEARED)], page.point()
-    page.by_id("link").click()
-    page.until(lambda: "#study=" in page.page.url)
-    with Page(browser, page.page.url) as other:
+    address = page.link()
+    with Page(browser, address) as other:
         other.ready()
         assert other.field("Preload").input_value() == "900 N"
         assert other.point() == point
         assert [other.efficiency(name) for name in (COBOTIC, GEARED)] == numbers
-    with Page(browser, page.page.url[:-9]) as other:
+    with Page(browser, address[:-9]) as other:
         other.ready()
         assert "damaged" in other.page.locator(".notice").inner_text()
 

@@ -21,11 +21,16 @@ def page(browser, server):
         yield found.ready()
 
 
+def packed(content):
+    """The fragment of an address that holds bytes, by default those of a study."""
+    pack = zlib.compressobj(wbits=-15)
+    found = pack.compress(content if isinstance(content, bytes) else json.dumps(content).encode()) + pack.flush()
+    return f"#study={base64.urlsafe_b64encode(found).decode().rstrip('=')}"
+
+
 def linked(address, tables):
     """An address that holds these tables, and no valid state beside them."""
-    pack = zlib.compressobj(wbits=-15)
-    packed = pack.compress(json.dumps({"name": "mine", "tables": tables}).encode()) + pack.flush()
-    return f"{address}#study={base64.urlsafe_b64encode(packed).decode().rstrip('=')}"
+    return address + packed({"name": "mine", "tables": tables})
 
 
 def refused(page):
@@ -52,27 +57,73 @@ def test_a_link_holds_a_bad_value_beside_the_last_valid_state(page, browser):
     page.enter("Preload", "700 N")
     shown = page.efficiency("cobotic")
     page.enter("Preload", "-5 N")
-    page.by_id("link").click()
-    page.until(lambda: "#study=" in page.page.url)
-    with Page(browser, page.page.url) as other:
+    with Page(browser, page.link()) as other:
         refused(other)
         assert other.efficiency("cobotic") == shown
         other.enter("Preload", "800 N")
         assert other.field("Preload").get_attribute("aria-invalid") is None
 
 
-def test_a_study_that_was_never_valid_says_why_and_offers_another(browser, server):
-    tables = {
-        "requirement": {"base": "faulring2006"},
-        "drives": {"one": {"base": "faulring2006.cobotic", "transmission": {"preload": "-5 N"}}},
-    }
+REQUIRED = {"requirement": {"base": "faulring2006"}}
+HOSTILE = {
+    "no base64": "#study=%00%3Cscript%3E",
+    "no study": "#study=",
+    "no compressed text": "#study=AAAA",
+    "no JSON": packed(b"<script>alert(1)</script>"),
+    "no name": packed({"tables": REQUIRED}),
+    "a list": packed({"name": "mine", "tables": [REQUIRED]}),
+    "too deep": packed(b'{"name": "mine", "tables": {"a": ' + b"[" * 100_000 + b"]" * 100_000 + b"}}"),
+    "too large": packed({"name": "mine", "tables": {"title": "x" * 2**21}}),
+    "no drive": packed({"name": "mine", "tables": {"drives": 5}, "drive": {}, "shown": [7], "point": {"speed": "x"}}),
+    "another file": packed(
+        {"name": "mine", "tables": {**REQUIRED, "duty": {"walk": {"shape": "recording", "file": "/etc/passwd"}}}}
+    ),
+    "another study": packed({"name": "mine", "tables": {"extends": "/etc/infinivar.toml"}}),
+    "parts of a folder": packed({"name": "mine", "tables": {**REQUIRED, "parts": ["../.."]}}),
+}
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_a_hostile_address_gives_one_message_and_the_study_of_the_program(browser, server, case):
+    with Page(browser, server.address + HOSTILE[case]) as page:
+        page.page.locator(".notice.bad").wait_for()
+        page.page.locator("#study-title", has_text="mine").wait_for(state="detached")
+        page.ready()
+        assert page.page.locator(".notice.bad").count() == 1
+        assert page.page.locator(".map").count() == 2
+        assert page.by_id("shipped").input_value() == "hand_controller"
+        assert "Something went wrong" not in page.page.locator(".notice.bad").inner_text()
+        assert page.problems == []
+
+
+def test_a_study_that_was_never_valid_says_why(browser, server):
+    tables = {**REQUIRED, "drives": {"one": {"base": "faulring2006.cobotic", "transmission": {"preload": "-5 N"}}}}
     with Page(browser, linked(server.address, tables)) as page:
         notice = page.page.locator("[data-notice=unusable]")
         notice.wait_for()
         assert 'preload = "-5 N" must be > 0 N' in notice.inner_text()
-        notice.get_by_role("button", name="Open the study of the program").click()
         page.page.locator(".map").first.wait_for()
-        page.page.locator("#study-title", has_text="mine").wait_for(state="detached")
+
+
+def test_back_and_forward_restore_the_state_and_the_comments(page, tmp_path):
+    source = tmp_path / "mine.toml"
+    source.write_text(f"# of the rig\n{study_file(Path('hand_controller')).read_text()}")
+    page.enter("Preload", "555 N")
+    page.by_id("file").set_input_files(source)
+    page.page.locator("[data-shown='555 N']").wait_for(state="detached")
+    page.settled()
+    page.enter("Preload", "666 N")
+    page.link()
+    page.page.go_back()
+    page.page.locator("[data-shown='555 N']").wait_for(state="attached")
+    page.page.go_forward()
+    page.page.locator("[data-shown='666 N']").wait_for(state="attached")
+    assert page.saved(tmp_path / "saved").read_text().startswith("# of the rig\n")
+    page.page.goto("about:blank")
+    page.page.go_back()
+    page.page.locator("[data-shown='666 N']").wait_for(state="attached")
+    assert page.saved(tmp_path / "again").read_text().startswith("# of the rig\n")
+    assert page.problems == []
 
 
 def test_the_title_names_a_part_that_was_swapped(page):

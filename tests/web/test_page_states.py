@@ -42,11 +42,10 @@ def page_answer(page, name):
     """What the server says of the study that the page shows."""
     from serving import unpacked
 
-    shown = page.page.context.request.post(
-        page.page.url + "api/shipped", data={"which": page.by_id("shipped").input_value()}
-    )
+    address = page.page.url.partition("#")[0]
+    shown = page.page.context.request.post(address + "api/shipped", data={"which": page.by_id("shipped").input_value()})
     study, _ = unpacked(shown.body())
-    reply = page.page.context.request.post(page.page.url + f"api/{name}", data=study)
+    reply = page.page.context.request.post(address + f"api/{name}", data=study)
     return unpacked(reply.body())
 
 
@@ -94,6 +93,47 @@ def test_a_condition_that_is_not_whole_yet_is_told_at_the_search(page):
     search.fill("mass < 300 g")
     found.locator("button").first.wait_for()
     assert page.problems == []
+
+
+def test_rows_of_a_list_are_edited_and_the_saved_file_keeps_its_comments(page, tmp_path):
+    source = tmp_path / "cart.toml"
+    source.write_text(f"# mine\n{study_file(Path('planar_cart')).read_text()}# the end\n")
+    page.by_id("file").set_input_files(source)
+    page.page.locator("table.tasks").wait_for()
+    page.settled()
+    page.by_id("find").fill("positions")
+    page.enter("Positions", "x = 0.5 m; x = -0.2 m, y = 0.25 m; x = -0.2 m, y = -0.25 m")
+    page.page.locator(".field.changed", has_text="Positions").wait_for()
+    assert page.field("Positions").input_value() == "x = 0.5 m\nx = -0.2 m, y = 0.25 m\nx = -0.2 m, y = -0.25 m"
+    assert page.field("Positions").get_attribute("aria-invalid") is None
+    saved = page.saved(tmp_path / "saved").read_text()
+    before, after = source.read_text().splitlines(), saved.splitlines()
+    assert [line for line in before if line not in after] == [
+        line for line in before if 'x = "0.4 m" }, { x = "-0.2' in line
+    ]
+    assert '{ x = "0.5 m" }' in saved
+    page.enter("Positions", "x = 0.5 m; y = 7")
+    assert page.field("Positions").get_attribute("aria-invalid") == "true"
+
+
+def test_the_address_follows_the_state(page, browser):
+    assert "#" not in page.page.url
+    page.enter("Preload", "543 N")
+    page.by_id("glance").get_by_role("button", name="Motor 2, 4:1").click()
+    page.page.keyboard.press("Alt+m")
+    page.page.keyboard.press("ArrowRight")
+    point = page.point()
+
+    def opened():
+        with Page(browser, page.page.url) as other:
+            other.ready()
+            return "#" in page.page.url and other.field("Preload").count() == 0 and other.point() == point
+
+    page.until(opened)
+    page.page.reload()
+    page.page.locator("#status[data-first]").wait_for()
+    page.settled()
+    assert page.point() == point
 
 
 def test_what_is_typed_is_in_the_file_that_a_key_saves(page, tmp_path):

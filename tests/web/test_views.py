@@ -185,6 +185,25 @@ def test_nothing_is_wider_than_a_small_screen(browser, server, size):
         assert page.problems == []
 
 
+TEXT_OUTSIDE = """picture => [...picture.querySelectorAll("text")].filter((text) => {
+  const [own, all] = [text.getBoundingClientRect(), picture.getBoundingClientRect()];
+  return own.left < all.left - 1 || own.right > all.right + 1 || own.top < all.top - 1 || own.bottom > all.bottom + 1;
+}).map((text) => text.textContent)"""
+
+
+@pytest.mark.parametrize("size", ["desktop", "narrow"])
+def test_the_drawing_of_a_machine_stays_in_its_picture_and_no_label_is_cut(browser, server, size):
+    with Page(browser, server.address, size) as page:
+        page.ready()
+        for study in ("planar_cart", "sphere_joint", "knee_walking"):
+            page.opened(study)
+            panel = view(page, "machine")
+            panel.locator(".scene > svg text").first.wait_for()
+            for picture in panel.locator(".scene > svg").all():
+                assert picture.evaluate(TEXT_OUTSIDE) == []
+                assert picture.evaluate("one => getComputedStyle(one).overflow") == "hidden"
+
+
 def test_every_picture_has_a_text_instead(page):
     page.opened("reach_and_hold")
     for name in ("balance", "contact", "motion", "plane", "machine"):

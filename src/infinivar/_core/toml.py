@@ -8,9 +8,13 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from infinivar.errors import InputError
+
+if TYPE_CHECKING:
+    from tomlkit import TOMLDocument
+    from tomlkit.items import Table
 
 _DEEPEST = 64
 """Most parts of one dotted key, and most brackets open at once; a study needs six."""
@@ -33,6 +37,9 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 _ESCAPES = {"\\": "\\\\", '"': '\\"', "\b": "\\b", "\t": "\\t", "\n": "\\n", "\f": "\\f", "\r": "\\r"}
 _CONTROL = re.compile(r'[\\"\x00-\x1f\x7f]')
 _WIDTH = 120
+
+_MOST_ROWS = 100
+"""Most rows by which a list may grow or shrink row by row, each a pass over it; beyond, it is written anew."""
 
 
 def loads(text: str) -> dict[str, Any]:
@@ -166,3 +173,90 @@ def _list(items: list[str], lines: bool) -> str:
 def _text(text: str) -> str:
     """A text in quotes; anything that could end it or is invisible is escaped."""
     return '"' + _CONTROL.sub(lambda found: _ESCAPES.get(found[0], f"\\u{ord(found[0]):04x}"), text) + '"'
+
+
+def edited(text: str, tables: Mapping[str, Any]) -> str:
+    """The text of a TOML file with other tables: what is the same stays as it stands, with comments, order and layout.
+
+    Parameters
+    ----------
+    text : str         Of the file as it was, of any origin.
+    tables : mapping   As for `dumps`.
+
+    Returns
+    -------
+    str   Reads back as the tables. Comments above a heading go with it. Where the text is no TOML, or parts of one table stand
+        apart in an order that the library cannot edit, that of `dumps`.
+    """
+    import tomlkit  # of the extra `web`: needed only where a file is saved over another
+    from tomlkit.exceptions import TOMLKitError
+
+    try:
+        loads(text)
+        document = tomlkit.parse(text)
+        above = _above_headings(document)
+        _merge(document, tables)
+        for table, words in above:
+            table.trivia.indent = words
+        found = document.as_string()
+        return found if loads(found) == tables else dumps(tables)
+    except (InputError, TOMLKitError, AttributeError, LookupError, TypeError, ValueError):
+        return dumps(tables)
+
+
+def _above_headings(document: TOMLDocument) -> list[tuple[Table, str]]:
+    """Take out what stands above each heading, comments and blank lines, which would else end the table before."""
+    from tomlkit.items import Table, Whitespace
+
+    found, free = [], []
+    for body, place, item in list(_entries(document.body)):
+        if isinstance(item, Table) and item.is_super_table():
+            item.trivia.comment_ws = item.trivia.comment = ""  # a heading that it gets has not the words of its child
+            continue
+        if isinstance(item, Table):
+            found.append((item, "".join(one[at][1].as_string() for one, at in free) + item.trivia.indent))
+            for one, at in free:
+                one[at] = (None, Whitespace(""))
+        if body[place][0] is None:
+            free.append((body, place))
+        else:
+            free.clear()
+    return found
+
+
+def _entries(body: list[Any]) -> Iterator[tuple[list[Any], int, Any]]:
+    """Yield headings, keys and lines without either in the order of the text, each with its list and its place there."""
+    from tomlkit.items import AoT, Table
+
+    for place, (_, item) in enumerate(body):
+        if not isinstance(item, Table | AoT):
+            yield body, place, item
+        for table in item.body if isinstance(item, AoT) else [item] if isinstance(item, Table) else []:
+            yield body, place, table
+            yield from _entries(table.value.body)
+
+
+def _merge(held: Any, new: Any) -> None:
+    """Give a table or a list of the document the content of another, one entry at a time."""
+    import tomlkit
+
+    if isinstance(new, Mapping):
+        for key in [key for key in held if key not in new]:
+            del held[key]
+        places = new
+    else:
+        both = min(len(held), len(new))
+        first = next((place for place in range(both) if held[place] != new[place]), both)
+        for _ in range(len(held) - len(new)):
+            del held[first]
+        for place in range(first, first + len(new) - len(held)):
+            held.insert(place, new[place])
+        places = range(len(new))
+    for key in places:
+        old, value = held.get(key) if isinstance(new, Mapping) else held[key], new[key]
+        tables = isinstance(old, Mapping) and isinstance(value, Mapping)
+        lists = isinstance(old, list) and isinstance(value, list)
+        if tables or (lists and abs(len(old) - len(value)) <= _MOST_ROWS):
+            _merge(old, value)
+        elif old != value or isinstance(old, bool) != isinstance(value, bool):
+            held[key] = value if old is None and _stands_alone(value) else tomlkit.value(_value(value, lines=True))

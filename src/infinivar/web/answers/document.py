@@ -56,6 +56,7 @@ class Source:
     ----------
     name     Of the study.
     tables   Of its file, those of files that it extends included.
+    text     Of its file.
     folder   Of the files that it names.
     files    Those files, as written in the tables.
     parts    Files and folders with sets of parts, as written; by default the folder `parts`.
@@ -65,6 +66,7 @@ class Source:
 
     name: str
     tables: Tables
+    text: str
     folder: Path
     files: frozenset[str] = frozenset()
     parts: frozenset[str] = frozenset()
@@ -98,6 +100,7 @@ def begin(path: str | None = None) -> Study:
     made = Source(
         name=study.name,
         tables=tables,
+        text=file.read_text("utf-8"),
         folder=file.resolve().parent,
         files=frozenset(_files_in(tables)),
         parts=frozenset() if shipped else frozenset(parts_of(tables)),

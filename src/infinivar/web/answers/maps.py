@@ -66,7 +66,7 @@ def start(payload: Mapping[str, Any]) -> Answer:
     begun = source()
     header = {
         "version": __version__,
-        "study": {"name": begun.name, "tables": begun.tables},
+        "study": {"name": begun.name, "tables": begun.tables, "text": begun.text},
         "stamp": begun.stamp,
         "shipped": _shipped(),
         "recovered": _recovered(payload),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from infinivar._core.toml import dumps
+from infinivar._core.toml import edited
 from infinivar.analysis.plane import MAP_REACH, of_study
 from infinivar.analysis.robustness.foremost import foremost as ranked
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -118,22 +118,24 @@ def required_of(study: Study) -> dict[str, Any] | None:
 
 
 def opened(payload: Mapping[str, Any]) -> Answer:
-    """Name and tables of the text of a study file."""
+    """Name, tables and text of a study file."""
     content = text(payload, "text", longest=LARGEST_TEXT)
     name = text(payload, "name").removesuffix(".toml") or "study"
     tables = tables_of(content, name)
     stated = tables.pop("name", name)
-    found = {"name": stated if isinstance(stated, str) else name, "tables": tables}
+    found = {"name": stated if isinstance(stated, str) else name, "tables": tables, "text": content}
     study_of(found)
     return Answer(header=found)
 
 
 def toml(payload: Mapping[str, Any]) -> Answer:
-    """The text of the study file."""
+    """The text of the study file: with `text`, that of the file that was opened, its comments and layout stay."""
     name, tables = name_and_tables(payload)
+    before = text(payload, "text", "", LARGEST_TEXT)
     study_of(payload)
+    named = {"name": name} if "name" in tables_of(before, name) else {}
     try:
-        content = dumps(tables)
+        content = edited(before, named | tables)
     except TypeError as problem:
         raise FaultyError([{"at": "", "message": str(problem)}]) from None
     with faults_by_field(name):
@@ -147,10 +149,10 @@ def file_stem(name: str) -> str:
 
 
 def shipped(payload: Mapping[str, Any]) -> Answer:
-    """Name and tables of a shipped study."""
+    """Name, tables and text of a shipped study."""
     which = text(payload, "which")
     known = shipped_studies()
     if which not in known:
         raise RefusedError(f"which: there is no shipped study {which!r}{nearest(which, known)}")
     tables = read_tables(known[which])
-    return Answer(header={"name": tables.pop("name", which), "tables": tables})
+    return Answer(header={"name": tables.pop("name", which), "tables": tables, "text": known[which].read_text("utf-8")})

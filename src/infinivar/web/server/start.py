@@ -52,9 +52,9 @@ def serve(
     Raises
     ------
     InputError
-        If starlette or uvicorn is not installed, the study is invalid, or the port is taken.
+        If starlette, uvicorn or tomlkit is not installed, the study is invalid, or the port is taken.
     """
-    for library in ("starlette", "uvicorn"):
+    for library in ("starlette", "uvicorn", "tomlkit"):
         extras.check(library, "web", "infinivar serve")
     _many_connections()
     with contextlib.closing(_listening(host, port)) as listening:

@@ -35,9 +35,24 @@ export function asWritten(field, value) {
   return `${digits((value - offset) / factor, 4)} ${unit}`.trim();
 }
 
-/** What a text in a box stands for in the tables: a number where a study has a bare number, else the text. */
+const MOST_LINES = 8;
+const LINE = 34;  // characters
+
+const listed = (field) => field.type === "row" || field.type === "list";
+
+/** A row as text, "0 m, 0.1 m", and a list of tables, one a line, "x = 0 m, y = 0.2 m"; and what such a text stands for. */
+export const listText = (list) => list.map((one) => (one !== null && typeof one === "object" ? Object.entries(one).map(([key, value]) => `${key} = ${value}`).join(", ") : String(one))).join(list.some((one) => typeof one === "object") ? "\n" : ", ");
+const pieces = (text, sign) => text.split(sign).map((one) => one.trim()).filter(Boolean);
+const plain = (text) => (Number.isFinite(Number(text)) ? Number(text) : text);
+export function listOf(text) {
+  if (!text.includes("=")) return pieces(text, /[,;\n]/).map(plain);
+  return pieces(text, /[;\n]/).map((one) => Object.fromEntries(pieces(one, ",").map((two) => two.split("=").map((part) => part.trim())).map(([key, value = ""]) => [key, plain(value)])));
+}
+
+/** What a text in a box stands for in the tables: a list, a number where a study has a bare number, else the text. */
 export function entered(field, text) {
   const trimmed = text.trim();
+  if (listed(field)) return listOf(trimmed);
   const bare = field.type === "whole" || (field.type === "quantity" && (field.unit === "1" || field.unit === ""));
   return bare && trimmed !== "" && Number.isFinite(Number(trimmed)) ? Number(trimmed) : trimmed;
 }
@@ -239,12 +254,16 @@ export function createFields({ store, rank, onOwner, onShow, onPart }) {
       input = make("input", { type: "checkbox", id });
       input.addEventListener("change", () => put(input.checked));
     } else {
-      const fixed = field.type === "row" || field.type === "list";
-      input = make("input", { type: "text", id, className: field.type === "quantity" || field.type === "whole" ? "" : "long", autocomplete: "off", spellcheck: false, readOnly: fixed });
-      if (fixed) { input.title = "Edit rows and lists in the study file"; }
+      const look = { id, className: field.type === "quantity" || field.type === "whole" ? "" : "long", autocomplete: "off", spellcheck: false };
+      input = listed(field) ? make("textarea", { ...look, title: "Values with commas between them; rows such as x = 0 m, y = 0.2 m one a line (Shift+Enter) or with semicolons between them" }) : make("input", { type: "text", ...look });
       input.addEventListener("change", () => put(entered(own, input.value)));
       input.addEventListener("keydown", (event) => {
         if (event.key === "Escape") { input.value = textNow(); input.select(); }
+        if (event.key === "Enter" && listed(own) && !event.shiftKey) {
+          event.preventDefault();
+          put(entered(own, input.value));
+          input.value = input.dataset.shown = textNow();
+        }
         if ((event.key === "ArrowUp" || event.key === "ArrowDown") && slider) { event.preventDefault(); slider.focus(); nudge(event.key === "ArrowUp" ? 5 : -5); }
       });
     }
@@ -255,13 +274,14 @@ export function createFields({ store, rank, onOwner, onShow, onPart }) {
       slider.addEventListener("keydown", () => { typed = true; });
       slider.addEventListener("change", () => (typed ? finishSoon() : store.finish()));
       box.append(make("div", { className: "slide" }, make("span", { className: "track" }, slider), input));
-    } else line.append(input);
+    } else (listed(field) ? box : line).append(input);
     box.append(message, was);
 
     /** What the tables say where they say it, else what the program found. */
     function textNow() {
       const stated = valueAt(store.document.tables, own.at);
       if (typeof stated === "string" || typeof stated === "number") return String(stated);
+      if (Array.isArray(stated)) return listText(stated);
       return own.type === "quantity" && !own.shown?.unit ? asWritten(own, own.value) : own.written;
     }
 
@@ -284,8 +304,9 @@ export function createFields({ store, rank, onOwner, onShow, onPart }) {
       updateDot(mark, next);
       if (next.type === "choice") input.value = String(next.value);
       else if (next.type === "flag") input.checked = Boolean(next.value);
-      else if (document.activeElement !== input || input.readOnly || input.dataset.shown === input.value) input.value = textNow();
+      else if (document.activeElement !== input || input.dataset.shown === input.value) input.value = textNow();
       input.dataset.shown = input.value;
+      if (listed(next)) input.rows = Math.min(MOST_LINES, input.value.split("\n").reduce((sum, line) => sum + Math.ceil((line.length || 1) / LINE), 0));
       if (slider && next.slider) {
         const beyond = next.value < Math.min(ends.low, ends.high) * (1 - 1e-3) || next.value > Math.max(ends.low, ends.high) * (1 + 1e-3);
         if (beyond) ends = next.slider;

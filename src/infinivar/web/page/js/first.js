@@ -44,4 +44,4 @@ function early(ask) {
 }
 
 export const firstMaps = early(({ maps }, arrays) => (maps === undefined ? { shown: [] } : { shown: Object.keys(maps.drives), reply: { header: maps, arrays } }));
-export const firstStudy = early(async ({ study }) => ({ reply: await transport.call("study", study) }));
+export const firstStudy = early(async ({ study }) => ({ reply: await transport.call("study", { name: study.name, tables: study.tables }) }));

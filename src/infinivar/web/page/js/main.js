@@ -18,6 +18,7 @@ const STUDY_DELAY = 90;
 const SPOKEN_DELAY = 700;
 const JUDGE_DELAY = 150;
 const GLANCE_DELAY = 400;
+const ADDRESS_DELAY = 300;
 const LONGEST_BLANK = 400;
 const AGAIN = 2000;
 const LARGEST_FILE = 400_000;
@@ -33,6 +34,7 @@ let studyTimer = 0;
 let spokenTimer = 0;
 let judgeTimer = 0;
 let glanceTimer = 0;
+let addressTimer = 0;
 let firstPainted = false;
 let broken = false;
 let welcomed = false;
@@ -77,7 +79,7 @@ async function askMaps(stamp = performance.now()) {
   } catch (problem) { failed(problem); return; }
   const { header, arrays } = reply;
   answered();
-  if (header.faults?.length) { faulty(header.faults); return; }
+  if (header.faults?.length) { if (asking.tables === store.document.tables) faulty(header.faults); return; }
   if (model === null && header.reason) return;
   if (model === null) lay(header.plane, header.requirement, (name) => header.drives[name]?.title ?? name);
   const next = new Map();
@@ -219,7 +221,7 @@ async function askStudy() {
   const began = model === null;
   if (began) await seen;
   byId("study").setAttribute("aria-busy", "false");
-  if (header.faults?.length) { faulty(header.faults); return; }
+  if (header.faults?.length) { if (asking === store.document) faulty(header.faults); return; }
   const flat = model?.plane === null;
   model = header;
   store.settle(asking);
@@ -258,15 +260,19 @@ function faulty(found) {
   status("maps of the last valid state", false, true);
 }
 
-/** A study that was never valid: say why, and offer the one of the program. */
-function unusable(found) {
-  const { name } = store.document;
-  byId("study-title").textContent = name;
-  byId("study").setAttribute("aria-busy", "false");
-  status("", false, true);
-  plots.blank(`“${name}” cannot be shown.`);
-  const begin = async () => open({ now: (await started).header.study });
-  notice(`“${name}” cannot be shown: ${found.map((fault) => fault.message).join(" ")}`, [["Open the study of the program", begin]], true, "unusable");
+/** A study that was never valid: say why, and show that of the program. */
+async function unusable(found) {
+  const { name, tables } = store.document;
+  const { study } = (await started).header;
+  const other = !same(tables, study.tables);
+  if (other) open({ now: study });
+  else {
+    byId("study-title").textContent = name;
+    byId("study").setAttribute("aria-busy", "false");
+    status("", false, true);
+    plots.blank(`“${name}” cannot be shown.`);
+  }
+  notice(`“${name}” cannot be shown: ${found.map((fault) => fault.message).join(" ")}${other ? ` The study of the program, “${study.name}”, is shown instead.` : ""}`, [], true, "unusable");
 }
 
 function failed(problem) {
@@ -420,6 +426,7 @@ function choose(point, drive) {
   view.looked = null;
   if (view.drive !== drive) follow(drive);
   plots.setPoint(view.point, null, view.drive);
+  addressSoon();
   speakSoon();
   askView();
 }
@@ -428,6 +435,7 @@ function choose(point, drive) {
 function follow(drive) {
   if (view.drive === drive) return;
   view.drive = drive;
+  addressSoon();
   showGlance();
 }
 
@@ -457,6 +465,7 @@ function showMap(name, on) {
   const order = model.drives.map((drive) => drive.name);
   view.shown = order.filter((one) => (one === name ? on : view.shown.includes(one)));
   arrange();
+  addressSoon();
   askMaps();
 }
 
@@ -483,8 +492,8 @@ async function openFile(file) {
   try {
     const { header } = await transport.call("open", { name: file.name, text: await file.text() });
     if (header.faults?.length) { notice(`${file.name} was not opened: ${header.faults.map((fault) => fault.message).join(" ")}`, [], true, "open"); return; }
-    history.replaceState(null, "", location.pathname);
-    open({ now: { name: header.name, tables: header.tables } });
+    await leave();
+    open({ now: { name: header.name, tables: header.tables, text: header.text } });
   } catch (problem) { failed(problem); }
 }
 
@@ -520,7 +529,7 @@ function tellStudies(name) {
 
 async function save() {
   try {
-    const { header } = await transport.call("toml", payload());
+    const { header } = await transport.call("toml", { ...payload(), text: store.document.text });
     if (header.faults?.length) { notice(`Not saved: ${header.faults.map((fault) => fault.message).join(" ")}`, [], true, "save"); return; }
     clear("save");
     download(header.file, header.text, "application/toml");
@@ -528,11 +537,30 @@ async function save() {
   } catch (problem) { failed(problem); }
 }
 
-async function link() {
+/** The study and what is shown of it, in the address. */
+async function tellAddress() {
   const { drive, shown, point } = view;
   const { document, valid } = store;
-  const fragment = await toFragment({ ...payload(), drive, shown, point, ...(valid === null || same(valid.tables, document.tables) ? {} : { valid }) });
-  history.replaceState(null, "", fragment);
+  const { href } = location;
+  const fragment = await toFragment({ ...payload(), drive, shown, point, ...(valid === null || same(valid.tables, document.tables) ? {} : { valid: { tables: valid.tables } }) });
+  if (document === store.document && href === location.href) history.replaceState({ text: document.text }, "", fragment);
+}
+
+/** Before another study is opened: "back" leads to this one. */
+async function leave() {
+  clearTimeout(addressTimer);
+  if (store.edited || location.hash) await tellAddress();
+  clearTimeout(addressTimer);
+  history.pushState(null, "", location.pathname);
+}
+
+function addressSoon() {
+  clearTimeout(addressTimer);
+  addressTimer = setTimeout(tellAddress, ADDRESS_DELAY);
+}
+
+async function link() {
+  await tellAddress();
   await (await dialogs()).copyLink(location.href);
 }
 
@@ -584,8 +612,8 @@ document.addEventListener("drop", (event) => {
 byId("shipped").addEventListener("change", async () => {
   try {
     const { header } = await transport.call("shipped", { which: byId("shipped").value });
-    history.replaceState(null, "", location.pathname);  // a link in the address is of the study before
-    open({ now: { name: header.name, tables: header.tables } });
+    await leave();
+    open({ now: { name: header.name, tables: header.tables, text: header.text } });
   } catch (problem) { failed(problem); }
 });
 
@@ -600,18 +628,31 @@ store.subscribe((why) => {
   if (why === "pin") { tellModes(); plots.setBefore(store.before?.maps ?? null, view.mode); return; }
   changed(performance.now(), why === "edit" ? STUDY_DELAY : 0);
   setTimeout(() => keep(store.document, store.opened, store.valid));  // after the request for maps
+  if (store.opened.name !== own || store.edited || location.hash) addressSoon();
 });
 
-/** Open the study that the address holds. */
-async function openLink() {
+/** Open the study that the address holds; of one that is resumed, it only says what is shown. */
+async function openLink(known = null) {
   const content = await fromFragment(location.hash);
   if (content === null) return false;
-  const { name, tables, drive = null, shown = [], point = null, valid = null } = content;
-  open({ now: { name, tables }, valid: valid?.tables ? { name, tables: valid.tables } : null }, { drive, shown: Array.isArray(shown) ? shown : [], point: Number.isFinite(point?.speed) && Number.isFinite(point?.force) ? point : null });
+  const { name, tables, valid, ...state } = content;
+  if (known !== null && !same(known.now.tables, tables)) return false;
+  open(known ?? { now: { name, tables, text: history.state?.text }, valid: valid && { name, tables: valid } }, state);
   return true;
 }
 
-addEventListener("hashchange", () => openLink().catch((problem) => notice(problem.message, [], true, "link")));
+/** Another address, as after "back": open its study, that of the program if it holds none. */
+async function followAddress() {
+  if (location.hash !== "" && !location.hash.startsWith("#study=")) return;  // a place on the page
+  clearTimeout(addressTimer);
+  try {
+    const { name, tables } = await fromFragment(location.hash) ?? (await started).header.study;
+    if (store.document.name === name && same(store.document.tables, tables)) return;
+    if (!await openLink()) open({ now: (await started).header.study });
+  } catch (problem) { notice(problem.message, [], true, "link"); }
+}
+
+addEventListener("popstate", followAddress);
 
 /** Tell if the files of the study have changed since the page got them. */
 async function askDisk() {
@@ -642,8 +683,7 @@ async function begin() {
   own = header.study.name;
   shippedNames = new Set(header.shipped.map((one) => one.name));
   byId("shipped").replaceChildren(...header.shipped.map((one) => make("option", { value: one.name, title: one.description }, one.title)));
-  if (resumed) open(resumed);
-  else if (!await openLink().catch((problem) => { notice(problem.message, [], true, "link"); return false; })) open({ now: header.study });
+  if (resumed) { if (!await openLink(resumed).catch(() => false)) open(resumed); } else if (!await openLink().catch((problem) => { notice(problem.message, [], true, "link"); return false; })) open({ now: header.study });
   const held = [store.document.tables, waiting?.tables];
   for (const { id, name, tables, time } of header.recovered.filter((one) => !held.some((known) => same(known, one.tables)))) {
     const decided = () => transport.plain("decided", { id }).catch(failed);

@@ -3,6 +3,7 @@
 
 const MOST_STEPS = 200;
 const LONGEST_LINK = 2 ** 20;
+const DEEPEST = 64;
 
 /** The value at a list of keys, or undefined. */
 export const valueAt = (tables, keys) => keys.reduce((inside, key) => (inside === null || typeof inside !== "object" ? undefined : inside[key]), tables);
@@ -123,16 +124,24 @@ export async function toFragment(content) {
   return `#study=${btoa(text).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "")}`;
 }
 
-/** The document that a fragment holds, or null if it holds none. Throws if it is damaged. */
+const isTable = (value) => value !== null && typeof value === "object" && !Array.isArray(value);
+const flatter = (value, depth) => value === null || typeof value !== "object" || (depth > 0 && Object.values(value).every((one) => flatter(one, depth - 1)));
+
+/** The document that a fragment holds and what is shown of it, or null if it holds none. Throws if it is damaged. */
 export async function fromFragment(fragment) {
-  const found = /^#study=([\w-]+)$/.exec(fragment);
-  if (!found) return null;
+  if (!fragment.startsWith("#study=")) return null;
   try {
-    const text = atob(found[1].replaceAll("-", "+").replaceAll("_", "/"));
+    const text = atob(fragment.slice(7).replaceAll("-", "+").replaceAll("_", "/"));
     const bytes = Uint8Array.from(text, (one) => one.charCodeAt(0));
     const content = JSON.parse(new TextDecoder().decode(await through(bytes, new DecompressionStream("deflate-raw"), LONGEST_LINK)));
-    if (typeof content.name !== "string" || content.tables === null || typeof content.tables !== "object") throw new Error("no study");
-    return content;
+    const { name, tables, drive, shown, point, valid } = content;
+    if (typeof name !== "string" || !isTable(tables) || !flatter(content, DEEPEST)) throw new Error("no study");
+    const drives = isTable(tables.drives) ? Object.keys(tables.drives) : [];
+    return {
+      name, tables, valid: isTable(valid?.tables) ? valid.tables : null, drive: drives.includes(drive) ? drive : null,
+      shown: Array.isArray(shown) ? drives.filter((one) => shown.includes(one)) : [],
+      point: Number.isFinite(point?.speed) && Number.isFinite(point?.force) ? { speed: point.speed, force: point.force } : null,
+    };
   } catch {
     throw new Error("The study in this link is damaged: was the link copied whole?");
   }

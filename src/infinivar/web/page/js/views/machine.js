@@ -103,10 +103,11 @@ function drawn(scene, header, width, moving, main) {
   const most = main ? 400 : 300;
   const room = main ? 0 : 0.03 * (right - left);
   [left, right] = [left - room, right + room];
-  const scale = Math.min((width - 4) / (right - left), most / (top - bottom));
-  // Text is as large on every drawing: it may need more room than the shapes.
-  const pad = textRoom(scene, scale, left, right);
-  const shown = { scale: Math.min((width - 4) / (right - left + pad.left + pad.right), most / (top - bottom)) };
+  // Text is as large on every drawing: it may need more room than the shapes, and the more the smaller they are.
+  let pad = { left: 0, right: 0 };
+  const fitted = () => Math.min((width - 4) / (right - left + pad.left + pad.right), most / (top - bottom));
+  for (let turn = 0; turn < 8; turn += 1) pad = textRoom(scene, fitted(), left, right);
+  const shown = { scale: fitted() };
   [left, right] = [left - pad.left, right + pad.right];
   const high = 18 / shown.scale;
   [bottom, top] = [bottom - high, top + high];
@@ -145,7 +146,7 @@ function textRoom(scene, scale, left, right) {
     const words = item.text ?? "";
     if (!words) continue;
     const [x] = item.at;
-    const wide = (0.58 * TEXT * words.length) / scale;
+    const wide = (0.64 * TEXT * words.length) / scale;
     const [before, after] = { start: [0, wide], middle: [wide / 2, wide / 2], end: [wide, 0] }[item.anchor];
     room.left = Math.max(room.left, left - (x - before));
     room.right = Math.max(room.right, x + after - right);
