@@ -77,7 +77,7 @@ def with_changes(comparison: MachineComparison, progress: Any = None) -> Machine
     said = {}
     for place, one in enumerate(missed):
         if progress is not None:
-            progress(f"what would do: {one.title}", place / len(missed))
+            progress(f"changes that suffice: {one.title}", place / len(missed))
         drive = comparison.study.drives[one.name]
         said[one.name] = tuple(
             _words(drive, each) for each in sufficient_changes(comparison.study, one.name)[:_OFFERED]
