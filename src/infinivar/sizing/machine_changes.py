@@ -14,7 +14,7 @@ from infinivar._core.frozen import FrozenDict
 from infinivar.analysis.machine_tasks import Prepared, power_and_margin
 from infinivar.analysis.machines import MachineComparison, tasks_and_paths
 from infinivar.errors import InputError, ParameterError
-from infinivar.sizing.mending import mending
+from infinivar.sizing.mending import Demands, mending
 from infinivar.sizing.what_if import Change
 from infinivar.study.study import Study
 from infinivar.units import plain, show
@@ -28,7 +28,9 @@ SOUGHT = (
 _SPAN = 5.0
 """Values are looked at from a fifth to five times the present one."""
 
-_TOGETHER = 2
+TOGETHER = 2
+"""Values that are changed together at most."""
+
 _OFFERED = 4
 """Changes stated."""
 
@@ -46,7 +48,15 @@ def sufficient_changes(study: Study, name: str) -> tuple[Mapping[str, Change], .
     tuple   The smallest change first; empty if the machine is feasible, or nothing tried is enough. Values of wheels, cylinder,
         gears and motors are tried from a fifth to five times the present one.
     """
-    drive, wanted = study.drives[name], tasks_and_paths(study)
+    drive, demands = study.drives[name], machine_demands(study)
+    if np.all(demands(drive) <= 1.0):
+        return ()
+    return mending(drive, _looked_at(drive), demands, TOGETHER)
+
+
+def machine_demands(study: Study) -> Demands:
+    """Demands over allowances of a machine: the largest in each task and on each path of a study."""
+    wanted = tasks_and_paths(study)
 
     def demands(made: Any) -> np.ndarray:
         try:
@@ -55,9 +65,12 @@ def sufficient_changes(study: Study, name: str) -> tuple[Mapping[str, Change], .
             raise ParameterError(str(problem)) from problem
         return np.array([1.0 / margin if margin > 0.0 else np.inf for margin in margins])
 
-    if np.all(demands(drive) <= 1.0):
-        return ()
-    return mending(drive, _looked_at(drive), demands, _TOGETHER)
+    return demands
+
+
+def sought(path: str) -> bool:
+    """Whether a field of a machine is one that a designer chooses."""
+    return path.rpartition(".")[2] in SOUGHT
 
 
 def _looked_at(drive: Any) -> dict[str, tuple[float, float]]:
@@ -65,7 +78,7 @@ def _looked_at(drive: Any) -> dict[str, tuple[float, float]]:
     found = {}
     for path, field in quantities_of(drive).items():
         value = value_at(drive, path)
-        if path.rpartition(".")[2] in SOUGHT and isinstance(value, float) and value > 0.0:
+        if sought(path) and isinstance(value, float) and value > 0.0:
             least, most = ends(field.metadata["bound"])
             found[path] = (max(value / _SPAN, least), min(value * _SPAN, most))
     return found

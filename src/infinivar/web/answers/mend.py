@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.fields import quantities_of
-from infinivar.drivetrain.drive import is_machine, operated
+from infinivar.drivetrain.drive import operated
 from infinivar.errors import InfinivarError
 from infinivar.sizing.geared.candidates import STRUCTURE
+from infinivar.sizing.machine_changes import TOGETHER as MACHINES_TOGETHER
+from infinivar.sizing.machine_changes import machine_demands, sought
 from infinivar.sizing.mending import TOGETHER, Demands, mending
 from infinivar.sizing.what_if import Change, Judge
 from infinivar.study.study import Study
@@ -38,12 +40,12 @@ def mend(payload: Mapping[str, Any]) -> Answer:
     study = study_of(payload)
     name = word(payload, "drive", study.drives)
     drive = study.drives[name]
-    if is_machine(drive):
-        return Answer(header={"rows": [], "reason": "No changes are sought for machines."})
+    machines = bool(study.tasks or study.paths)
     fields = {
         one["path"]: one
         for one in fields_of(study)
         if one["owner"] == name and one["type"] == "quantity" and one["slider"] and one["value"] and one["shown"]
+        if not machines or sought(one["path"])
     }
     known = quantities_of(drive)
     ends = {path: (one["slider"]["low"], one["slider"]["high"]) for path, one in fields.items() if path in known}
@@ -52,18 +54,21 @@ def mend(payload: Mapping[str, Any]) -> Answer:
     if np.all(demands(drive) <= 1.0):
         return Answer(header={"rows": [], "reason": "Nothing: it is within all limits."})
     rows: list[list[dict[str, Any]]] = []
-    for changes in mending(drive, ends, demands):
+    together = MACHINES_TOGETHER if machines else TOGETHER
+    for changes in mending(drive, ends, demands, together):
         row = [_row(fields[path], change) for path, change in changes.items()]
         if len(rows) < _MOST and _holds(payload, row, name, place):
             rows.append(row)
     none = (
-        f"No change of up to {TOGETHER} of its {len(ends)} values together, each from a fifth to five times, is enough."
+        f"No change of up to {together} of its {len(ends)} values together, each from a fifth to five times, is enough."
     )
     return Answer(header={"rows": rows, "reason": "" if rows else none})
 
 
 def _demands(study: Study, place: Mapping[str, float] | None) -> Demands:
     """Demands over allowances of a drive at a point, or in all that the study requires."""
+    if study.tasks or study.paths:
+        return machine_demands(study)
     judge = Judge(study, 1.0) if place is None else None
 
     def demanded(drive: Any) -> np.ndarray:

@@ -31,6 +31,6 @@ export function drawGlance({ header, drive, letter, onDrive, mend, apply }) {
     make("p", { className: header.decided ? "why" : "why open", title: "Without sampled builds and simulated motions, which “Compare all drives” adds" }, header.turned_by),
     make("div", { className: "wide" }, make("table", {}, make("thead", {}, make("tr", {}, ...heads.map((text, k) => make("th", { scope: "col", className: [1, 2, 4, 5].includes(k) ? "number" : "" }, text)))), make("tbody", {}, ...header.rows.map(row)))));
   const chosen = header.rows.find((one) => one.name === drive);
-  if (chosen && !chosen.able && header.what === "Drive") holder.append(make("p", { className: "why" }, `${chosen.title} does not meet all that is required. `), boxOf(header, chosen.name, () => mendBox({ ask: () => mend(chosen.name), apply })));
+  if (chosen && !chosen.able) holder.append(make("p", { className: "why" }, `${chosen.title} does not meet all that is required. `), boxOf(header, chosen.name, () => mendBox({ ask: () => mend(chosen.name), apply })));
   if (focused) holder.querySelector(`[data-row="${CSS.escape(focused)}"]`)?.focus();
 }
