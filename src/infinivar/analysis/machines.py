@@ -115,6 +115,11 @@ class MachineComparison(Result):
         """Whether at least one machine is within all limits in every task and path."""
         return any(one.feasible for one in self.results.values())
 
+    @property
+    def all_feasible(self) -> bool:
+        """Whether every machine is within all limits."""
+        return all(one.feasible for one in self.results.values())
+
     @derived(convert=named)
     def best(self) -> MachineResult | None:
         """The feasible machine with the lowest mean power: in mixed use if shares are stated, else in every task and path."""

@@ -78,7 +78,6 @@ def compare(
     from infinivar.analysis.machines import MachineComparison
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
-    from infinivar.sizing.machine_changes import with_changes
     from infinivar.study.check import check_demands, check_duty
 
     quick = options.quick
@@ -100,7 +99,9 @@ def compare(
             flush()
         with progress_bar() as progress, naming(study):
             comparison = complete(progress)
-            if not quick and isinstance(comparison, MachineComparison):
+            if not quick and isinstance(comparison, MachineComparison) and not comparison.all_feasible:
+                from infinivar.sizing.machine_changes import with_changes
+
                 comparison = with_changes(comparison, progress)
         if not as_json:
             for line in (*_verdicts(comparison), *printed_lines(comparison.hangs_on)):
