@@ -259,8 +259,11 @@ class RobotDrive(Jointed):
         return [AXES.index(one) for one in self.coordinates]
 
     @property
-    def _massless(self) -> str:
-        """What moves without any mass that the file or the payload states; empty if nothing does."""
+    def _required(self) -> str:
+        """What no motion in time can be computed without, if neither the file nor the payload states it; else empty.
+
+        Tasks, maps and paths do without: there forces follow from motion, and what has no mass adds none.
+        """
         last, about = self._members().bodies[-1], self.chain.axes[-1]
         lever = np.cross(about, last.centre)
         turned = about @ last.inertia @ about + last.mass * (lever @ lever)
@@ -319,9 +322,9 @@ class RobotDrive(Jointed):
         ParameterError
             If a mass that motion requires is missing, or a separate drive cannot be simulated.
         """
-        if self._massless and not (load_mass or load_inertia):
+        if self._required and not (load_mass or load_inertia):
             raise ParameterError(
-                f"model must state masses beyond each joint to move in time: there is no {self._massless}; or state a payload"
+                f"model must state masses beyond each joint to move in time: there is no {self._required}; or state a payload"
             )
         load, home = (
             replace(self._members(), load_mass=load_mass, load_inertia=load_inertia),
