@@ -85,7 +85,7 @@ def test_a_cart_is_not_simulated(write, infinivar):
     outcome = infinivar("simulate", "mine.toml", "--drive", "cart")
     assert (outcome.code, outcome.out) == (2, "")
     assert "mine.toml: drives.cart is a machine of type planar: a user pushes it" in outcome.err
-    assert "commands for this machine: check, compare, sensitivity, export" in outcome.err
+    assert outcome.err.rstrip().endswith("commands for this machine: check, compare, sensitivity, export, session")
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -117,4 +117,6 @@ def test_one_message_where_a_command_does_not_work(name, command, write, infiniv
     assert outcome.code == 2, outcome
     (line,) = [one for one in outcome.err.splitlines() if "no --drive given" not in one]
     assert f"mine.toml: drives.{first} is a machine of type {name}" in line
-    assert "commands for this machine: check, compare" in line
+    works = line.split("commands for this machine: check, compare")[1].split(", ")
+    assert ("session" in works) == (name != "sphere")
+    assert command[0] not in works

@@ -147,7 +147,8 @@ def test_uniform_members_without_weight_are_as_before_to_the_last_bit(drive):
         ({"member_inertias": (1e-3, -1e-3)}, "member_inertias[1] must be >= 0 kg m^2, got -0.001"),
         ({"gravity": (9.81,)}, "gravity must be 2: along x and y, got 1 values"),
         ({"payload_centre": (0.1, 0.0, 0.0)}, "payload_centre must be 2: along and to the left, got 3 values"),
-        ({"payload_mass": 0.0}, "payload_mass is missing: payload_centre is stated"),
+        ({"payload_mass": 0.0}, "payload_mass is missing or 0 kg: payload_centre is stated"),
+        ({"payload_mass": 0.0, "payload_centre": None}, "payload_mass is missing or 0 kg: payload_inertia is stated"),
         ({"member_masses": (0.4, 0.0)}, "member_masses must be > 0 kg"),
     ],
 )

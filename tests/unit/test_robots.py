@@ -1,6 +1,7 @@
 """Arms in space from URDF files: against Pinocchio, MuJoCo and closed forms, in studies, in motion, and messages."""
 
 import pickle
+import re
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,7 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from arms import LEG, MOTOR, STATES, balanced_in_all_quadrants, system_of
 from infinivar.machines import ArmDrive, RobotDrive
-from infinivar.motion import MachinePath, MachineScenario
+from infinivar.motion import MachinePath, MachineScenario, Sinusoid
 from internals import (
     TurningChain,
     compiled_motion,
@@ -29,6 +30,8 @@ SIX = ROOT / "studies" / "robots" / "six_joint_robot.urdf"
 PICK = SIX.with_name("pick_and_place.toml")
 HOME = (0.0, -1.2, 1.4, -1.77, -1.57, 0.3)
 PAYLOAD = {"payload_mass": 1.0, "payload_centre": (0.05, -0.02, 0.01), "payload_inertia": 1e-3}
+
+SWAY = MachinePath(**{name: Sinusoid(distance=0.05, frequency=1.0) for name in ("x", "z")})
 
 
 def link(name, random=None):
@@ -352,66 +355,6 @@ def test_a_simulation_draws_the_power_of_the_verdict(study):
         assert sum(moved.mean_powers.values()) == pytest.approx(known, rel=0.03)
 
 
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"tool": "hand"}, "model = 'six_joint_robot.urdf': frame has an unknown link 'hand'"),
-        ({"home_angles": (0.0,) * 6}, "home_angles must be a pose in which the end point moves along all axes"),
-        ({"home_angles": HOME[:5]}, "home_angles must be 6, one for each of shoulder_pan"),
-        (
-            {"home_angles": (7.0, *HOME[1:])},
-            "home_angles must be -6.28 to 6.28 rad for joint 'shoulder_pan', got 7 rad",
-        ),
-        ({"axes": ("x", "y")}, "axes must be as many as joints that move, 6"),
-        ({"axes": ("x", "y", "rz"), "joints": ("elbow", "shoulder_lift", "wrist_1")}, "with all of rx, ry and rz"),
-        ({"joints": ("elbow", "shoulder_lift")}, "axes is missing: 2 joints move"),
-        (
-            {"joints": ("elbows",)},
-            "joints has 'elbows', which is no joint between base and 'tool' (did you mean 'elbow'?)",
-        ),
-        ({"gravity": (0.0, -9.81)}, "gravity must be 3: along x, y and z, got 2 values"),
-        ({"payload_centre": (0.1, 0.0, 0.0)}, "payload_mass is missing: payload_centre is stated"),
-        ({"model": "none.urdf"}, "model = 'none.urdf': none.urdf: no such file"),
-    ],
-)
-def test_faults_of_fields_are_named(of, changes, said):
-    with pytest.raises(iv.ParameterError) as problem:
-        of(**changes)
-    assert said in str(problem.value)
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (('"wrist_1" type="revolute"', '"wrist_1" type="prismatic"'), "joint 'wrist_1' between base and 'tool' is prismatic"),
-        (('<axis xyz="0 0 1"/>\n    <limit lower="-6.28" upper="6.28" effort="150"',
-          '<axis xyz="0 0 1"/>\n    <mimic joint="elbow"/> <limit lower="-6.28" upper="6.28" effort="150"'),
-         "joint 'shoulder_pan' between base and 'tool' mimics 'elbow'"),
-        (('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>'), "xyz of the axis of joint 'shoulder_pan' must not be 0"),
-        (('<mass value="8.393"/>', '<mass value="-1"/>'), "mass of link 'upper_arm' must be >= 0 kg, got -1"),
-        (('<mass value="8.393"/>', ""), "mass of link 'upper_arm' is missing"),
-        (('ixx="0.2269"', 'ixx="-0.2269"'), "inertia of link 'upper_arm' must have moments >= 0"),
-        (('ixx="0.2269"', 'ixx="much"'), "ixx of link 'upper_arm' must be a number, got 'much'"),
-        (('<inertia ixx="0.2269" ixy="0" ixz="0" iyy="0.2269" iyz="0" izz="0.0151"/>', ""),
-         "inertia of link 'upper_arm' is missing: it has a mass of 8.393 kg"),
-    ],
-)  # fmt: skip
-def test_faults_of_the_file_are_named(of, tmp_path, change, said):
-    file, text = tmp_path / "wrong.urdf", SIX.read_text()
-    assert change[0] in text
-    file.write_text(text.replace(*change, 1))
-    with pytest.raises(iv.ParameterError) as problem:
-        of(model=str(file))
-    assert said in str(problem.value)
-
-
-def test_links_may_have_the_names_of_joints(of, tmp_path):
-    file = tmp_path / "alike.urdf"
-    file.write_text(SIX.read_text().replace("_link", ""))
-    assert of(model=str(file), joints=("elbow", "shoulder_lift", "shoulder_pan"), home_angles=HOME[:3]).links == 3
-    assert of(model=str(file)).home == of().home
-
-
 def test_meshes_are_not_read_and_links_without_mass_are_named(of, study, tmp_path):
     mesh = '<visual><geometry><mesh filename="package://nowhere/tool.stl"/></geometry></visual>'
     text = SIX.read_text().replace('<link name="tool"/>', f'<link name="tool">{mesh}</link>')
@@ -422,19 +365,60 @@ def test_meshes_are_not_read_and_links_without_mass_are_named(of, study, tmp_pat
     assert "Not counted: masses of links tool (the model states none)." in found.verdict
 
 
-def test_a_robot_without_masses_has_steady_points_only(of, tmp_path):
-    import re
+def without_masses(tmp_path, *links):
+    """The robot of six joints, in whose file some links, or all, have no mass."""
+    file, names = tmp_path / "bare.urdf", "|".join(links) or '[^"]*'
+    text, count = re.subn(
+        f'(<link name="(?:{names})">)\\s*<inertial>.*?</inertial>', r"\1", SIX.read_text(), flags=re.DOTALL
+    )
+    assert count == (len(links) or 7)
+    file.write_text(text)
+    return str(file)
 
-    file = tmp_path / "bare.urdf"
-    file.write_text(re.sub(r"<inertial>.*?</inertial>", "", SIX.read_text(), flags=re.DOTALL))
-    bare = of(model=str(file))
-    assert bare.lacking["moving masses"] == "moment of inertia about joint wrist_3 is missing"
+
+def test_a_robot_without_masses_is_massless(of, tmp_path):
+    bare = of(model=without_masses(tmp_path))
+    links = "masses of links shoulder, upper_arm, forearm, wrist_1_link, wrist_2_link, wrist_3_link"
+    assert bare.lacking == {links: "the model states none"}
     assert set(bare.perform(pose=bare.home, twist=np.zeros(6), wrench=np.zeros(6)).part_forces) == {0.0}
     with pytest.raises(iv.ParameterError, match="model must state masses beyond each joint to move in time"):
         bare.moving()
-    assert replace(bare, **PAYLOAD).lacking.keys() == {
-        "masses of links shoulder, upper_arm, forearm, wrist_1_link, wrist_2_link, wrist_3_link"
-    }
+    assert replace(bare, **PAYLOAD).lacking == bare.lacking
+
+
+MASSLESS = [("wrist_3_link",), ("wrist_2_link",), ("wrist_2_link", "wrist_3_link")]
+
+
+@pytest.mark.parametrize("links", MASSLESS, ids="+".join)
+def test_a_link_without_mass_leaves_the_weight_of_all_others(of, tmp_path, links):
+    """As Pinocchio has it, at rest and in motion."""
+    drive = of(model=without_masses(tmp_path, *links))
+    model, data = pin_model(drive)
+    instants, course = course_on_path(SWAY, drive.coordinates, drive.home)
+    angles, rates, _, _ = drive._placed(course.pose[1:4], course.twist[1:4], course.wrench[1:4])
+    accelerations, carried = (
+        course.rate(drive._placed(course.pose, course.twist, course.wrench)[1]),
+        drive.carried(course),
+    )
+    for place in range(0, len(instants), 7):
+        at, speed, change = angles[1, place], rates[1, place], accelerations[1, place]
+        expected = pin.rnea(model, data, in_pin(model, at), speed, change)
+        assert np.abs(expected).max() > 5.0
+        assert_allclose(carried.load[1, place], expected, atol=1e-9 * np.abs(expected).max())
+    held = iv.perform_task(drive, iv.motion.MachineTask())
+    weight = pin.computeGeneralizedGravity(model, data, in_pin(model, np.array(HOME)))
+    assert_allclose(np.abs(held.point.part_forces), np.abs(weight), atol=1e-9 * np.abs(weight).max())
+
+
+@pytest.mark.parametrize("links", [(), *MASSLESS], ids=lambda links: "+".join(links) or "all with mass")
+def test_slow_motion_costs_what_its_steady_points_do(of, tmp_path, links):
+    """What accelerates falls with the square of the frequency, the power with the first power."""
+    drive = of(model=without_masses(tmp_path, *links)) if links else of()
+    slow = replace(SWAY, **{name: Sinusoid(distance=0.05, frequency=1e-3) for name in ("x", "z")})
+    for found in (iv.follow_path(drive, slow), iv.perform_task(drive, iv.motion.MachineTask())):
+        assert found.mean_power == pytest.approx(found.steady_power, rel=1e-3)
+        assert_allclose(found.point.part_forces, found.steady.part_forces, rtol=1e-3, atol=1e-3)
+        assert found.mean_power > 0.3
 
 
 def test_a_user_moves_the_tool_of_a_robot(of):

@@ -18,7 +18,7 @@ import numpy as np
 from infinivar._core.fields import given
 from infinivar.analysis.machine_motion import simulate_machine
 from infinivar.analysis.machine_run import MachineRun
-from infinivar.drivetrain.drive import EVERY_MACHINE, axis_of, is_machine, type_words
+from infinivar.drivetrain.drive import axis_of, commands_of, is_machine, type_words
 from infinivar.errors import ParameterError
 from infinivar.machines.course import passing
 from infinivar.machines.kind import MachineDrive
@@ -82,11 +82,8 @@ def check_moves(drive: Any, where: str = "drive") -> None:
     if not is_machine(drive):
         moves = "about one joint" if axis_of(drive).rotary else "along one axis"
         raise ParameterError(f"{where} moves {moves}: simulate it with --scenario, in a study with [scenarios.NAME]")
-    works = [*EVERY_MACHINE, *getattr(drive, "commands", ())]
     why = getattr(drive, "unmoved", MachineDrive.unmoved)
-    raise ParameterError(
-        f"{where} is a machine of type {type_words(drive)}: {why}; commands for this machine: {', '.join(works)}"
-    )
+    raise ParameterError(f"{where} is a machine of type {type_words(drive)}: {why}; {commands_of(drive)}")
 
 
 def _along(drive: Any, path: MachinePath) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

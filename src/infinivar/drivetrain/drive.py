@@ -147,6 +147,13 @@ def type_words(machine: Any) -> str:
     return getattr(type(machine), "WORD", type(machine).__name__)
 
 
+def commands_of(machine: Any, refused: str = "") -> str:
+    """Words on the commands that work with a machine, without the one that was just refused."""
+    session = ("session",) if getattr(machine, "session", ()) else ()
+    known = (*EVERY_MACHINE, *getattr(machine, "commands", ()), *session)
+    return f"commands for this machine: {', '.join(one for one in known if one != refused.split(' ')[0])}"
+
+
 def refuse_machine(drive: Any, what: str, where: str = "drive") -> None:
     """Raise ParameterError if a drive is a machine; the message names the commands that work with it.
 
@@ -157,10 +164,8 @@ def refuse_machine(drive: Any, what: str, where: str = "drive") -> None:
     where : str      Path of the drive, such as "drives.cart".
     """
     if is_machine(drive):
-        works = [*EVERY_MACHINE, *getattr(drive, "commands", ())]
         raise ParameterError(
-            f"{where} is a machine of type {type_words(drive)}: {what} does not work with it; commands for this machine: "
-            f"{', '.join(works)}"
+            f"{where} is a machine of type {type_words(drive)}: {what} does not work with it; {commands_of(drive, what)}"
         )
 
 

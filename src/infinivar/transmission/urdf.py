@@ -299,10 +299,10 @@ def joints_to(text: str, frame: str, legs: Sequence[str]) -> tuple[Joint, ...]:
     return tuple(by_name[name] for name in legs)
 
 
-def joints_above(links: Sequence[str], joints: Sequence[Joint], frame: str) -> list[Joint]:
-    """Joints between a link and the base, from the link."""
+def joints_above(links: Sequence[str], joints: Sequence[Joint], frame: str, key: str = "frame") -> list[Joint]:
+    """Joints between a link, the value of a field, and the base, from the link."""
     if frame not in links:
-        raise InputError(f"frame has an unknown link {frame!r}{nearest(frame, links)}; links: {', '.join(links)}")
+        raise InputError(f"{key} has an unknown link {frame!r}{nearest(frame, links)}; links: {', '.join(links)}")
     above = {joint.child: joint for joint in joints}
     chain: list[Joint] = []
     at = frame
@@ -346,7 +346,13 @@ def tree_of(text: str) -> tuple[list[str], list[Joint]]:
         twice = next((name for place, name in enumerate(names) if name in names[:place]), None)
         if twice is not None:
             raise InputError(f"urdf must give each {what} a name of its own, got {twice!r} twice")
-    bases = [name for name in links if name not in {joint.child for joint in joints}]
+    above: dict[str, str] = {}
+    for joint in joints:
+        if joint.child in above:
+            both = f"{above[joint.child]!r} and {joint.name!r}"
+            raise InputError(f"urdf must be a tree, but link {joint.child!r} is the child of two joints, {both}")
+        above[joint.child] = joint.name
+    bases = [name for name in links if name not in above]
     if len(bases) != 1:
         raise InputError(f"urdf must have one link that is no child of a joint, got {', '.join(bases) or 'none'}")
     return links, joints
@@ -359,8 +365,31 @@ def _name(element: Any) -> str:
     return name
 
 
+def check_single(element: Any, tags: Sequence[str], what: str) -> None:
+    """Raise InputError if an element has one of some elements more than once: readers of URDF differ in which one they take."""
+    for tag in tags:
+        count = len(element.findall(tag))
+        if count > 1:
+            raise InputError(f"{what} must have one {tag}, got {count}")
+
+
+def number_of(element: Any, key: str, what: str) -> float:
+    """A finite number that an element states."""
+    said = None if element is None else element.get(key)
+    if said is None:
+        raise InputError(f"{what} is missing")
+    try:
+        value = float(said)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{what} must be a number, got {said!r}")
+    return value
+
+
 def _joint(element: Any, links: Sequence[str]) -> Joint:
     name, kind = _name(element), element.get("type")
+    check_single(element, ("origin", "parent", "child", "axis", "limit", "mimic"), f"joint {name!r}")
     if kind not in (*MOVING, "fixed", "floating", "planar"):
         raise InputError(
             f"type of joint {name!r} must be one of {', '.join(MOVING)}, fixed, floating, planar, got {kind!r}"
@@ -394,9 +423,13 @@ def _check_vector(element: Any, what: str, key: str, *, turns: bool) -> None:
 
 
 def _range(element: Any, name: str, kind: str) -> tuple[float, float] | None:
+    limit = element.find("limit")
+    for key in () if limit is None else [one for one in ("effort", "velocity") if one in limit.attrib]:
+        value = number_of(limit, key, f"{key} of the limit of joint {name!r}")
+        if value < 0.0:
+            raise InputError(f"{key} of the limit of joint {name!r} must be >= 0, got {value:g}")
     if kind not in ("revolute", "prismatic"):
         return None
-    limit = element.find("limit")
     if limit is None or "effort" not in limit.attrib or "velocity" not in limit.attrib:
         raise InputError(f"limit of joint {name!r} is missing: a {kind} joint needs lower, upper, effort and velocity")
     try:

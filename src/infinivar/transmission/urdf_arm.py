@@ -5,10 +5,9 @@ Source: carpentier2019; the URDF specification of ROS, "inertial" element.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,11 +15,15 @@ from infinivar._core import extras
 from infinivar._core.text import joined
 from infinivar.errors import InputError, nearest
 from infinivar.transmission.turning_chain import TurningChain
-from infinivar.transmission.urdf import TURNING, joints_above, text_of, tree_of
+from infinivar.transmission.urdf import TURNING, check_single, joints_above, number_of, text_of, tree_of
 
 _JOINT = " (joint)"
 _ROUNDED = 1e-6
 """Negative moment of inertia over the largest one, which is rounding in a file."""
+
+_FLAT = 0.01
+"""Part of the largest moment of inertia by which the other two may fall short of it, as rounding to three digits in a file: it
+changes each moment by 0.5 % at most, and the three of a flat body together by twice 0.5 % of the largest."""
 
 
 class UrdfArm(NamedTuple):
@@ -57,7 +60,11 @@ def read_arm(path: str | Path, tool: str = "", joints: Sequence[str] | None = No
         if len(ends) != 1:
             raise InputError(f"tool is missing: must be one of the links, such as {joined(ends[:6], 'or')}")
         tool = ends[0]
-    chain = joints_above(links, every, tool)[::-1]
+    chain = joints_above(links, every, tool, "tool")[::-1]
+    if all(one.kind == "fixed" for one in chain):
+        moved = [one.child for one in every if one.kind in TURNING]
+        known = f", such as {joined(moved[:6], 'or')}" if moved else ": the model has no joint that turns"
+        raise InputError(f"tool must be a link that a joint moves, got {tool!r}{known}")
     names = [one.name for one in chain if one.kind != "fixed"] if joints is None else list(joints)
     for name in names:
         one = next((joint for joint in chain if joint.name == name), None)
@@ -137,38 +144,34 @@ def _massless(text: str, joint_kinds: Mapping[str, str]) -> tuple[str, ...]:
     found = []
     for link in ElementTree.fromstring(text).findall("link"):
         name, inertial = link.get("name"), link.find("inertial")
+        check_single(link, ("inertial",), f"link {name!r}")
+        if inertial is not None:
+            check_single(inertial, ("origin", "mass", "inertia"), f"inertial of link {name!r}")
         stated = None if inertial is None else inertial.find("mass")
-        mass = 0.0 if inertial is None else _number(stated, "value", f"mass of link {name!r}")
+        mass = 0.0 if inertial is None else number_of(stated, "value", f"mass of link {name!r}")
         if mass < 0.0:
             raise InputError(f"mass of link {name!r} must be >= 0 kg, got {mass:g}")
         if not mass and name in joint_kinds:
             fixed = joint_kinds.get(str(name)) == "fixed"
             if not (fixed and inertial is None and link.find("visual") is None and link.find("collision") is None):
                 found.append(str(name))
-        if not mass:
+        tensor = None if inertial is None else inertial.find("inertia")
+        if not mass and tensor is None:
             continue
-        tensor = inertial.find("inertia")  # type: ignore[union-attr]
         if tensor is None:
             raise InputError(f"inertia of link {name!r} is missing: it has a mass of {mass:g} kg")
         xx, xy, xz, yy, yz, zz = (
-            _number(tensor, key, f"{key} of link {name!r}") for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+            number_of(tensor, key, f"{key} of link {name!r}") for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         )
         values = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         if values[0] < -_ROUNDED * values[-1]:
             raise InputError(
                 f"inertia of link {name!r} must have moments >= 0 kg m^2 about all axes, got {values[0]:.3g} about one"
             )
+        if values[0] + values[1] < (1.0 - _FLAT) * values[2]:
+            small, middle, large = (f"{one:.3g}" for one in values)
+            raise InputError(
+                f"inertia of link {name!r} must have two principal moments that add up to no less than the third, as all bodies "
+                f"have, got {small} and {middle} with {large} kg m^2"
+            )
     return tuple(found)
-
-
-def _number(element: Any, key: str, what: str) -> float:
-    said = None if element is None else element.get(key)
-    if said is None:
-        raise InputError(f"{what} is missing")
-    try:
-        value = float(said)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"{what} must be a number, got {said!r}")
-    return value

@@ -21,7 +21,7 @@ from infinivar.limits import Limit
 from infinivar.machines import bonds
 from infinivar.machines.bodies import Moved, PlanarBody, joined, planar_arm
 from infinivar.machines.hand import ArmGrip, Grip
-from infinivar.machines.kinds.jointed import Jointed
+from infinivar.machines.kinds.jointed import Jointed, check_payload
 from infinivar.machines.kinds.linked import OnCylinder, SeparateMachine, check_leg
 from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load
 from infinivar.machines.machine import TaskPoint
@@ -263,8 +263,7 @@ class ArmDrive(Jointed):
         check_members(self, self.links)
         if self.member_masses is None and self._massive:
             raise ParameterError(f"member_masses is missing: {self._massive[0]} is stated")
-        if self.payload_centre is not None and not self.payload_mass:
-            raise ParameterError("payload_mass is missing: payload_centre is stated")
+        check_payload(self)
 
     @property
     def _massive(self) -> list[str]:
@@ -356,7 +355,7 @@ class ArmDrive(Jointed):
     def _members(self) -> ArmLoad:
         """Masses of the arm; the payload is a part of the last member."""
         load = arm_load(self, np.full(self.links, self.pulley_radius))
-        if not (self.payload_mass or self.payload_inertia):
+        if not self.payload_mass:
             return load
         held = np.array([self.lengths[-1], 0.0]) + np.array(self.payload_centre or (0.0, 0.0))
         members = load.bodies

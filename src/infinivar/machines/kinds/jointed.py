@@ -8,12 +8,20 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.array_namespace import Array
+from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.machines.course import MachineCourse
 from infinivar.machines.kinds.linked import Linked
 from infinivar.machines.links import Carried, moved
 from infinivar.machines.machine import TaskPoint, rows
 from infinivar.transmission.configuration import Configuration
+
+
+def check_payload(machine: Any) -> None:
+    """Raise `ParameterError` if what an arm carries has a centre or a moment of inertia, but no mass."""
+    for name in ("payload_centre", "payload_inertia"):
+        if getattr(machine, name) not in (None, 0.0) and not machine.payload_mass:
+            raise ParameterError(f"payload_mass is missing or 0 kg: {name} is stated, which is of a mass > 0 kg")
 
 
 class Jointed(Linked):

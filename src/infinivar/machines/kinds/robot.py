@@ -13,6 +13,7 @@ from annotated_types import Ge, Gt
 from infinivar._core.array_namespace import Array
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import brief, check, chosen_words, component, quantities, quantity
+from infinivar._core.text import joined
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import axis_of, needed
@@ -20,7 +21,7 @@ from infinivar.errors import InputError, ParameterError, require
 from infinivar.limits import Limit
 from infinivar.machines.bodies import Moved, SpatialBody, joined_in_space, spatial_arm
 from infinivar.machines.hand import Grip, Held
-from infinivar.machines.kinds.jointed import Jointed
+from infinivar.machines.kinds.jointed import Jointed, check_payload
 from infinivar.machines.kinds.linked import OnCylinder, SeparateMachine, check_leg
 from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load
 from infinivar.machines.many_legs import LeggedDrive
@@ -197,8 +198,7 @@ class RobotDrive(Jointed):
             row = getattr(self, name)
             if row is not None:
                 require(len(row) == 3, name, f"{len(row)} values", "3: along x, y and z")
-        if self.payload_centre is not None and not self.payload_mass:
-            raise ParameterError("payload_mass is missing: payload_centre is stated")
+        check_payload(self)
         try:
             found = read_arm(self.model, self.tool, self.joints)
         except ParameterError:
@@ -231,11 +231,12 @@ class RobotDrive(Jointed):
                 raise ParameterError(
                     f"home_angles must be {ends[0]:g} to {ends[1]:g} rad for joint {name!r}, got {angle:g} rad"
                 )
-        values = np.linalg.svd(self._jacobian(angles), compute_uv=False)
+        _, values, rates = np.linalg.svd(self._jacobian(angles))
+        idle = [repr(name) for name, rate in zip(self.chain.names, np.abs(rates[-1]), strict=True) if rate > 0.01]
         require(
             values[-1] > 1e-4 * values[0],
             "home_angles",
-            "a singular one",
+            f"a singular one, by the places and axes in the model: turning {joined(idle)} moves it along none of them",
             "a pose in which the end point moves along all axes",
         )
 
@@ -259,8 +260,11 @@ class RobotDrive(Jointed):
         return [AXES.index(one) for one in self.coordinates]
 
     @property
-    def _massless(self) -> str:
-        """What moves without any mass that the file or the payload states; empty if nothing does."""
+    def _required(self) -> str:
+        """What no motion in time can be computed without, if neither the file nor the payload states it; else empty.
+
+        Tasks, maps and paths do without: there forces follow from motion, and what has no mass adds none.
+        """
         last, about = self._members().bodies[-1], self.chain.axes[-1]
         lever = np.cross(about, last.centre)
         turned = about @ last.inertia @ about + last.mass * (lever @ lever)
@@ -295,7 +299,7 @@ class RobotDrive(Jointed):
     def _members(self) -> RobotLoad:
         """Masses of the arm; the payload is a part of the last member."""
         bodies = list(self.bodies)
-        if self.payload_mass or self.payload_inertia:
+        if self.payload_mass:
             held = self.chain.tool_place + self.chain.tool_turn @ np.array(self.payload_centre or (0.0, 0.0, 0.0))
             bodies[-1] = joined_in_space(
                 bodies[-1], SpatialBody(self.payload_mass, held, self.payload_inertia * np.eye(3))
@@ -319,9 +323,9 @@ class RobotDrive(Jointed):
         ParameterError
             If a mass that motion requires is missing, or a separate drive cannot be simulated.
         """
-        if self._massless and not (load_mass or load_inertia):
+        if self._required and not (load_mass or load_inertia):
             raise ParameterError(
-                f"model must state masses beyond each joint to move in time: there is no {self._massless}; or state a payload"
+                f"model must state masses beyond each joint to move in time: there is no {self._required}; or state a payload"
             )
         load, home = (
             replace(self._members(), load_mass=load_mass, load_inertia=load_inertia),
