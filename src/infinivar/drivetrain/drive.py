@@ -148,10 +148,11 @@ def type_words(machine: Any) -> str:
 
 
 def commands_of(machine: Any, refused: str = "") -> str:
-    """Words on the commands that work with a machine, without the one that was just refused."""
+    """Words on the commands that work with a machine, without the one that was just refused, or without its form."""
     session = ("session",) if getattr(machine, "session", ()) else ()
     known = (*EVERY_MACHINE, *getattr(machine, "commands", ()), *session)
-    return f"commands for this machine: {', '.join(one for one in known if one != refused.split(' ')[0])}"
+    said = (f"{one} in another form" if refused.startswith(f"{one} ") else one for one in known if one != refused)
+    return f"commands for this machine: {', '.join(said)}"
 
 
 def refuse_machine(drive: Any, what: str, where: str = "drive") -> None:
