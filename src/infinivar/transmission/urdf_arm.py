@@ -7,15 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from infinivar._core import extras
 from infinivar._core.text import joined
-from infinivar.errors import InputError, nearest
+from infinivar.errors import InputError
+from infinivar.transmission.robot_model import RobotModel, moving_joints
 from infinivar.transmission.turning_chain import TurningChain
-from infinivar.transmission.urdf import TURNING, check_single, joints_above, number_of, text_of, tree_of
+from infinivar.transmission.urdf import check_single, joints_above, number_of, text_of, tree_of
 
 _JOINT = " (joint)"
 _ROUNDED = 1e-6
@@ -26,17 +26,7 @@ _FLAT = 0.01
 changes each moment by 0.5 % at most, and the three of a flat body together by twice 0.5 % of the largest."""
 
 
-class UrdfArm(NamedTuple):
-    """Turning joints of a URDF up to a tool, with what they move."""
-
-    chain: TurningChain
-    bodies: list[tuple[float, np.ndarray, np.ndarray]]
-    """Mass, centre of mass, and inertia about it, (3, 3), of what is behind each joint, in its axes. [kg], [m], [kg m^2]"""
-    massless: tuple[str, ...]
-    """Links of which the file states no mass, or 0; without those that are frames on others."""
-
-
-def read_arm(path: str | Path, tool: str = "", joints: Sequence[str] | None = None) -> UrdfArm:
+def read_urdf_arm(path: str | Path, tool: str = "", joints: Sequence[str] | None = None) -> RobotModel:
     """Read the joints between base and tool of a URDF file, with masses; all other joints, also of other branches, stay at 0.
 
     Parameters
@@ -61,34 +51,8 @@ def read_arm(path: str | Path, tool: str = "", joints: Sequence[str] | None = No
             raise InputError(f"tool is missing: must be one of the links, such as {joined(ends[:6], 'or')}")
         tool = ends[0]
     chain = joints_above(links, every, tool, "tool")[::-1]
-    if all(one.kind == "fixed" for one in chain):
-        moved = [one.child for one in every if one.kind in TURNING]
-        known = f", such as {joined(moved[:6], 'or')}" if moved else ": the model has no joint that turns"
-        raise InputError(f"tool must be a link that a joint moves, got {tool!r}{known}")
-    names = [one.name for one in chain if one.kind != "fixed"] if joints is None else list(joints)
-    for name in names:
-        one = next((joint for joint in chain if joint.name == name), None)
-        if one is None:
-            known = [joint.name for joint in chain if joint.kind in TURNING]
-            raise InputError(
-                f"joints has {name!r}, which is no joint between base and {tool!r}{nearest(name, known)}; joints: "
-                f"{', '.join(known)}"
-            )
-        why = (
-            f"mimics {one.follows!r}"
-            if one.follows is not None
-            else f"is {one.kind}"
-            if one.kind not in TURNING
-            else ""
-        )
-        if why:
-            raise InputError(
-                f"joint {name!r} between base and {tool!r} {why}: an arm has joints that turn ({', '.join(TURNING)}) on their "
-                "own; leave it out of joints, and it stays at 0"
-            )
-    moving = [one for one in chain if one.name in names]
-    if not moving:
-        raise InputError(f"joints must be one or more that move {tool!r}, got none")
+    moving = moving_joints(chain, every, tool, joints)
+    names = [one.name for one in moving]
     massless = _massless(text, {one.child: one.kind for one in every})
     pin = extras.load("pinocchio", "robots", "a robot from URDF")
     try:
@@ -104,7 +68,7 @@ def read_arm(path: str | Path, tool: str = "", joints: Sequence[str] | None = No
     ]
     end = model.frames[model.getFrameId(tool, pin.FrameType.BODY)].placement
     placements, inertias = list(model.jointPlacements)[1:], list(model.inertias)[1:]
-    return UrdfArm(
+    return RobotModel(
         TurningChain(
             names=tuple(one.name for one in moving),
             turns=np.array([one.rotation for one in placements]),

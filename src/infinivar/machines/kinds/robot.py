@@ -1,4 +1,4 @@
-"""Arms in space from a URDF: joints moved side by side by legs or by drives of their own."""
+"""Arms in space from a URDF or MJCF file: joints moved side by side by legs or by drives of their own."""
 
 from __future__ import annotations
 
@@ -26,8 +26,9 @@ from infinivar.machines.kinds.linked import OnCylinder, SeparateMachine, check_l
 from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load
 from infinivar.machines.many_legs import LeggedDrive
 from infinivar.motion.vectors import ROTATIONS, TRANSLATIONS
+from infinivar.transmission.mjcf_arm import SUFFIXES, read_mjcf_arm
 from infinivar.transmission.turning_chain import TurningChain
-from infinivar.transmission.urdf_arm import read_arm
+from infinivar.transmission.urdf_arm import read_urdf_arm
 
 AXES = (*TRANSLATIONS, *ROTATIONS)
 _FALL = (0.0, 0.0, -9.81)
@@ -143,7 +144,7 @@ class RobotMachine(OnCylinder):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotDrive(Jointed):
-    """An arm in space from a URDF, each of its turning joints moved by a leg on one common cylinder, or by a drive of its own.
+    """An arm in space from a file, each of its turning joints moved by a leg on one common cylinder, or by a drive of its own.
 
     Masses are those of the file; joints that are not named stay at 0. The end point is the origin of the tool.
     """
@@ -155,12 +156,14 @@ class RobotDrive(Jointed):
     one_of: ClassVar[tuple[str, ...]] = ("leg", "separate")
     """Fields of which exactly one is given."""
 
-    model: str = component("File of the robot (URDF), beside the study")
+    model: str = component("File of the robot, URDF or, with the ending .xml or .mjcf, MJCF, beside the study")
     home_angles: tuple[float, ...] = quantities(
         "rad", FINITE, "Angles of the joints at home, from the base; no singular pose"
     )
     pulley_radius: float = quantity("m", Gt(0), "Radius of the pulley by which a leg or linear drive moves each joint")
-    tool: str = component("Link whose origin is the end point; by default the last one", default="")
+    tool: str = component(
+        "Link whose origin is the end point, or site of an MJCF file; by default the last link", default=""
+    )
     joints: tuple[str, ...] | None = chosen_words(
         "Names of the joints that move; by default all between base and tool, else the others stay at 0",
         (),
@@ -200,7 +203,8 @@ class RobotDrive(Jointed):
                 require(len(row) == 3, name, f"{len(row)} values", "3: along x, y and z")
         check_payload(self)
         try:
-            found = read_arm(self.model, self.tool, self.joints)
+            read = read_mjcf_arm if Path(self.model).suffix.lower() in SUFFIXES else read_urdf_arm
+            found = read(self.model, self.tool, self.joints)
         except ParameterError:
             raise
         except InputError as problem:
