@@ -120,7 +120,7 @@ def test_it_moves_as_the_program_does(case):
             fmi_type=kind,
             stop_time=0.2,
             output_interval=2e-3,
-            relative_tolerance=1e-10,
+            relative_tolerance=1e-11,
             input=given,
             output=list(expected),
         )
