@@ -114,12 +114,13 @@ def test_it_moves_as_the_program_does(case):
     given = np.array(
         [(time, *inputs.values()) for time in (0.0, 0.2)], dtype=[(one, float) for one in ("time", *inputs)]
     )
-    for kind, error in (("ModelExchange", 1e-6), ("CoSimulation", 1e-4)):
+    # FMPy permits CVode 500 steps from one output to the next.
+    for kind, error, interval in (("ModelExchange", 1e-6, 2e-4), ("CoSimulation", 1e-4, 2e-3)):
         found = fmpy.simulate_fmu(
             str(file),
             fmi_type=kind,
             stop_time=0.2,
-            output_interval=2e-3,
+            output_interval=interval,
             relative_tolerance=1e-11,
             input=given,
             output=list(expected),
