@@ -83,11 +83,13 @@ export function createPanes({ host, theme }) {
     if (pane.shown === null && pane.answer !== null) tell(pane, "computing …");
     try {
       const { header, arrays } = pane.answer === null ? { header: {}, arrays: {} } : await host.call(pane.answer, own.payload);
+      if (pane.requested !== own.payload) return;  // of the study before
       if (header.faults?.length) { tell(pane, header.faults.map((fault) => fault.message).join(" ")); return; }
       tell(pane, "");
       pane.shown = { header, arrays, drive: own.payload.drive, theme: { dark: theme.dark }, study: own.study };
       view.update(pane.shown);
     } catch (problem) {
+      if (pane.requested !== own.payload) return;
       pane.requested = null;
       if (problem instanceof Superseded) return;
       console.error(problem);
