@@ -1,6 +1,7 @@
 """Exported machines of several coordinates: FMUs and C that importers accept and that move as a run of the same inputs."""
 
 import functools
+import importlib.util
 import itertools
 import shutil
 import subprocess
@@ -43,10 +44,10 @@ OTHERS = {
     ),
     "serial arm": MACHINES["serial arm"][0],
     "sphere with servo": MACHINES["sphere"][0],
-    "robot": iv.load_study(Path(__file__).parents[2] / "studies" / "robots" / "pick_and_place.toml").drives[
-        "geared-120"
-    ],
 }
+if importlib.util.find_spec("pinocchio"):  # the extra infinivar[robots] has pin
+    ROBOTS = Path(__file__).parents[2] / "studies" / "robots"
+    OTHERS["robot"] = iv.load_study(ROBOTS / "pick_and_place.toml").drives["geared-120"]
 EVERY = [*DRIVES, *OTHERS]
 BOTH = [f"{name} {version}" for name, version in itertools.product(EVERY, VERSIONS)]
 FOLDER = tempfile.TemporaryDirectory(prefix="infinivar-machines-")

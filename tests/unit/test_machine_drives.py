@@ -197,7 +197,7 @@ def test_a_drive_of_one_axis_is_a_machine_of_one_coordinate():
     refuse_machine(LEG, "sensitivity")
     with pytest.raises(
         iv.ParameterError,
-        match=r"drives\.cart is a machine of type planar: size .* commands .*: check, compare, sensitivity, export$",
+        match=r"drives\.cart is a machine of type planar: size .* commands .*: check, compare, sensitivity, export, session$",
     ):
         refuse_machine(CARTS["three"], "size", "drives.cart")
 
