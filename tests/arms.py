@@ -29,6 +29,7 @@ def of(count, drive=None, **changes):
 
 
 def states(count):
+    """Random angles, rates and accelerations of some joints."""
     rng = np.random.default_rng(count)
     return rng.uniform(-3.0, 3.0, (STATES, count)), *rng.normal(0.0, 4.0, (2, STATES, count))
 

@@ -23,9 +23,9 @@ from .analysis.cycles.duty_cycle import duty_cycle
 from .analysis.cycles.duty_result import DutyResult
 from .analysis.machine_motion import simulate_machine
 from .analysis.machine_run import MachineRun
-from .analysis.machine_tasks import follow_path, perform_task
 from .analysis.machines import MachineComparison
 from .analysis.motion_summary import MotionSummary, inspect_motion
+from .analysis.performing import follow_path, perform_task
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
 from .analysis.sessions.of_study import study_session
 from .analysis.sessions.session import session

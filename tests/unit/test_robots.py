@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from arms import LEG, MOTOR, STATES, balanced_in_all_quadrants, system_of
+from arms import LEG, MOTOR, STATES, balanced_in_all_quadrants, states, system_of
 from infinivar.machines import ArmDrive, RobotDrive
 from infinivar.motion import MachinePath, MachineScenario, Sinusoid
 from internals import (
@@ -95,11 +95,6 @@ def of(robots):
         return RobotDrive(**(known | changes))
 
     return made
-
-
-def states(count):
-    rng = np.random.default_rng(count)
-    return rng.uniform(-2.5, 2.5, (STATES, count)), *rng.normal(0.0, 4.0, (2, STATES, count))
 
 
 def pin_model(drive):

@@ -14,8 +14,8 @@ from infinivar.analysis.cycles.cylinder_policy import RANGE, best_common_speed
 from infinivar.analysis.cycles.duty_comparison import DutyComparison
 from infinivar.analysis.cycles.duty_cycle import energy_and_feasibility
 from infinivar.analysis.hanging import Answered, Hanging, Judged, hang
-from infinivar.analysis.machine_tasks import Prepared
 from infinivar.analysis.machines import MachineComparison, decided_machine, judged_machine, tasks_and_paths
+from infinivar.analysis.performing import Prepared
 from infinivar.analysis.region import covers, covers_with_loss
 from infinivar.analysis.whole_mass import doubts, mass_of, with_factor
 from infinivar.drivetrain.cobotic import CoboticDrive

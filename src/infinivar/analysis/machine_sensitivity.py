@@ -13,7 +13,8 @@ from infinivar._core.bounds import fits
 from infinivar._core.described import reported
 from infinivar._core.fields import quantities_of, value_at, with_values
 from infinivar._core.result import Frozen, Result, result
-from infinivar.analysis.machine_tasks import PathResult, TaskResult, follow_path, perform_task
+from infinivar.analysis.machine_tasks import PathResult, TaskResult
+from infinivar.analysis.performing import follow_path, perform_task
 from infinivar.drivetrain.drive import with_rated_gear
 from infinivar.errors import InputError, ParameterError, nearest
 from infinivar.motion.machine_tasks import MachineTask

@@ -10,8 +10,9 @@ from infinivar._core.described import at, derived, named, reported
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.analysis.hanging import Hanging, Judged, winner
-from infinivar.analysis.machine_tasks import PathResult, Prepared, TaskResult, evaluated, power_and_margin
+from infinivar.analysis.machine_tasks import PathResult, TaskResult
 from infinivar.analysis.options import CompareOptions
+from infinivar.analysis.performing import Prepared, evaluated, power_and_margin
 from infinivar.drivetrain.uncounted import uncounted
 from infinivar.machines.kinds.linked import motor_mass
 from infinivar.machines.machine import Machine, as_machine

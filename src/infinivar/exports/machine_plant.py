@@ -32,7 +32,6 @@ from infinivar.machines.kind import MovingMachine
 from infinivar.machines.motors import Shaft
 from infinivar.machines.sampled import NO_FORMULA, formula, numbers_of
 from infinivar.machines.system import Inputs, Outside, System
-from infinivar.parts import heat
 from infinivar.parts.heat_steps import REFERENCE
 
 STICK_SPEED = 1e-4
@@ -144,7 +143,7 @@ def machine_plant(made: MovingPlant, name: str, title: str) -> Plant:
     """
     system, named = made.system, _Named()
     own, inputs, rates = list(_states(system, made.start)), list(_inputs(made)), list(_rates(made))
-    states = [*own, *temperatures.states(one.what for one in _begun(made))]
+    states = [*own, *temperatures.states(_heated(made))]
     with naming_laws("machine"):
         recorded = record(system, functools.partial(_acting, made), functools.partial(_read, made, named))
         names = [one.name for one in states], [one.name for one in inputs]
@@ -269,13 +268,13 @@ def _inputs(made: MovingPlant) -> Iterator[Variable]:
     for name, unit, said, begin in known:
         for axis, value in zip(_axes(system), [] if begin is None else np.ravel(begin).tolist(), strict=False):
             yield Variable(f"{name}.{axis}", "input", unit, said.format(axis), value)
-    if _begun(made):
+    if _heated(made):
         yield Variable(temperatures.AMBIENT, "input", "K", "ambient temperature of the motors", REFERENCE)
 
 
-def _begun(made: MovingPlant) -> list[temperatures.Warmed]:
-    """What warms the motors at the start."""
-    return [*_warmed(_shafts(made.system, made.inputs, made.start[None]))]
+def _heated(made: MovingPlant) -> list[str]:
+    """Motors with thermal data, by their names in demands."""
+    return [one.what for one in _warmed(_shafts(made.system, made.inputs, made.start[None]))]
 
 
 def _axes(system: System) -> tuple[str, ...]:
@@ -315,7 +314,7 @@ def _acting(made: MovingPlant, input_of: OpenInputs) -> Acted:
         intended = input_of((1, axes))
         intending = Recorded(motors.tape, [[motors.tape.input("rates", axes + place) for place in range(axes)]])
     input_of(np.shape(_noise(made)))
-    input_of((len(_begun(made)[:1]),))  # the ambient temperature
+    input_of((int(bool(_heated(made))),))  # the ambient temperature
     inputs = Inputs(
         currents=motors,
         steering=steering if system.servo is not None else np.zeros(0),
@@ -377,7 +376,8 @@ def _read(made: MovingPlant, named: _Named, found: Rates, acted: Acted, state: R
         named.add(demand_of(limit, part), column)
     tape, motors = state.tape, [*_warmed(shafts)]
     added = [tape.input("states", state.shape[1] + place) for place in range(2 * len(motors))]
-    ambient = tape.input("inputs", [one.name for one in _inputs(made)].index(temperatures.AMBIENT)) if motors else 0.0
+    given = [one.name for one in _inputs(made)]
+    ambient = tape.input("inputs", given.index(temperatures.AMBIENT)) if motors else 0.0
     for variable, demand in temperatures.demands(motors, added, ambient):
         named.add(variable, demand)
     rows = {
@@ -386,7 +386,7 @@ def _read(made: MovingPlant, named: _Named, found: Rates, acted: Acted, state: R
     }
     if made.controller is None:
         return rows
-    noise = [tape.input("inputs", place) for place, one in enumerate(_inputs(made)) if one.name.startswith("noise.")]
+    noise = [tape.input("inputs", place) for place, name in enumerate(given) if name.startswith("noise.")]
     felt = [found.derivative] if _feels(made) else []
     read = numbers_of([*(one for one in outside if one is not None), noise, *felt, state])
     return {**rows, "signals": [read]}
@@ -402,4 +402,4 @@ def _warmed(shafts: Iterable[Shaft]) -> Iterator[temperatures.Warmed]:
     for one in shafts:
         for motor in temperatures.with_data({one.part: one.motor}).values():
             loss, friction = one.heat
-            yield temperatures.Warmed(one.part, [getattr(motor, name) for name in heat.NEEDED], loss[0], friction[0])
+            yield temperatures.warmed(one.part, functools.partial(getattr, motor), loss[0], friction[0])

@@ -28,7 +28,7 @@ from infinivar.exports.plant import naming_laws
 from infinivar.limits import Limit
 from infinivar.motion.course import Course
 from infinivar.parts import heat
-from infinivar.parts.heat_steps import REFERENCE
+from infinivar.parts.heat_steps import REFERENCE, nodes_of
 from infinivar.parts.motor import Motor
 
 _STATES = ("energy_J", "winding_K", "housing_K")
@@ -82,7 +82,7 @@ def actuator_law(drive: Any) -> Law:
 def _heat(motor: Motor, current: Array, friction: Array, winding: Array, housing: Array, ambient: Array) -> Any:
     """Rates of the temperatures, and the current over that which lets the winding approach its limit."""
     xp = namespace(current, winding)
-    nodes, joule = heat.nodes(motor), current * current * motor.resistance
+    nodes, joule = nodes_of(motor), current * current * motor.resistance
     rates = nodes.rates(joule, friction, winding, housing, ambient)
     across = (winding - housing) / nodes.winding_to_housing
     left = across + nodes.capacities[0] * ((motor.max_winding_temperature or math.nan) - winding) / _REACTION

@@ -271,9 +271,8 @@ def _judged(drive: Any, graph: BondGraph, made: Model, values: Sequence[Number])
 def _warmed(what: str, given: Mapping[str, Number], lost: Mapping[str, Number]) -> temperatures.Warmed:
     """What warms a motor, from the losses of its drive."""
     friction = lost[f"{what} friction"] + lost.get(f"{what} iron", 0.0)
-    return temperatures.Warmed(
-        what, temperatures.data_in(what, given), lost[what.replace("motor", "winding")], friction
-    )
+    winding = lost[what.replace("motor", "winding")]
+    return temperatures.warmed(what, lambda name: given[f"{name} {what}"], winding, friction)
 
 
 def _powers(graph: BondGraph, made: Model) -> Iterator[Variable]:

@@ -5,7 +5,7 @@ The plant keeps the resistance of its windings; heat counts with that at the tem
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from infinivar.bondgraph.graph import Parameter
@@ -13,7 +13,7 @@ from infinivar.bondgraph.tape import Number
 from infinivar.exports.variables import Variable, demand_of, letters
 from infinivar.limits import Limit
 from infinivar.parts import heat
-from infinivar.parts.heat_steps import REFERENCE
+from infinivar.parts.heat_steps import REFERENCE, Nodes, warmth
 from infinivar.parts.motor import Motor
 
 AMBIENT = "ambient_temperature"
@@ -26,8 +26,9 @@ class Warmed(NamedTuple):
     """What warms a motor."""
 
     what: str
-    data: Sequence[Any]
-    """Of `heat.NEEDED`."""
+    nodes: Nodes
+    permissible: Any
+    """Temperature of the winding. [K]"""
     winding_loss: Number
     """With the resistance of the plant. [W]"""
     friction_power: Number
@@ -49,9 +50,10 @@ def parameters(motors: Mapping[str, Motor]) -> dict[str, Parameter]:
     return {**known, AMBIENT: Parameter(AMBIENT, REFERENCE, "K")} if known else {}
 
 
-def data_in(what: str, given: Mapping[str, Number]) -> list[Number]:
-    """Thermal data of a motor from values of parameters."""
-    return [given[f"{name} {what}"] for name in heat.NEEDED]
+def warmed(what: str, get: Callable[[str], Any], winding_loss: Number, friction_power: Number) -> Warmed:
+    """What warms a motor whose fields, numbers or values of parameters, a function gets."""
+    *nodes, permissible = map(get, heat.NEEDED)
+    return Warmed(what, Nodes(*nodes), permissible, winding_loss, friction_power)
 
 
 def states(motors: Iterable[str]) -> Iterator[Variable]:
@@ -67,12 +69,11 @@ def demands(
 ) -> Iterator[tuple[Variable, Number]]:
     """Yield the rise of each winding over the permissible rise."""
     for one, winding in zip(motors, temperatures[::2], strict=True):
-        yield demand_of(Limit.TEMPERATURE, one.what), (winding - ambient) / (one.data[-1] - ambient)
+        yield demand_of(Limit.TEMPERATURE, one.what), (winding - ambient) / (one.permissible - ambient)
 
 
 def rates(motors: Iterable[Warmed], temperatures: Sequence[Number], ambient: Number) -> Iterator[Number]:
     """Yield the rates of the temperatures, in the order of `states`. [K/s]"""
     for one, winding, housing in zip(motors, temperatures[::2], temperatures[1::2], strict=True):
-        *nodes, _ = one.data
-        loss = one.winding_loss * heat.warmth(winding)
-        yield from heat.Nodes(*nodes).rates(loss, one.friction_power, winding, housing, ambient)
+        loss = one.winding_loss * warmth(winding)
+        yield from one.nodes.rates(loss, one.friction_power, winding, housing, ambient)

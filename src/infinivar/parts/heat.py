@@ -14,16 +14,15 @@ Source: maxon2020 (thermal resistances, time constants, coefficient of copper).
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from infinivar._core.array_namespace import Array, accumulated, namespace
 from infinivar._core.described import derived, reported
-from infinivar._core.fields import given
 from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError
-from infinivar.parts.heat_steps import BOUND, COPPER, MARGIN, REFERENCE, Steps, over
+from infinivar.parts.heat_steps import BOUND, COPPER, MARGIN, REFERENCE, Steps, over, warmth
 from infinivar.parts.heat_steps import rates as rates
 from infinivar.parts.heat_steps import steps as steps_of
 from infinivar.parts.motor import Motor
@@ -124,54 +123,6 @@ def warm(motor: Motor, temperature: float) -> Motor:
     Source: maxon2020.
     """
     return motor.with_resistance(motor.resistance * warmth(temperature))
-
-
-def warmth(temperature: Any) -> Any:
-    """Resistance of a winding at a temperature [K] over that at 25 °C.
-
-    Source: maxon2020.
-    """
-    return 1.0 + COPPER * (temperature - REFERENCE)
-
-
-class Nodes(NamedTuple):
-    """Thermal data of a motor, or of many. [K/W], [s]"""
-
-    winding_to_housing: Any
-    housing_to_ambient: Any
-    winding_time_constant: Any
-    housing_time_constant: Any
-
-    @property
-    def capacities(self) -> tuple[Any, Any]:
-        """Heat capacities of winding and housing. [J/K]"""
-        return (
-            self.winding_time_constant / self.winding_to_housing,
-            self.housing_time_constant / self.housing_to_ambient,
-        )
-
-    def rates(
-        self, winding_loss: Any, friction_power: Any, winding: Any, housing: Any, ambient: Any
-    ) -> tuple[Any, Any]:
-        """Time derivatives of the temperatures of winding and housing. [K/s]
-
-        Parameters
-        ----------
-        winding_loss : (...,) float                With the resistance at the winding's temperature. [W]
-        friction_power : (...,) float              Heat from friction and iron loss. [W]
-        winding, housing, ambient : (...,) float   Temperatures. [K]
-
-        Source: maxon2020; see the module.
-        """
-        inner, outer = self.capacities
-        across = (winding - housing) / self.winding_to_housing
-        left = (housing - ambient) / self.housing_to_ambient
-        return (winding_loss - across) / inner, (friction_power + across - left) / outer
-
-
-def nodes(motor: Motor) -> Nodes:
-    """Thermal data of a motor, nan where missing."""
-    return Nodes(*(given(getattr(motor, name), math.nan) for name in Nodes._fields))
 
 
 def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient: float = REFERENCE) -> Heat:

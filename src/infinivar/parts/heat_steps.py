@@ -29,6 +29,54 @@ _LARGEST_RIPPLE = 25.0
 """Largest mean of the variation within a step that counts. [K]"""
 
 
+def warmth(temperature: Any) -> Any:
+    """Resistance of a winding at a temperature [K] over that at 25 °C.
+
+    Source: maxon2020.
+    """
+    return 1.0 + COPPER * (temperature - REFERENCE)
+
+
+class Nodes(NamedTuple):
+    """Thermal data of a motor, or of many. [K/W], [s]"""
+
+    winding_to_housing: Any
+    housing_to_ambient: Any
+    winding_time_constant: Any
+    housing_time_constant: Any
+
+    @property
+    def capacities(self) -> tuple[Any, Any]:
+        """Heat capacities of winding and housing. [J/K]"""
+        return (
+            self.winding_time_constant / self.winding_to_housing,
+            self.housing_time_constant / self.housing_to_ambient,
+        )
+
+    def rates(
+        self, winding_loss: Any, friction_power: Any, winding: Any, housing: Any, ambient: Any
+    ) -> tuple[Any, Any]:
+        """Time derivatives of the temperatures of winding and housing. [K/s]
+
+        Parameters
+        ----------
+        winding_loss : (...,) float                With the resistance at the winding's temperature. [W]
+        friction_power : (...,) float              Heat from friction and iron loss. [W]
+        winding, housing, ambient : (...,) float   Temperatures. [K]
+
+        Source: maxon2020; see `infinivar.parts.heat`.
+        """
+        inner, outer = self.capacities
+        across = (winding - housing) / self.winding_to_housing
+        left = (housing - ambient) / self.housing_to_ambient
+        return (winding_loss - across) / inner, (friction_power + across - left) / outer
+
+
+def nodes_of(motor: Motor) -> Nodes:
+    """Thermal data of a motor, nan where missing."""
+    return Nodes(*(given(getattr(motor, name), math.nan) for name in Nodes._fields))
+
+
 def rates(motor: Motor, square_current: Any, friction_power: Any, ambient: float) -> tuple[np.ndarray, np.ndarray]:
     """Matrix A and vector b of ``d(T_w, T_h)/dt = A (T_w, T_h) + b``.
 

@@ -11,8 +11,8 @@ import numpy as np
 from infinivar._core.bounds import ends
 from infinivar._core.fields import quantities_of, value_at
 from infinivar._core.frozen import FrozenDict
-from infinivar.analysis.machine_tasks import Prepared, power_and_margin
 from infinivar.analysis.machines import MachineComparison, tasks_and_paths
+from infinivar.analysis.performing import Prepared, power_and_margin
 from infinivar.errors import InputError, ParameterError
 from infinivar.sizing.mending import Demands, mending
 from infinivar.sizing.what_if import Change

@@ -14,7 +14,8 @@ import numpy as np
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
 from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.analysis.cycles.shaking import DynamicMap, dynamic_map
-from infinivar.analysis.machine_tasks import PathResult, follow_path
+from infinivar.analysis.machine_tasks import PathResult
+from infinivar.analysis.performing import follow_path
 from infinivar.axis import LINEAR
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.analysis.machine_tasks import passing_point
+from infinivar.analysis.performing import passing_point
 from infinivar.analysis.tightest import vector_words
 from infinivar.drivetrain.drive import axis_of, is_machine, operated
 from infinivar.errors import InputError, nearest
