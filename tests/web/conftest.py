@@ -2,13 +2,14 @@
 
 import pytest
 
-from explorer_pages import chromium
+from explorer_pages import started
 from serving import free_port, serving
 
 
 @pytest.fixture(scope="module")
-def browser():
-    with chromium() as found:
+def browser(request):
+    """Chromium, or what a test names by `BROWSERS`."""
+    with started(getattr(request, "param", "chromium")) as found:
         yield found
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from explorer_pages import SIZES, chromium
+from explorer_pages import SIZES, started
 from internals import c_library, of_study, with_values
 from made import ROOT, loaded
 
@@ -36,7 +36,7 @@ def page(request, tmp_path_factory):
         '<div id="live-maps"></div><script src="live-maps.js" defer></script>',
         "utf-8",
     )
-    with chromium() as browser:
+    with started() as browser:
         width, height = SIZES[request.param]
         found = browser.new_page(viewport={"width": width, "height": height})
         problems = []

@@ -1,14 +1,14 @@
-"""The page in a real Chromium: what a user does with it, and that its numbers are those of the public functions."""
+"""The page in real browsers: what a user does with it, and that its numbers are those of the public functions."""
 
 import math
 
 import pytest
 
 import infinivar as iv
-from explorer_pages import Page
+from explorer_pages import EACH_BROWSER, Page
 from internals import foremost, of_study
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, EACH_BROWSER]
 
 COBOTIC, GEARED = "cobotic", "motor2-gear4"
 

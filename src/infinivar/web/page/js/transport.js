@@ -32,7 +32,8 @@ function randomId() {
 export function createTransport(base = "api/") {
   const client = randomId();
   const lanes = new Map();
-  let sequence = 0;
+  let [sequence, left] = [0, false];
+  for (const event of ["beforeunload", "pagehide"]) addEventListener(event, () => { left = true; setTimeout(() => { left = false; }, 5000); });
 
   async function reply(name, payload) {
     sequence += 1;
@@ -41,6 +42,7 @@ export function createTransport(base = "api/") {
     try {
       got = await fetch(base + name, { method: "POST", headers, body: JSON.stringify(payload) });
     } catch {
+      if (left) throw new Superseded(name);  // by another page
       throw new Unanswered("the program does not answer: is `infinivar serve` still running?");
     }
     if (got.status === 409) throw new Superseded(name);
