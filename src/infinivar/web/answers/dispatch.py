@@ -26,6 +26,7 @@ ANSWERS: dict[str, str] = {
     "options": "infinivar.web.answers.jobs:options",
     "tasks": "infinivar.web.answers.tasks:tasks",
     "export": "infinivar.web.answers.export:export",
+    "design": "infinivar.web.answers.designs:design",
     "point": "infinivar.web.answers.point:point",
     "contact": "infinivar.web.answers.contact:contact",
     "motion": "infinivar.web.answers.motion:motion",
@@ -34,7 +35,7 @@ ANSWERS: dict[str, str] = {
 }
 """Function of each answer, "module:function", imported by the first request: from the payload of a request to an `Answer`."""
 
-OF_STUDY = frozenset({"point", "contact", "motion", "plane", "drawing"})
+OF_STUDY = frozenset({"design", "point", "contact", "motion", "plane", "drawing"})
 """Answers about one study: their functions take the study and the payload, and return an `Answer` or its header."""
 
 

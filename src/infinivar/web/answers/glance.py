@@ -45,7 +45,7 @@ def glance(payload: Mapping[str, Any]) -> Answer:
     used, best = hanging.used, hanging.used.winner
     rows = []
     for name, title in hanging.titles.items():
-        figure, (margin, limit) = used.figures[name], _tightest(found, name)
+        figure, (margin, limit) = used.figures[name], tightest(found, name)
         rows.append(
             {
                 "name": name,
@@ -81,7 +81,7 @@ def _more(figure: float, least: float) -> str:
     return f"{100.0 * (figure / least - 1.0):+.0f} %" if least > 0.0 and math.isfinite(figure) else ""
 
 
-def _tightest(found: Comparison | MachineComparison, name: str) -> tuple[float, str]:
+def tightest(found: Comparison | MachineComparison, name: str) -> tuple[float, str]:
     """Least margin in all that is required, and the limit in words."""
     if isinstance(found, MachineComparison):
         tight = min(found.results[name].found.values(), key=lambda one: one.margin)

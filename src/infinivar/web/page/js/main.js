@@ -5,7 +5,7 @@ import { COUNT, firstMaps, firstShown, firstStudy, keep, resumed, started, trans
 import { createKeys } from "./keys.js";
 import { createMaps, mapOf } from "./maps.js";
 import { createPanes } from "./panes.js";
-import { createStore, fromFragment, letterOf, same, toFragment, valueAt, withValue } from "./store.js";
+import { changesOf, createStore, fromFragment, letterOf, same, toFragment, valueAt, withValue, withValues } from "./store.js";
 import { createTheme, remember, remembered } from "./theme.js";
 import { Superseded, Unanswered } from "./transport.js";
 
@@ -53,7 +53,7 @@ tooltips();
 const rank = async (drive) => (await transport.call("foremost", { ...payload(), drive })).header.paths ?? [];
 const fields = createFields({ store, rank, onOwner: chooseOwner, onShow: showMap, onPart: choosePart });
 const plots = createMaps({ theme, onLook: look, onChoose: choose, onDrive: chooseDrive });
-const panes = createPanes({ theme, host: { call: transport.call, plain: transport.plain, choose: (point) => choose(point, view.drive), chooseTask, download, say, apply } });
+const panes = createPanes({ theme, host: { call: transport.call, plain: transport.plain, choose: (point) => choose(point, view.drive), chooseTask, download, say, apply, store, restore } });
 
 // What is not needed for the first maps is loaded after them.
 const dialogs = () => import("./dialogs.js");
@@ -168,8 +168,15 @@ async function showGlance() {
 
 /** Set the values of a change as one step, which one undo takes back. */
 function apply(changes) {
-  store.put(changes.reduce((tables, { at, value }) => withValue(tables, at, value), store.document.tables));
+  store.put(withValues(store.document.tables, changes));
   say("Applied. Undo takes it back.");
+}
+
+/** Go back to a design that was kept, as one step. */
+function restore({ name, drive, tables }) {
+  store.put(tables);
+  chooseOwner(drive);
+  say(`${name} is back. Undo leaves it.`);
 }
 
 function status(text, busy, bad = false) {
@@ -341,11 +348,11 @@ function arrange() {
   const moves = model.motions.length || model.paths.length ? ["motion"] : [];
   if (flat) {
     lay(model.plane, model.requirement, (name) => drives.find((drive) => drive.name === name).title);
-    panes.offer(["balance", "contact", ...moves, "plane", "machine", "work"]);
+    panes.offer(["balance", "contact", ...moves, "plane", "machine", "designs", "work"]);
   } else {
     if (!model.tasks.some((task) => task.name === view.task)) view.task = model.tasks[0]?.name ?? null;
     if (!model.tasks.length) tellSessions();
-    if (model.tasks.length) panes.offer(["machine", "balance", "contact", ...moves, "work"]);
+    if (model.tasks.length) panes.offer(["machine", "balance", "contact", ...moves, "designs", "work"]);
     else panes.offer(["work"], { work: "Run sessions" });
   }
   byId("views").hidden = !flat && !model.tasks.length && !model.sessions.length;
@@ -542,7 +549,7 @@ async function tellAddress() {
   const { drive, shown, point } = view;
   const { document, valid } = store;
   const { href } = location;
-  const fragment = await toFragment({ ...payload(), drive, shown, point, ...(valid === null || same(valid.tables, document.tables) ? {} : { valid: { tables: valid.tables } }) });
+  const fragment = await toFragment({ ...payload(), drive, shown, point, designs: store.designs.map((one) => ({ name: one.name, drive: one.drive, changes: changesOf(document.tables, one.tables) })), ...(valid === null || same(valid.tables, document.tables) ? {} : { valid: { tables: valid.tables } }) });
   if (document === store.document && href === location.href) history.replaceState({ text: document.text }, "", fragment);
 }
 
@@ -626,6 +633,7 @@ byId("count").addEventListener("change", () => {
 
 store.subscribe((why) => {
   if (why === "pin") { tellModes(); plots.setBefore(store.before?.maps ?? null, view.mode); return; }
+  if (why === "designs") { addressSoon(); return; }
   changed(performance.now(), why === "edit" ? STUDY_DELAY : 0);
   setTimeout(() => keep(store.document, store.opened, store.valid));  // after the request for maps
   if (store.opened.name !== own || store.edited || location.hash) addressSoon();
@@ -635,9 +643,9 @@ store.subscribe((why) => {
 async function openLink(known = null) {
   const content = await fromFragment(location.hash);
   if (content === null) return false;
-  const { name, tables, valid, ...state } = content;
+  const { name, tables, valid, designs, ...state } = content;
   if (known !== null && !same(known.now.tables, tables)) return false;
-  open(known ?? { now: { name, tables, text: history.state?.text }, valid: valid && { name, tables: valid } }, state);
+  open({ ...(known ?? { now: { name, tables, text: history.state?.text }, valid: valid && { name, tables: valid } }), designs }, state);
   return true;
 }
 
