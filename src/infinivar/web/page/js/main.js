@@ -23,6 +23,9 @@ const LONGEST_BLANK = 400;
 const AGAIN = 2000;
 const LARGEST_FILE = 400_000;
 
+/** What the page begins with until that is known: as most studies, maps of two drives. */
+const UNKNOWN = { requirement: {}, drives: { "…": {}, "… ": {} } };
+
 const store = createStore();
 const theme = createTheme();
 const view = { drive: null, shown: [], point: null, looked: null, task: null, count: COUNT, mode: "side" };
@@ -140,14 +143,26 @@ async function askJudge() {
 
 function glanceSoon() {
   clearTimeout(glanceTimer);
-  const holder = byId("glance");
-  holder.setAttribute("aria-busy", "true");
-  if (holder.hidden && (model.plane !== null || model.tasks.length || model.paths.length)) {
-    holder.hidden = false;
-    holder.style.minHeight = `${70 + 25 * model.drives.length}px`;  // what follows stays where it is
-    holder.replaceChildren(make("h2", { id: "glance-title" }, "Comparing …"));
-  }
+  byId("glance").setAttribute("aria-busy", "true");
+  if (byId("glance").hidden && (model.plane !== null || model.tasks.length || model.paths.length)) leaveRoom(model.drives.length);
   glanceTimer = setTimeout(askGlance, GLANCE_DELAY);
+}
+
+/** Room for the answer at a glance of so many drives, so that what follows it stays where it is. */
+function leaveRoom(count) {
+  const holder = byId("glance");
+  holder.hidden = false;
+  holder.style.minHeight = `${70 + 25 * count}px`;
+  holder.replaceChildren(make("h2", { id: "glance-title" }, "Comparing …"));
+}
+
+/** Until maps come, grey ones of their size. */
+function expectMaps({ tables }) {
+  const drives = tables.drives ?? {};
+  const flat = Boolean(tables.requirement || tables.duty);
+  document.querySelector(".right").classList.toggle("beside", flat);
+  if (flat) leaveRoom(Object.keys(drives).length);
+  plots.expect(flat ? view.shown.map((name) => ({ name, title: drives[name]?.title ?? name, letter: letterOf({ tables }, name) })) : []);
 }
 
 /** Ask who wins, once the study rests: all drives are compared. */
@@ -348,7 +363,7 @@ function arrange() {
   const moves = model.motions.length || model.paths.length ? ["motion"] : [];
   if (flat) {
     lay(model.plane, model.requirement, (name) => drives.find((drive) => drive.name === name).title);
-    panes.offer(["balance", "contact", ...moves, "plane", "machine", "designs", "work"]);
+    panes.offer(["balance", "contact", ...moves, ...(model.shakes ? ["plane"] : []), "machine", "designs", "work"]);
   } else {
     if (!model.tasks.some((task) => task.name === view.task)) view.task = model.tasks[0]?.name ?? null;
     if (!model.tasks.length) tellSessions();
@@ -518,8 +533,7 @@ function open(next, state = {}) {
   fields.setOwner(null);
   Object.assign(view, { drive: null, shown: [], point: null, looked: null, task: null }, state);
   if (!view.shown.length) view.shown = firstShown(Object.keys(document.tables.drives ?? {}));
-  plots.setDrives([]);
-  plots.setBefore(null, view.mode);
+  expectMaps(document);
   tellStudies(document.name);
   byId("study-faults").replaceChildren();
   for (const kind of ["open", "save", "export", "unusable"]) clear(kind);
@@ -685,6 +699,8 @@ addEventListener("focus", askDisk);
 document.addEventListener("visibilitychange", () => { if (document.visibilityState === "visible") askDisk(); });
 
 async function begin() {
+  view.shown = firstShown(Object.keys(UNKNOWN.drives));
+  expectMaps(resumed?.now ?? { tables: UNKNOWN });
   const { header } = await started;
   version = header.version;
   disk = header.stamp;
