@@ -1,6 +1,7 @@
 """Designs side by side: their numbers are those of the Python interface, and the page keeps, restores and removes them."""
 
 import copy
+import functools
 
 import pytest
 
@@ -74,6 +75,64 @@ def test_a_study_of_sessions_has_no_rows_and_a_wrong_time_is_refused():
     for time in (0.0, -1.0, float("nan"), 1e300, "30", None, True):
         with pytest.raises(RefusedError, match="time"):
             answered("design", {**opened("knee_walking"), "drive": "cobotic", "time": time})
+
+
+@sampled("name", ["knee_walking", "reach_and_hold", "two_joint_arm"], slow=2)
+def test_a_part_tried_has_the_numbers_of_compare(name):
+    """As the drive of the study that has it: the power that decides, and the least margin."""
+    asked = opened(name)
+    drive = next(iter(asked["tables"]["drives"]))
+    fields = answered("study", asked).header["fields"]
+    at = next(
+        one["at"] for one in fields if one["owner"] == drive and one["type"] == "part" and one["part_kind"] == "motors"
+    )
+    found = answered("tried", {**asked, "drive": drive, "at": at, "parts": ["", "re-40-24v", "no-such-motor"]}).header[
+        "rows"
+    ]
+    changed = copy.deepcopy(asked["tables"])
+    functools.reduce(lambda inside, key: inside.setdefault(key, {}), at[:-1], changed)[at[-1]] = "re-40-24v"
+    for row, tables in zip(found, (asked["tables"], changed), strict=False):
+        compared = iv.compare(iv.Study.from_dict(tables, name=name), quick=True)
+        own = compared.results[drive]
+        if isinstance(compared, iv.Comparison):
+            cycles = [cycle.results[drive] for cycle in compared.duty.values()]
+            margins = [one.tightest[1] for one in cycles] + ([own.tightest.value] if own.tightest else [])
+            power = sum(one.power_in for one in cycles) / len(cycles)
+        else:
+            margins = [one.margin for one in own.found.values()]
+            power = own.mean_power if own.shares else sum(one.mean_power for one in own.found.values()) / len(own.found)
+        assert row["margin"] == pytest.approx(min(margins), rel=1e-9)
+        assert row["power"] == pytest.approx(power, rel=1e-9)
+        assert row["able"] == (min(margins) >= 1.0)
+    assert found[2]["able"] is False
+    assert "no-such-motor" in found[2]["words"]
+
+
+def test_parts_are_sorted_and_wrong_requests_refused():
+    opened("knee_walking")
+    for sort, sign in (("mass", 1), ("-mass", -1)):
+        listed = answered("parts", {"kind": "motors", "query": "maxon", "limit": 100, "sort": sort}).header["rows"]
+        masses = [sign * row["values"]["mass"] for row in listed if row["values"]["mass"] is not None]
+        assert masses == sorted(masses)
+        assert all(row["values"]["mass"] is None for row in listed[len(masses) :])
+    with pytest.raises(RefusedError, match="sort"):
+        answered("parts", {"kind": "motors", "sort": "__class__"})
+    asked = {
+        **opened("knee_walking"),
+        "drive": "cobotic",
+        "at": ["drives", "cobotic", "motor", "part"],
+        "parts": ["re-40-24v"],
+    }
+    for change in (
+        {"drive": "no"},
+        {"at": []},
+        {"at": "drives"},
+        {"parts": [3]},
+        {"parts": ["x"] * 99},
+        {"at": ["title", "x"]},
+    ):
+        with pytest.raises(RefusedError):
+            answered("tried", {**asked, **change})
 
 
 @pytest.fixture
@@ -153,6 +212,25 @@ class TestPage:
             assert found == names
             assert cells(table, "Margin").all_inner_texts() == cells(settled(page), "Margin").all_inner_texts()
             assert other.problems == []
+        assert page.problems == []
+
+    def test_the_picker_says_what_each_part_would_do_and_sorts_by_it(self, page):
+        page.unfold("Motor")
+        page.page.get_by_role("button", name="Choose another part: Motor").first.click()
+        dialog = page.page.get_by_role("dialog")
+        dialog.locator(".about", has_text="W on average, margin 1.02").wait_for()
+        page.page.get_by_label("Search the catalogue").fill("maxon, voltage >= 24 V, mass < 600 g")
+        dialog.get_by_label("Sort").select_option(label="least power")
+        said = [dialog.locator(f".found button small{kind}[data-part]") for kind in ("", ":not(.no)", ".no")]
+
+        def ordered():
+            texts, within, beyond = (one.all_inner_texts() for one in said)
+            if not all(texts) or not within or texts != [*within, *beyond]:
+                return False
+            powers = [float(text.split(" W")[0]) for text in within]
+            return len(powers) > 1 and powers == sorted(powers)
+
+        page.until(ordered)
         assert page.problems == []
 
     @pytest.mark.parametrize("size", sorted(SIZES))

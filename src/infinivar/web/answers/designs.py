@@ -1,29 +1,40 @@
 """A design as a column of a table: a drive or machine of a study in one state, with its mass, powers, temperatures and margin.
 
-The page keeps designs and asks for each by itself; the numbers are those of `compare`, and of the drive at a point.
+The page keeps designs and asks for each by itself; the numbers are those of `compare`, and of the drive at a point. So are those
+of a drive with other parts, which it is tried with before one is picked.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from statistics import fmean
 from typing import Any
 
 from infinivar.analysis.compare import Comparison
+from infinivar.analysis.cycles.duty_cycle import duty_cycle
 from infinivar.analysis.cycles.performance import motors_of, windings_after
-from infinivar.analysis.machines import MachineResult
+from infinivar.analysis.machines import MachineResult, evaluate_machine
+from infinivar.analysis.region import against
 from infinivar.drivetrain.drive import is_machine
+from infinivar.errors import InfinivarError
+from infinivar.limits import words_of
 from infinivar.parts.heat import REFERENCE, missing
+from infinivar.sizing.tables import equal_shares
 from infinivar.study.study import Study
 from infinivar.units import ZERO_CELSIUS, margin_words, plain, show
 from infinivar.web.answers import words
-from infinivar.web.answers.answer import RefusedError
+from infinivar.web.answers.answer import Answer, FaultyError, RefusedError
+from infinivar.web.answers.document import name_and_tables, with_keys, with_values
 from infinivar.web.answers.glance import compared, tightest
-from infinivar.web.answers.payload import number, word
+from infinivar.web.answers.payload import names, number, word
 from infinivar.web.answers.places import place_of
 
 _LONGEST = 1e7
 """Longest time for which motors are warmed. [s]"""
+
+_MOST_TRIED = 16
+"""Most parts tried in one answer, and most keys to a part."""
 
 
 def design(study: Study, request: Mapping[str, Any]) -> dict[str, Any]:
@@ -150,3 +161,62 @@ def _of_machine(found: MachineResult) -> Iterator[dict[str, Any]]:
         yield _watts("mixed", "Mean power", found.mean_power, "mixed use")
     for key, one in found.found.items():
         yield _watts(key, "Mean power", one.mean_power, one.title)
+
+
+def tried(payload: Mapping[str, Any]) -> Answer:
+    """A drive or machine with each of some parts in place of the present one: what it would spend, and its margin.
+
+    Parameters
+    ----------
+    payload : mapping   Study; `drive`; `at`: keys of the part in the tables; `parts`: names in the catalogue, "" the present one.
+
+    Header: rows, one a part: part; power: mean over the motions, else mean loss over the required region, else mean over tasks
+    and paths [W], None where there is none; margin of the tightest limit; `able`; and words, or what is wrong with it.
+    """
+    name, tables = name_and_tables(payload)
+    drive = word(payload, "drive", tables.get("drives", {}))
+    at, parts = (names(payload, key, _MOST_TRIED) for key in ("at", "parts"))
+    return Answer(header={"rows": [_tried({"name": name, "tables": tables}, drive, at, one) for one in parts]})
+
+
+def _tried(document: dict[str, Any], drive: str, at: list[str], part: str) -> dict[str, Any]:
+    try:
+        study = with_keys(
+            {**document, "tables": with_values(document["tables"], [(at, part)] if part else [])}, [drive]
+        )[0]
+        power, margin, limit = _needed(study, drive)
+        spent = "on average" if study.duty or study.tasks or study.paths else "lost on average"
+    except FaultyError as found:
+        return {"part": part, "able": False, "words": found.faults[0]["message"]}
+    except InfinivarError as problem:
+        return {"part": part, "able": False, "words": str(problem)}
+    watts = [f"{show(power, 'W', 3)} {spent}"] if math.isfinite(power) else []
+    text = ", ".join([*watts, f"margin {margin_words(margin)} ({limit})"])
+    return {
+        "part": part,
+        "able": margin >= 1.0,
+        "power": words.number(power),
+        "margin": words.number(margin),
+        "words": text,
+    }
+
+
+def _needed(study: Study, name: str) -> tuple[float, float, str]:
+    """Mean power, least margin and tightest limit of one drive or machine, as `compare` finds them."""
+    drive = study.drives[name]
+    if study.tasks or study.paths:
+        machine = evaluate_machine(study, name)
+        tight = min(machine.found.values(), key=lambda one: one.margin)
+        power = machine.mean_power if machine.shares else fmean(one.mean_power for one in machine.found.values())
+        return power, tight.margin, words_of(tight.demand)
+    powers, margins = [], []
+    for key, duty in study.duty.items():
+        cycle = duty_cycle(drive, duty, travel=study.travel)
+        powers.append(equal_shares(study.duty)[key] * cycle.power_in)
+        margins.append((cycle.tightest[1], words_of(cycle.tightest[0])))
+    loss = math.nan
+    if study.requirement is not None:
+        judged, _, _ = against(name, drive, study.requirement)
+        loss = judged["mean_loss"]
+        margins.append((judged["tightest"].value, judged["tightest"].limit.words))
+    return sum(powers) if powers else loss, *min(margins)

@@ -19,6 +19,7 @@ ANSWERS: dict[str, str] = {
     "shipped": "infinivar.web.answers.studies:shipped",
     "toml": "infinivar.web.answers.studies:toml",
     "parts": "infinivar.web.answers.catalogue:parts",
+    "tried": "infinivar.web.answers.designs:tried",
     "maps": "infinivar.web.answers.maps:maps",
     "judge": "infinivar.web.answers.maps:judge",
     "glance": "infinivar.web.answers.glance:glance",

@@ -492,7 +492,9 @@ function showMap(name, on) {
 }
 
 async function choosePart(field) {
-  (await dialogs()).pickPart({ call: transport.call, field, onPick: (part, name) => { store.put(withPart(field, part, name)); say(`${field.label}: ${part}`); } });
+  const known = model.drives.some((drive) => drive.name === field.owner) && (model.plane !== null || model.tasks.length || model.paths.length);
+  const attempt = known ? (parts) => transport.call("tried", { ...payload(), drive: field.owner, at: field.at, parts }) : null;
+  (await dialogs()).pickPart({ call: transport.call, field, attempt, onPick: (part, name) => { store.put(withPart(field, part, name)); say(`${field.label}: ${part}`); } });
 }
 
 /** The tables with another part; the title of its drive names each part that is not the one with which it was opened. */
