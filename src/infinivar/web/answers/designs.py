@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from statistics import fmean
 from typing import Any
 
+from infinivar.analysis.at_a_glance import tightest
 from infinivar.analysis.compare import Comparison
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
 from infinivar.analysis.cycles.performance import motors_of, windings_after
@@ -26,7 +27,7 @@ from infinivar.units import ZERO_CELSIUS, margin_words, plain, show
 from infinivar.web.answers import words
 from infinivar.web.answers.answer import Answer, FaultyError, RefusedError
 from infinivar.web.answers.document import name_and_tables, with_keys, with_values
-from infinivar.web.answers.glance import compared, tightest
+from infinivar.web.answers.glance import compared
 from infinivar.web.answers.payload import names, number, word
 from infinivar.web.answers.places import place_of
 
