@@ -319,3 +319,46 @@ def test_motors_on_one_shaft_lie_in_line():
     assert motor.scaled(1) == replace(motor, name=f"1 x {motor.name}")
     part = motor.scaled(2.7)
     assert (part.diameter, part.length) == (None, None)
+
+
+class TestUpToATime:
+    """`highest_until`: constant power against two exponentials, a burst against single steps, and both ends of time."""
+
+    @pytest.mark.parametrize("period", [0.5, 7.0, 1e4])
+    def test_constant_power_is_two_exponentials(self, period):
+        for time in (0.0, 3.0, 90.0, 1234.5):
+            found = heat.highest_until(MOTOR, np.full(1000, 1.0), 0.4, period, time)
+            # Up to the end of the last instant of the cycle, of which there are a thousand.
+            low, high = exponentials(MOTOR, 1.0, 0.4, np.array([max(time - period / 1000, 0.0), time]))[:, 0]
+            assert low * (1 - 1e-12) <= found <= high * (1 + 1e-12)
+
+    def test_a_burst_step_by_step(self):
+        """Cycles of a minute: the peak lies at the end of the burst, and stays the highest until the next burst."""
+        period, count = 60.0, 600
+        current = np.where((np.arange(count) + 0.5) / count < 0.3, 2.5, 0.3)
+        state, ends, winding = np.array([AMBIENT, AMBIENT, 1.0]), [0.0], [AMBIENT]
+        for number in range(5):
+            for place, amperes in enumerate(current):
+                matrix, vector = heat.rates(MOTOR, amperes**2, 0.5, AMBIENT)
+                generator = np.zeros((3, 3))
+                generator[:2, :2], generator[:2, 2] = matrix[0], vector[0]
+                state = over(generator, period / count) @ state
+                ends.append(number * period + (place + 1) * period / count)
+                winding.append(state[0])
+        for time in (9.05, 30.05, 75.05, 299.95):
+            expected = max(one for end, one in zip(ends, winding, strict=True) if end <= time)
+            found = heat.highest_until(MOTOR, current, 0.5, period, time)
+            # Steps of constant power stand for several instants each.
+            assert found - AMBIENT == pytest.approx(expected - AMBIENT, rel=2e-3)
+
+    def test_late_is_settled(self):
+        current = np.linspace(0.0, 2.0, 50)
+        settled = heat.heat(MOTOR, current, 0.2, 3.0).winding
+        assert heat.highest_until(MOTOR, current, 0.2, 3.0, 1e7) == pytest.approx(settled, rel=1e-12)
+
+    def test_a_run_ends_warm_and_a_motor_that_runs_away_has_no_bound(self):
+        current = np.linspace(3.0, 0.5, 400)
+        run = heat.heat_over_run(MOTOR, current, 0.2, 50.0, start=310.0)
+        found = heat.highest_until(MOTOR, current, 0.2, 50.0, 50.0, start=310.0)
+        assert found == pytest.approx(run.winding, rel=1e-12)
+        assert heat.highest_until(MOTOR, 50.0, 0.0, 1.0, 1e6) == math.inf

@@ -41,9 +41,9 @@ def test_figures_drawn_in_processes_are_the_same(two, tmp_path, study):
     here, there = tmp_path / "here", tmp_path / "there"
     here.mkdir()
     there.mkdir()
-    with opened_processes(design_trends.__name__), style.in_every_format():
+    with opened_processes(design_trends.__name__), style.written_as(*style.FORMATS):
         apart_files = style.write_all(there, drawings)
-    with style.in_every_format():
+    with style.written_as(*style.FORMATS):
         files = style.write_all(here, drawings)
     assert [[one.name for one in some] for some in files.values()] == [
         [f"{name}.{kind}" for kind in style.FORMATS] for name in drives

@@ -70,6 +70,7 @@ def test_maps_are_those_of_the_interface(opened_study, name):
     np.testing.assert_array_equal(arrays[f"{name}/efficiency"], steady.efficiency.T.astype(np.float32))
     codes = np.array([iv.Limit[one] for one in header["limit_names"]])
     np.testing.assert_array_equal(codes[arrays[f"{name}/limit"]], steady.limit.T)
+    np.testing.assert_allclose(arrays[f"{name}/margin"], np.minimum(steady.margin.T, 2.0), rtol=1e-6)
     assert header["limits"] == [iv.Limit(code).words for code in codes]
     low, high = found.header["plane"]["force"]
     np.testing.assert_allclose(np.diff(arrays["force"]), (high - low) / 24)
@@ -570,10 +571,13 @@ def test_long_computations():
     study = iv.Study.from_dict(opened_study["tables"], name="small")
     assert found["verdict"] == iv.compare(study).verdict
     assert progress
+    assert next(one["title"] for one in found["figures"]) == "Maps"
+    assert all(one["image"].startswith("data:image/svg+xml;base64,") for one in found["figures"])
     sized = worked(
         {**opened_study, "job": "size", "options": {"top": 3}}, lambda share, words: progress.append((share, words))
     ).header
     assert sized["designs"][0]["title"] == iv.size(study, top=3, sets="shipped").designs[0].title
+    assert next(one["title"] for one in sized["figures"]) == "Designs"
     with pytest.raises(RefusedError):
         worked({**opened_study, "job": "mine"}, lambda share, words: None)
 

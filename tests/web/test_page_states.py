@@ -54,6 +54,12 @@ def test_sessions_say_what_to_run_and_run_here(page):
     assert "infinivar session guided_cart.toml --task wall" in page.by_id("strip").inner_text()
     page.by_id("panel-work").get_by_role("button", name="free, as 20 kg").click()
     page.by_id("panel-work").locator("table").wait_for(timeout=120000)
+    figures = page.by_id("panel-work").locator("figure.drawing")
+    assert figures.locator("figcaption").all_inner_texts() == ["Motion", "History", "Energy"]  # as the command draws
+    for image in figures.locator("img").all():
+        image.scroll_into_view_if_needed()
+        page.until(lambda image=image: image.bounding_box()["height"] > 100)
+    assert page.fits()
     assert page.problems == []
 
 

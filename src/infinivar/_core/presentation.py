@@ -12,9 +12,9 @@ from typing import Any, Literal
 
 from infinivar._core.imported import imported
 
-Kind = Literal["plot", "save", "dataset", "table", "animation", "video", "scene"]
+Kind = Literal["plot", "save", "dataset", "table", "animation", "video", "scene", "notebook"]
 """A matplotlib figure; files in a directory; labelled arrays (`infinivar._core.netcdf.Arrays`); a `pandas.DataFrame`; an
-animation of matplotlib; a file of it; files for MuJoCo."""
+animation of matplotlib; a file of it; files for MuJoCo; HTML that a notebook shows above the figure."""
 
 _TABLE = "infinivar.report.presenters"
 _PRESENTERS: dict[str, dict[Kind, str]] = {}

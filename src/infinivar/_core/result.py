@@ -28,7 +28,7 @@ _LINES, _WIDTH = 8, 100
 _RESIDUALS = ("audit_residual", "residual")
 """Fields that hold rounding errors, whose relative difference says nothing."""
 
-_DPI = 55
+_DPI = 80
 """Of the small figure in a notebook."""
 
 C = TypeVar("C", bound=type)
@@ -110,7 +110,10 @@ class Frozen:
         return "\n".join([type(self).__name__, *map(_cut, lines), *more])
 
     def _repr_html_(self) -> str:
-        """A table of the same for notebooks."""
+        """What a notebook shows: the answer first where the type has one, else a table of the same."""
+        shown = presentation.presenter(type(self), "notebook")
+        if shown is not None:
+            return shown(self)
         rows = "".join(
             f"<tr><th style='text-align:left'>{html.escape(name)}</th><td style='text-align:left'>{html.escape(value)}</td></tr>"
             for name, value in self._rows()
@@ -268,7 +271,8 @@ def _inline(made: Any) -> str:
 
     drawing = io.BytesIO()
     made.savefig(drawing, format="png", dpi=_DPI)
-    return f"<img src='data:image/png;base64,{base64.b64encode(drawing.getvalue()).decode()}'>"
+    content = base64.b64encode(drawing.getvalue()).decode()
+    return f"<img alt='its figure' style='max-width:100%' src='data:image/png;base64,{content}'>"
 
 
 @functools.cache

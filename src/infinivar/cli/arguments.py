@@ -147,9 +147,9 @@ def with_figures(report: str) -> Callable[[Callable[..., Any]], Callable[..., An
                 if not given.get("quick"):
                     held.enter_context(opened(report, *_DRAWING))
                 if pdf:
-                    from infinivar.figures.style import in_every_format
+                    from infinivar.figures.style import FORMATS, written_as
 
-                    held.enter_context(in_every_format())
+                    held.enter_context(written_as(*FORMATS))
                 return command(**given)
 
         run.__signature__ = signature.replace(parameters=[*parameters[:place], pdf, *parameters[place:]])  # type: ignore[attr-defined]

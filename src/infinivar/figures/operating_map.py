@@ -28,6 +28,8 @@ REQUIRED: dict[str, Any] = {"color": "#D55E00", "lw": 1.5, "ls": "--"}
 
 LEVELS = np.arange(0.0, 1.01, 0.1)
 _LINES = (0.2, 0.4, 0.5, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9)
+CLEAR = 2.0
+"""Margin above which it does not matter how large it is: infinite ones would spoil the interpolation of the boundary."""
 _LOSS_STEPS, _LOSS_REACH = 7, 1.5
 """Approximate number of loss levels, and their upper end as a multiple of the largest loss in the required region."""
 _LOSS_COLOURS = ("YlOrBr", 0.02, 0.62)
@@ -132,8 +134,7 @@ def draw(
     lost = _draw_loss(ax, numbers, loss_levels([numbers]) if levels is None else levels)
     for code in np.unique(limit[limit != Limit.OK])[1:]:
         ax.contour(force, speed, limit == code, levels=[0.5], colors="#888888", linewidths=0.8, linestyles="dotted")
-    # Infinite margins (nothing demanded) would spoil the interpolation of the boundary.
-    margin = np.clip(numbers["margin"], 0.0, 2.0)
+    margin = np.clip(numbers["margin"], 0.0, CLEAR)
     if margin.min() < 1.0 < margin.max():
         ax.contour(force, speed, margin, levels=[1.0], colors="black", linewidths=1.4)
     if builds is not None and builds.within.min() < BAND[1] and builds.within.max() > BAND[0]:

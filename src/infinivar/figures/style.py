@@ -154,9 +154,9 @@ def formats() -> tuple[str, ...]:
 
 
 @contextmanager
-def in_every_format() -> Iterator[None]:
-    """Context in which the figures of reports are written as PDF, too."""
-    before = _written.set(FORMATS)
+def written_as(*kinds: str) -> Iterator[None]:
+    """Context in which the figures of reports are written in these formats, SVG among them."""
+    before = _written.set(kinds)
     try:
         yield
     finally:

@@ -230,6 +230,55 @@ def heat_over_run(
     )
 
 
+def highest_until(
+    motor: Motor,
+    current: Any,
+    friction_power: Any,
+    period: float,
+    time: float,
+    *,
+    ambient: float = REFERENCE,
+    start: float | None = None,
+) -> float:
+    """Highest winding temperature of a motor that repeats a cycle from a cold start, up to a time.
+
+    Parameters
+    ----------
+    motor : Motor                            With all of `NEEDED`.
+    current, friction_power : (n,) float     At the midpoints of equal steps of the cycle; one value if constant. [A], [W]
+    period : float                           Period of the cycle, or at least the time for a run. [s]
+    time : float                             Since the start, >= 0. [s]
+    ambient : float                          Ambient temperature. [K]
+    start : float                            Temperature of winding and housing at the start; defaults to ambient. [K]
+
+    Returns
+    -------
+    highest : float   [K]; at the ends of instants of the cycle in which the time lies; inf where the winding runs away.
+
+    Raises
+    ------
+    ParameterError
+        If the motor lacks a value that the model requires.
+
+    Source: maxon2020; see the module.
+    """
+    _check(motor)
+    steps = steps_of(motor, current, friction_power, period, ambient)
+    begin = ambient if start is None else start
+    whole, since = divmod(time, period)
+    cycle = _cycle(steps.maps)
+    if whole and cycle is None:
+        return math.inf
+    found, state = begin, np.array([begin, begin, 1.0])
+    with np.errstate(over="ignore", invalid="ignore"):
+        if whole and cycle is not None:  # after a cold start each cycle is warmer than those before
+            along = _along(steps.maps, np.linalg.matrix_power(cycle, int(whole) - 1) @ state)
+            found, state = float(steps.highest(along)), along[-1]
+        here = steps.within(_along(steps.maps, state))
+        found = max(found, float(np.max(here[: int(since / period * len(here))], initial=begin)))
+    return found if math.isfinite(found) else math.inf
+
+
 def settled(
     motor: Motor, current: Array, friction_power: Array, period: float, ambient: float = REFERENCE
 ) -> tuple[Array, Array]:

@@ -18,6 +18,7 @@ _TYPES: dict[str, dict[str, str]] = {
         "plot": "figures.operating_map:draw_all",
         "save": "report.comparison:save",
         "table": "report.tables:comparison",
+        "notebook": "report.notebook:comparison",
     },
     "analysis.compare.DriveResult": {"plot": "figures.single:drive_result"},
     "analysis.cycles.duty_comparison.DutyComparison": {
@@ -57,6 +58,7 @@ _TYPES: dict[str, dict[str, str]] = {
         "plot": "figures.machine_tasks:draw_all",
         "save": "report.machines:save",
         "table": "report.tables:machine_comparison",
+        "notebook": "report.notebook:comparison",
     },
     "analysis.pose_map.PoseMap": {"plot": "figures.machine_tasks:draw_pose_map"},
     "analysis.motion_summary.MotionSummary": {
@@ -90,7 +92,8 @@ _TYPES: dict[str, dict[str, str]] = {
         "plot": "figures.steering_step:draw_all",
         "save": "report.contact:save_steps",
     },
-    "analysis.steady_map.SteadyMap": {"plot": "figures.single:steady_map"},
+    "analysis.steady_map.SteadyMap": {"plot": "figures.single:steady_map", "notebook": "report.notebook:steady_map"},
+    "study.study.Study": {"notebook": "report.notebook:study"},
     "analysis.workspace.WorkspaceMap": {"plot": "figures.workspace:draw_all"},
     "bondgraph.audit.Trajectory": {
         "plot": "figures.single:trajectory",

@@ -13,7 +13,7 @@ from infinivar._core.frozen import FrozenDict
 from infinivar._core.plugins import is_own
 from infinivar.analysis.cycles import performance
 from infinivar.analysis.cycles.duty_result import DutyResult, Holding, WithoutHelp, within_limits
-from infinivar.analysis.cycles.performance import motors_of
+from infinivar.analysis.cycles.performance import heating, motors_of
 from infinivar.analysis.cycles.single_strides import stride_energies
 from infinivar.drivetrain import extension_checks
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -233,15 +233,6 @@ def holding(drive: Drive, force: float, *, position: float = 0.0) -> Holding:
         parked=parked,
         run_up=run_up,
     )
-
-
-def heating(point: MovingPoint, what: str) -> tuple[Array, Array]:
-    """Heat sources of a motor at each instant: current, and power of friction and iron loss. [A], [W]"""
-    prefix, tag = ("steering ", "steering_") if what == "steering motor" else ("", "motor_")
-    housing = point.losses[f"{prefix}motor friction"]
-    if f"{prefix}motor iron" in point.losses:
-        housing = housing + point.losses[f"{prefix}motor iron"]
-    return point.states[f"{tag}current_A"], housing
 
 
 def _heat(drive: Any, what: str, point: MovingPoint, duty: DutyCycle) -> Heat | None:

@@ -10,12 +10,13 @@ import numpy as np
 
 from infinivar._core.described import at, derived, reported
 from infinivar._core.result import Frozen, Result, result
-from infinivar.analysis.cycles.performance import motors_of
+from infinivar.analysis.cycles.performance import motors_of, windings_after
 from infinivar.analysis.cycles.single_strides import StrideEnergies
 from infinivar.drivetrain.drive import (
     Drive,
     MovingPoint,
 )
+from infinivar.errors import ParameterError
 from infinivar.limits import LEADING, Demand, Limit, binding_demand, words_of
 from infinivar.motion.duty_cycles import DutyCycle, Instants
 from infinivar.parts.heat import Heat
@@ -231,6 +232,24 @@ class DutyResult(Result):
         if margin == math.inf:
             return "no limit is loaded"
         return f"tightest limit: {words_of(limit)} (margin {margin_words(margin)})"
+
+    def windings_after(self, time: float) -> dict[str, float]:
+        """Highest winding temperature up to a time, by motor with thermal data. [K]
+
+        Parameters
+        ----------
+        time : float   Since the start, at ambient or as the run states; a run ends after its duration. [s]
+
+        Raises
+        ------
+        ParameterError
+            If the time is negative or not finite.
+        """
+        if not 0.0 <= time < math.inf:
+            raise ParameterError(f"time must be finite and >= 0 s, got {time}")
+        duty = self.duty
+        until, start = (time, None) if duty.closed else (min(time, duty.period), duty.start)
+        return windings_after(self.drive, self.point, duty.period, until, ambient=duty.ambient, start=start)
 
     def _known_heat(self) -> dict[str, Heat]:
         return {what: found for what, found in self.heat.items() if found is not None}

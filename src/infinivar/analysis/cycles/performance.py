@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -14,10 +15,11 @@ from infinivar._core.fields import check, component, quantity
 from infinivar.drivetrain import extension_checks
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import MovingPoint
+from infinivar.drivetrain.drive import DrivePoint, MovingPoint
 from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import ROOT_MEAN_SQUARE, Demand, Limit
 from infinivar.motion.course import Course
+from infinivar.parts import heat
 from infinivar.parts.amplifier import Amplifier, Regeneration
 from infinivar.power import AUDIT_TOLERANCE
 from infinivar.units import percent, plain
@@ -222,3 +224,55 @@ def motors_of(drive: Any) -> dict[str, Any]:
     return {
         "motor" if role in ("motor", "cylinder") else f"{role} motor": motor for role, motor in drive.motors.items()
     }
+
+
+def heating(point: DrivePoint | MovingPoint, what: str) -> tuple[Array, Array]:
+    """Heat sources of a motor at each instant: current, and power of friction and iron loss. [A], [W]"""
+    prefix = "steering " if what == "steering motor" else ""
+    housing = point.losses[f"{prefix}motor friction"]
+    if f"{prefix}motor iron" in point.losses:
+        housing = housing + point.losses[f"{prefix}motor iron"]
+    return point.states[current_of(what)], housing
+
+
+def current_of(what: str) -> str:
+    """Name of a motor's current among the states of a drive."""
+    return "steering_current_A" if what == "steering motor" else "motor_current_A"
+
+
+def windings_after(
+    drive: Any,
+    point: DrivePoint | MovingPoint,
+    period: float,
+    time: float,
+    *,
+    ambient: float,
+    start: float | None = None,
+) -> dict[str, float]:
+    """Highest winding temperature up to a time after a cold start, by motor that has a current and thermal data.
+
+    Parameters
+    ----------
+    drive : Drive
+    point          The drive at the instants of a cycle that it repeats, or a steady point that it holds.
+    period : float         Of the cycle; a run and a steady point need at least the time. [s]
+    time : float           Since the start. [s]
+    ambient, start : float   Ambient temperature, and that of the motors at the start, by default the same. [K]
+
+    Returns
+    -------
+    dict of str to float   [K]; nan where no steady motion exists, inf where a winding runs away.
+
+    Source: maxon2020; see `infinivar.parts.heat`.
+    """
+    found = {}
+    for what, motor in motors_of(drive).items():
+        if heat.missing(motor) or current_of(what) not in point.states:
+            continue
+        current, friction = (np.asarray(one) for one in heating(point, what))
+        found[what] = (
+            math.nan
+            if np.any(np.isnan(current))
+            else heat.highest_until(motor, current, friction, period, time, ambient=ambient, start=start)
+        )
+    return found

@@ -10,7 +10,7 @@ import numpy as np
 
 from infinivar._core.array_namespace import Array
 from infinivar.analysis.cycles import performance
-from infinivar.analysis.cycles.duty_cycle import heating
+from infinivar.analysis.cycles.performance import heating
 from infinivar.drivetrain.drive import MovingPoint, motor_side, placed
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.limits import Demand

@@ -9,8 +9,8 @@ import numpy as np
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar.analysis.cycles import performance
-from infinivar.analysis.cycles.duty_cycle import heating, warmed
-from infinivar.analysis.cycles.performance import motors_of
+from infinivar.analysis.cycles.duty_cycle import warmed
+from infinivar.analysis.cycles.performance import heating, motors_of
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import MOTOR_LIMITS, placed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -84,7 +85,10 @@ _CONDITION = re.compile(r"[<>=~!]")
 
 
 def parts(payload: Mapping[str, Any]) -> Answer:
-    """Parts of a kind that have all words of a query and meet its conditions, such as "maxon, mass < 0.3 kg"."""
+    """Parts of a kind that have all words of a query and meet its conditions, such as "maxon, mass < 0.3 kg".
+
+    With `sort`, the name of a column, from the least value, or with "-" before it from the largest; parts without one come last.
+    """
     kind = word(payload, "kind", list(PARTS))
     query, limit = text(payload, "query", ""), whole(payload, "limit", 1, MOST_ROWS, 50)
     requested = [one.strip() for one in re.split(r"[,;\n]", query) if one.strip()][:_MOST_CONDITIONS]
@@ -95,6 +99,11 @@ def parts(payload: Mapping[str, Any]) -> Answer:
     sets, problems = readable(list(_beside()))
     found = iv.search_parts([one.parts for one in sets], kind, conditions, show=[*_WORDS, *(name for name, _ in shown)])
     hits = [one for one in found.hits if _has(one, said)]
+    column = text(payload, "sort", "")
+    if column:
+        sign = -1.0 if column.startswith("-") else 1.0
+        by = word({"sort": column.removeprefix("-")}, "sort", [name for name, _ in shown])
+        hits.sort(key=lambda one: math.inf if one.values.get(by) is None else sign * float(one.values[by]))
     columns = [
         {"name": name, "label": name.replace("_", " "), "unit": "" if unit == "1" else unit} for name, unit in shown
     ]

@@ -19,6 +19,7 @@ ANSWERS: dict[str, str] = {
     "shipped": "infinivar.web.answers.studies:shipped",
     "toml": "infinivar.web.answers.studies:toml",
     "parts": "infinivar.web.answers.catalogue:parts",
+    "tried": "infinivar.web.answers.designs:tried",
     "maps": "infinivar.web.answers.maps:maps",
     "judge": "infinivar.web.answers.maps:judge",
     "glance": "infinivar.web.answers.glance:glance",
@@ -26,6 +27,7 @@ ANSWERS: dict[str, str] = {
     "options": "infinivar.web.answers.jobs:options",
     "tasks": "infinivar.web.answers.tasks:tasks",
     "export": "infinivar.web.answers.export:export",
+    "design": "infinivar.web.answers.designs:design",
     "point": "infinivar.web.answers.point:point",
     "contact": "infinivar.web.answers.contact:contact",
     "motion": "infinivar.web.answers.motion:motion",
@@ -34,7 +36,7 @@ ANSWERS: dict[str, str] = {
 }
 """Function of each answer, "module:function", imported by the first request: from the payload of a request to an `Answer`."""
 
-OF_STUDY = frozenset({"point", "contact", "motion", "plane", "drawing"})
+OF_STUDY = frozenset({"design", "point", "contact", "motion", "plane", "drawing"})
 """Answers about one study: their functions take the study and the payload, and return an `Answer` or its header."""
 
 

@@ -7,12 +7,13 @@ only as the study does with which the server was started: no other path of a pag
 from __future__ import annotations
 
 import contextlib
+import copy
 import functools
 import hashlib
 import json
 import pickle
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -243,6 +244,25 @@ def name_and_tables(payload: Mapping[str, Any]) -> tuple[str, Tables]:
     if not isinstance(name, str) or not isinstance(tables, dict):
         raise RefusedError("name must be text, and tables must be a JSON object: the tables of a study file")
     return name, tables
+
+
+def with_values(tables: Tables, changes: Iterable[tuple[Sequence[str], Any]]) -> Tables:
+    """A copy of tables with values changed, each at a list of keys.
+
+    Raises
+    ------
+    RefusedError
+        If a key leads through what is no table.
+    """
+    made = copy.deepcopy(tables)
+    for keys, value in changes:
+        inside = made
+        for key in keys[:-1]:
+            inside = inside.setdefault(key, {})
+            if not isinstance(inside, dict):
+                raise RefusedError(f"{'.'.join(keys)} leads through a value")
+        inside[keys[-1]] = value
+    return made
 
 
 def study_of(payload: Mapping[str, Any]) -> Study:

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import tempfile
 import typing
 from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import infinivar as iv
 from infinivar.analysis.options import CompareOptions
 from infinivar.analysis.sessions.measures import measures
 from infinivar.errors import InputError, nearest
+from infinivar.figures import style
 from infinivar.options import Option, Options
 from infinivar.report.run import session_to_dict
+from infinivar.report.saving import save
 from infinivar.sizing.options import SizeOptions
 from infinivar.web.answers.answer import Answer, FaultyError, RefusedError, plain
 from infinivar.web.answers.document import study_of
@@ -135,8 +139,22 @@ def _compared(study: Any, payload: Mapping[str, Any], report: Report) -> Answer:
             "verdict": found.verdict,
             "hangs": _hanging(found.hangs_on),
             "result": plain(found.to_dict()),
+            "figures": _figures(found, report),
         }
     )
+
+
+def _figures(found: Any, report: Report) -> list[dict[str, str]]:
+    """The figures that the command writes, in its order: what each shows, and a drawing to be shown in a page."""
+    report(1.0, "drawing")
+    with tempfile.TemporaryDirectory() as folder, style.written_as("svg"):
+        files = [one for one in save(found, Path(folder) / "report") if one.suffix == ".svg"]
+        return [{"title": _title_of(one.stem), "image": style.inline_svg([one])} for one in files]
+
+
+def _title_of(stem: str) -> str:
+    """What a figure shows, from the name of its file: "Duty walking" of report-duty-walking."""
+    return stem.partition("-")[2].replace("-", " ").capitalize()
 
 
 def _hanging(found: iv.analysis.Hanging | None) -> dict[str, Any] | None:
@@ -161,6 +179,7 @@ def _sized(study: Any, payload: Mapping[str, Any], report: Report) -> Answer:
             "searched": found.searched,
             "notes": list(found.notes),
             "result": plain(found.to_dict()),
+            "figures": _figures(found, report),
         }
     )
 
@@ -178,5 +197,6 @@ def _session(study: Any, payload: Mapping[str, Any], report: Report) -> Answer:
             "measures": [str(one) for one in measures(found)],
             "events": list(found.event_lines),
             "result": plain(session_to_dict(found)),
+            "figures": _figures(found, report),
         }
     )

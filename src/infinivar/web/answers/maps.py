@@ -3,8 +3,9 @@
 At the start the page gets the study of the command line with its first maps, the shipped ones, and what was left behind.
 
 Arrays of drive D, each (count, count), first index force, second index speed, from the low to the high end of the plane:
-`D/efficiency` float32, nan where it is undefined; `D/limit` uint8, an index of the header's `limits`; and, where the load drives
-and the supply gets nothing back, `D/loss` float32 in W, nan elsewhere. `speed` and `force` float64 are the centres of the cells.
+`D/efficiency` float32, nan where it is undefined; `D/limit` uint8, an index of the header's `limits`; `D/margin` float32, at most
+`operating_map.CLEAR`, below 1 beyond limits; and, where the load drives and the supply gets nothing back, `D/loss` float32 in W,
+nan elsewhere. `speed` and `force` float64 are the centres of the cells.
 The header has what a page needs to draw them: the ends and units of the plane, the requirement and the titles.
 A drive whose tag the page knows has not changed: its arrays are not computed and not sent again. Verdicts on the requirement are
 in the header if they are known already; `judge` computes them.
@@ -176,6 +177,7 @@ def _computed(
     arrays = {
         "efficiency": shown["efficiency"].T.astype(np.float32),
         "limit": np.searchsorted(codes, steady.limit).T.astype(np.uint8),
+        "margin": np.clip(shown["margin"], 0.0, operating_map.CLEAR).T.astype(np.float32),
     }
     if np.isfinite(shown["loss"]).any():
         arrays["loss"] = shown["loss"].T.astype(np.float32)

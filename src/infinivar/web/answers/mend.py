@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import Any
@@ -18,8 +17,8 @@ from infinivar.sizing.machine_changes import machine_demands, sought
 from infinivar.sizing.mending import TOGETHER, Demands, mending
 from infinivar.sizing.what_if import Change, Judge
 from infinivar.study.study import Study
-from infinivar.web.answers.answer import Answer, FaultyError
-from infinivar.web.answers.document import name_and_tables, study_of
+from infinivar.web.answers.answer import Answer, FaultyError, RefusedError
+from infinivar.web.answers.document import name_and_tables, study_of, with_values
 from infinivar.web.answers.fields import fields_of
 from infinivar.web.answers.payload import number, word
 
@@ -100,16 +99,9 @@ def _row(field: Mapping[str, Any], change: Change) -> dict[str, Any]:
 
 def _holds(payload: Mapping[str, Any], row: list[dict[str, Any]], name: str, place: Mapping[str, float] | None) -> bool:
     """Whether the drive of the changed tables keeps all limits, as values that follow from others may change as well."""
-    tables = copy.deepcopy(name_and_tables(payload)[1])
-    for change in row:
-        inside = tables
-        for key in change["at"][:-1]:
-            inside = inside.setdefault(key, {})
-            if not isinstance(inside, dict):
-                return False
-        inside[change["at"][-1]] = change["value"]
     try:
+        tables = with_values(name_and_tables(payload)[1], [(change["at"], change["value"]) for change in row])
         study = study_of({**payload, "tables": tables})
         return bool(np.all(_demands(study, place)(study.drives[name]) <= 1.0))
-    except (FaultyError, InfinivarError):
+    except (FaultyError, InfinivarError, RefusedError):
         return False

@@ -57,7 +57,7 @@ def plane(study: Study, request: Mapping[str, Any], progress: Callable[[float], 
         0 if at none. [W]
     """
     names = payload.words(request, "drives", study.drives) or list(study.drives)
-    size = _size(study, request)
+    size = shaken(study, request)
     header: dict[str, Any] = {"reason": None, "drives": {}}
     if isinstance(size, str):
         return Answer(header={**header, "reason": size})
@@ -91,7 +91,7 @@ def plane(study: Study, request: Mapping[str, Any], progress: Callable[[float], 
     return Answer(header=header, arrays=words.single(arrays))
 
 
-def _size(study: Study, requested: Mapping[str, Any]) -> tuple[float, float] | str:
+def shaken(study: Study, requested: Mapping[str, Any]) -> tuple[float, float] | str:
     """Largest power and mass of the plane, or why there are none. [W], [kg]"""
     required = study.requirement
     if required is not None and required.power and study.load_mass:

@@ -78,3 +78,11 @@ def texts(payload: Mapping[str, Any], key: str) -> dict[str, str]:
     if not isinstance(value, dict) or not all(isinstance(one, str) for one in value.values()):
         raise RefusedError(f"{key} must map names to texts")
     return value
+
+
+def names(payload: Mapping[str, Any], key: str, most: int) -> list[str]:
+    """A list of at least one and at most so many texts, such as names or the keys of a value in tables."""
+    value = payload.get(key)
+    if not isinstance(value, list) or not 0 < len(value) <= most:
+        raise RefusedError(f"{key} must be a list of 1 to {most} names")
+    return [text({key: one}, key) for one in value]

@@ -24,6 +24,7 @@ from infinivar.web.answers.document import (
     tables_of,
 )
 from infinivar.web.answers.fields import fields_of
+from infinivar.web.answers.motion import shaken
 from infinivar.web.answers.payload import text, word
 
 LARGEST_TEXT = 400_000
@@ -52,6 +53,8 @@ def study(payload: Mapping[str, Any]) -> Answer:
             ],
             "fields": fields_of(found),
             "requirement": required_of(found),
+            "shakes": not isinstance(shaken(found, {}), str)
+            and any(isinstance(drive, CoboticDrive | ConventionalDrive) for drive in found.drives.values()),
             "motions": _titled(found.duty),
             "scenarios": _titled(found.scenarios),
             "tasks": _titled(found.tasks),

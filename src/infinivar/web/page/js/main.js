@@ -5,7 +5,7 @@ import { COUNT, firstMaps, firstShown, firstStudy, keep, resumed, started, trans
 import { createKeys } from "./keys.js";
 import { createMaps, mapOf } from "./maps.js";
 import { createPanes } from "./panes.js";
-import { createStore, fromFragment, letterOf, same, toFragment, valueAt, withValue } from "./store.js";
+import { changesOf, createStore, fromFragment, letterOf, same, toFragment, valueAt, withValue, withValues } from "./store.js";
 import { createTheme, remember, remembered } from "./theme.js";
 import { Superseded, Unanswered } from "./transport.js";
 
@@ -22,6 +22,9 @@ const ADDRESS_DELAY = 300;
 const LONGEST_BLANK = 400;
 const AGAIN = 2000;
 const LARGEST_FILE = 400_000;
+
+/** What the page begins with until that is known: as most studies, maps of two drives. */
+const UNKNOWN = { requirement: {}, drives: { "…": {}, "… ": {} } };
 
 const store = createStore();
 const theme = createTheme();
@@ -53,7 +56,7 @@ tooltips();
 const rank = async (drive) => (await transport.call("foremost", { ...payload(), drive })).header.paths ?? [];
 const fields = createFields({ store, rank, onOwner: chooseOwner, onShow: showMap, onPart: choosePart });
 const plots = createMaps({ theme, onLook: look, onChoose: choose, onDrive: chooseDrive });
-const panes = createPanes({ theme, host: { call: transport.call, plain: transport.plain, choose: (point) => choose(point, view.drive), chooseTask, download, say, apply } });
+const panes = createPanes({ theme, host: { call: transport.call, plain: transport.plain, choose: (point) => choose(point, view.drive), chooseTask, download, say, apply, store, restore } });
 
 // What is not needed for the first maps is loaded after them.
 const dialogs = () => import("./dialogs.js");
@@ -140,14 +143,26 @@ async function askJudge() {
 
 function glanceSoon() {
   clearTimeout(glanceTimer);
-  const holder = byId("glance");
-  holder.setAttribute("aria-busy", "true");
-  if (holder.hidden && (model.plane !== null || model.tasks.length || model.paths.length)) {
-    holder.hidden = false;
-    holder.style.minHeight = `${70 + 25 * model.drives.length}px`;  // what follows stays where it is
-    holder.replaceChildren(make("h2", { id: "glance-title" }, "Comparing …"));
-  }
+  byId("glance").setAttribute("aria-busy", "true");
+  if (byId("glance").hidden && (model.plane !== null || model.tasks.length || model.paths.length)) leaveRoom(model.drives.length);
   glanceTimer = setTimeout(askGlance, GLANCE_DELAY);
+}
+
+/** Room for the answer at a glance of so many drives, so that what follows it stays where it is. */
+function leaveRoom(count) {
+  const holder = byId("glance");
+  holder.hidden = false;
+  holder.style.minHeight = `${70 + 25 * count}px`;
+  holder.replaceChildren(make("h2", { id: "glance-title" }, "Comparing …"));
+}
+
+/** Until maps come, grey ones of their size. */
+function expectMaps({ tables }) {
+  const drives = tables.drives ?? {};
+  const flat = Boolean(tables.requirement || tables.duty);
+  document.querySelector(".right").classList.toggle("beside", flat);
+  if (flat) leaveRoom(Object.keys(drives).length);
+  plots.expect(flat ? view.shown.map((name) => ({ name, title: drives[name]?.title ?? name, letter: letterOf({ tables }, name) })) : []);
 }
 
 /** Ask who wins, once the study rests: all drives are compared. */
@@ -168,8 +183,15 @@ async function showGlance() {
 
 /** Set the values of a change as one step, which one undo takes back. */
 function apply(changes) {
-  store.put(changes.reduce((tables, { at, value }) => withValue(tables, at, value), store.document.tables));
+  store.put(withValues(store.document.tables, changes));
   say("Applied. Undo takes it back.");
+}
+
+/** Go back to a design that was kept, as one step. */
+function restore({ name, drive, tables }) {
+  store.put(tables);
+  chooseOwner(drive);
+  say(`${name} is back. Undo leaves it.`);
 }
 
 function status(text, busy, bad = false) {
@@ -341,11 +363,11 @@ function arrange() {
   const moves = model.motions.length || model.paths.length ? ["motion"] : [];
   if (flat) {
     lay(model.plane, model.requirement, (name) => drives.find((drive) => drive.name === name).title);
-    panes.offer(["balance", "contact", ...moves, "plane", "machine", "work"]);
+    panes.offer(["balance", "contact", ...moves, ...(model.shakes ? ["plane"] : []), "machine", "designs", "work"]);
   } else {
     if (!model.tasks.some((task) => task.name === view.task)) view.task = model.tasks[0]?.name ?? null;
     if (!model.tasks.length) tellSessions();
-    if (model.tasks.length) panes.offer(["machine", "balance", "contact", ...moves, "work"]);
+    if (model.tasks.length) panes.offer(["machine", "balance", "contact", ...moves, "designs", "work"]);
     else panes.offer(["work"], { work: "Run sessions" });
   }
   byId("views").hidden = !flat && !model.tasks.length && !model.sessions.length;
@@ -470,7 +492,9 @@ function showMap(name, on) {
 }
 
 async function choosePart(field) {
-  (await dialogs()).pickPart({ call: transport.call, field, onPick: (part, name) => { store.put(withPart(field, part, name)); say(`${field.label}: ${part}`); } });
+  const known = model.drives.some((drive) => drive.name === field.owner) && (model.plane !== null || model.tasks.length || model.paths.length);
+  const attempt = known ? (parts) => transport.call("tried", { ...payload(), drive: field.owner, at: field.at, parts }) : null;
+  (await dialogs()).pickPart({ call: transport.call, field, attempt, onPick: (part, name) => { store.put(withPart(field, part, name)); say(`${field.label}: ${part}`); } });
 }
 
 /** The tables with another part; the title of its drive names each part that is not the one with which it was opened. */
@@ -511,8 +535,7 @@ function open(next, state = {}) {
   fields.setOwner(null);
   Object.assign(view, { drive: null, shown: [], point: null, looked: null, task: null }, state);
   if (!view.shown.length) view.shown = firstShown(Object.keys(document.tables.drives ?? {}));
-  plots.setDrives([]);
-  plots.setBefore(null, view.mode);
+  expectMaps(document);
   tellStudies(document.name);
   byId("study-faults").replaceChildren();
   for (const kind of ["open", "save", "export", "unusable"]) clear(kind);
@@ -542,7 +565,7 @@ async function tellAddress() {
   const { drive, shown, point } = view;
   const { document, valid } = store;
   const { href } = location;
-  const fragment = await toFragment({ ...payload(), drive, shown, point, ...(valid === null || same(valid.tables, document.tables) ? {} : { valid: { tables: valid.tables } }) });
+  const fragment = await toFragment({ ...payload(), drive, shown, point, designs: store.designs.map((one) => ({ name: one.name, drive: one.drive, changes: changesOf(document.tables, one.tables) })), ...(valid === null || same(valid.tables, document.tables) ? {} : { valid: { tables: valid.tables } }) });
   if (document === store.document && href === location.href) history.replaceState({ text: document.text }, "", fragment);
 }
 
@@ -626,6 +649,7 @@ byId("count").addEventListener("change", () => {
 
 store.subscribe((why) => {
   if (why === "pin") { tellModes(); plots.setBefore(store.before?.maps ?? null, view.mode); return; }
+  if (why === "designs") { addressSoon(); return; }
   changed(performance.now(), why === "edit" ? STUDY_DELAY : 0);
   setTimeout(() => keep(store.document, store.opened, store.valid));  // after the request for maps
   if (store.opened.name !== own || store.edited || location.hash) addressSoon();
@@ -635,9 +659,9 @@ store.subscribe((why) => {
 async function openLink(known = null) {
   const content = await fromFragment(location.hash);
   if (content === null) return false;
-  const { name, tables, valid, ...state } = content;
+  const { name, tables, valid, designs, ...state } = content;
   if (known !== null && !same(known.now.tables, tables)) return false;
-  open(known ?? { now: { name, tables, text: history.state?.text }, valid: valid && { name, tables: valid } }, state);
+  open({ ...(known ?? { now: { name, tables, text: history.state?.text }, valid: valid && { name, tables: valid } }), designs }, state);
   return true;
 }
 
@@ -677,6 +701,8 @@ addEventListener("focus", askDisk);
 document.addEventListener("visibilitychange", () => { if (document.visibilityState === "visible") askDisk(); });
 
 async function begin() {
+  view.shown = firstShown(Object.keys(UNKNOWN.drives));
+  expectMaps(resumed?.now ?? { tables: UNKNOWN });
   const { header } = await started;
   version = header.version;
   disk = header.stamp;

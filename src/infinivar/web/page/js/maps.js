@@ -1,6 +1,6 @@
 // The maps of the drives side by side: one figure a drive, with the pinned state beside it or as the difference to it.
 import { byId, digits, make } from "./dom.js";
-import { changed, lossReachOf, paintAxes, paintCells, paintContours, paintEdges, paintNames, paintPoint, paintRequired, paintScale, reachOf, share, tint } from "./paint.js";
+import { changed, lossReachOf, paintAxes, paintCells, paintContours, paintEdges, paintNames, paintPoint, paintRequired, paintScale, reachOf, regionsOf, share, tint } from "./paint.js";
 import { colour } from "./theme.js";
 
 const MARGIN = { left: 50, right: 10, top: 6, bottom: 38 };
@@ -16,6 +16,7 @@ export function mapOf(name, header, arrays) {
     plane: { speed: header.plane.speed, force: header.plane.force },
     efficiency: arrays[`${name}/efficiency`],
     limit: arrays[`${name}/limit`],
+    margin: arrays[`${name}/margin`],
     loss: arrays[`${name}/loss`],
   };
 }
@@ -149,8 +150,9 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
   function paintMap(plot, map, colours, options = {}) {
     const context = cleared(plot.base, plot);
     const own = { ...plane, ...map.plane };
-    const counts = paintCells(context, plot.box, map, { dark: theme.dark, surface: colours.surface, ...options });
-    paintEdges(context, plot.box, map, colours.edge, colours.muted);
+    const { area, edge } = regionsOf(plot.box, map);
+    const counts = paintCells(context, plot.box, map, area, { dark: theme.dark, surface: colours.surface, ...options });
+    paintEdges(context, plot.box, map, edge, colours.edge, colours.muted);
     if (!options.before) paintContours(context, plot.box, map);
     paintNames(context, plot.box, own, map, theme.dark, colours.outsideText);
     if (requirement !== null) paintRequired(context, plot.box, own, requirement, colours.required);
@@ -178,7 +180,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
   function paint(frame = false) {
     painting = 0;
     strip.classList.toggle("stale", stale);
-    if (plane === null || !figures.size) return;
+    if (!figures.size) return;
     laidFor = sizeOf();
     const colours = { text: colour("text"), muted: colour("muted"), line: colour("line"), surface: colour("surface"), required: theme.dark ? "#ff8a3d" : "#D55E00", edge: theme.dark ? "#f2f4f6" : "#15181b", outsideText: colour("outside-text") };
     const difference = compared() && mode === "difference";
@@ -190,21 +192,30 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
       const beside = old !== undefined && mode === "side";
       figure.pair[0].hidden = !beside;
       figure.pair[1].firstChild.hidden = !beside;
-      if (map === undefined || map.header.fault) { tellFault(figure, map); continue; }
+      if (map?.header.fault) { tellFault(figure, map); continue; }
       const width = beside ? (figure.figure.clientWidth - 8) / (innerWidth <= 560 ? 1 : 2) : figure.figure.clientWidth;
       layOut(figure.now, Math.floor(width), beside);
+      if (map === undefined) { paintWaiting(figure); continue; }
       const subtract = difference && comparable(map, old);
       const counts = paintMap(figure.now, map, colours, subtract ? { before: old, reach } : { lossReach });
       if (beside) { layOut(figure.then, Math.floor(width), beside); paintMap(figure.then, old, colours, { lossReach }); }
       tellLimits(figure, map, counts, subtract);
     }
-    tellScale(difference, reach, lossReach);
+    if (plane !== null) tellScale(difference, reach, lossReach);
     paintOver();
     if (maps.size) for (const then of afterPaint.splice(0)) if (frame) then(); else requestAnimationFrame(then);
   }
 
+  /** A grey map of the size that it will have. */
+  function paintWaiting({ now, readout }) {
+    const context = cleared(now.base, now);
+    context.fillStyle = colour("soft");
+    context.fillRect(now.box.left, now.box.top, now.box.width, now.box.height);
+    readout.textContent = "computing …";
+  }
+
   function tellFault(figure, map) {
-    figure.readout.textContent = map?.header.fault ?? "";
+    figure.readout.textContent = map.header.fault;
     figure.cover.textContent = "";
     figure.legend.replaceChildren();
     if (figure.now.box) cleared(figure.now.base, figure.now);
@@ -221,7 +232,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     const rows = map.header.limit_names.map((name, code) => ({ name, words: map.header.limits[code], part: counts[code] / total }));
     const items = rows.slice(1).filter((row) => row.part > 0).sort((one, other) => other.part - one.part)
       .map((row) => swatch(tint(row.name, theme.dark), `${row.words} ${Math.max(1, Math.round(100 * row.part))} %`));
-    if (subtract) items.unshift(swatch(changed(theme.dark).better, "now within limits"), swatch(changed(theme.dark).worse, "now beyond a limit"));
+    if (subtract) items.unshift(swatch(changed(theme.dark).better, "now within limits", "within"), swatch(changed(theme.dark).worse, "now beyond a limit"));
     figure.legend.replaceChildren(...items);
     const where = `${plane.force_name} to the right, ${plane.speed_name} up`;
     const beyond = items.filter((item) => item.querySelector(".swatch")).map((item) => item.textContent).join(", ");
@@ -230,24 +241,25 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     }
   }
 
-  function swatch(background, text) {
-    const mark = make("span", { className: "swatch", aria: { hidden: "true" } });
-    mark.style.background = background;
+  function swatch(background, text, kind = "beyond") {
+    const mark = make("span", { className: `swatch ${kind}`, aria: { hidden: "true" } });
+    mark.style.backgroundColor = background;
     return make("li", {}, mark, text);
   }
 
   let scaleShown = "";
   function tellScale(difference, reach, lossReach) {
-    const legend = `${difference}${reach}/${digits(lossReach, 2)}`;
+    const over = lossReach > 0 && [...figures.keys()].some((name) => maps.get(name)?.loss?.some((value) => value > lossReach));
+    const legend = `${difference}${reach}/${digits(lossReach, 2)}${over}`;
     if (scaleShown === legend) return;
     scaleShown = legend;
     const scale = (kind, label, low, high) => {
-      const canvas = make("canvas", { role: "img", aria: { label } });
+      const canvas = make("canvas", { className: kind === "loss" && over ? "over" : "", role: "img", aria: { label } });
       paintScale(canvas, kind);
-      return [make("span", {}, low), canvas, make("span", {}, high)];
+      return make("span", { className: "ends" }, low, canvas, high);
     };
-    const shown = difference ? scale("change", "Colours of the change of efficiency", `−${digits(100 * reach)}`, `+${digits(100 * reach)} points`) : scale("efficiency", "Colours of the efficiency", "0", "100 %");
-    if (!difference && lossReach > 0) shown.push(...scale("loss", "Colours of the loss where the load drives", "loss where the load drives 0", `${digits(lossReach, 2)} W`));
+    const shown = [difference ? scale("change", "Colours of the change of efficiency", `−${digits(100 * reach)}`, `+${digits(100 * reach)} points`) : scale("efficiency", "Colours of the efficiency", "0", "100 %")];
+    if (!difference && lossReach > 0) shown.push(scale("loss", "Colours of the loss where the load drives", "loss where the load drives 0", `${digits(lossReach, 2)} W${over ? " or more" : ""}`));
     if (requirement !== null) shown.push(make("span", { className: "required" }, "╌╌ required"));
     byId("scale").replaceChildren(...shown);
   }
@@ -322,6 +334,8 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     },
     /** Ends, names and units of the axes, the requirement or null, and how many cells the maps have along each axis. */
     setPlane(next, required, count) { [plane, requirement, cells] = [next, required, count]; soon(); },
+    /** Grey maps of these drives until those of another study are known. */
+    expect(drives) { [plane, requirement, maps, before, stale] = [null, null, new Map(), null, false]; this.setDrives(drives); },
     /** Paint these maps at once, so that they are in the next frame; `then` is called with it. */
     setMaps(next, then = () => {}) {
       maps = next;

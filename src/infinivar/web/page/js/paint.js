@@ -5,6 +5,7 @@ import { digits } from "./dom.js";
 const EFFICIENCY = table("440154470d6048186a482374472e7c4538824241863e4a893a548c365d8d32658e2e6d8e2b758e287d8e25848e228c8d1f948c1e9c8920a38625ab822eb37c3aba7648c16e58c7656ccd5a7fd34e93d741a8db34c0df25d5e21aeae51afde725");
 const CHANGE = table("67001f960f27bb2a34d25849e58368f5ac8bfbceb7fbe6daf6f7f7deebf2c0dceb98c8e068abd03e8cbf2870b115508d053061");
 const LOSS = table("fffedffff9c6fff0adfee493fed26dfebd49fea332f88a21ed7215");
+const HATCH = 7;  // distance of its lines [pixels]
 const LEVELS = [0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 
 const TINTS = {
@@ -57,14 +58,36 @@ export function reachOf(largest) {
   return [0.01, 0.02, 0.05, 0.1, 0.2, 0.5].find((end) => largest <= end) ?? 1;
 }
 
-const scratch = document.createElement("canvas");
+/** A canvas with the colours of cells, and how to paint it scaled to a box. */
+function layer() {
+  const canvas = document.createElement("canvas");
+  let image = null;
+  return {
+    pixels(count) { image = new ImageData(count, count); return new Uint32Array(image.data.buffer); },
+    paint(context, box) {
+      if (canvas.width !== image.width) [canvas.width, canvas.height] = [image.width, image.width];
+      canvas.getContext("2d").putImageData(image, 0, 0);
+      context.imageSmoothingEnabled = image.width < 0.9 * box.width;
+      context.imageSmoothingQuality = "high";
+      context.drawImage(canvas, box.left, box.top, box.width, box.height);
+    },
+  };
+}
 
-/** Paint the cells of a map in one pass, scaled to a box; returns how many cells each limit has. */
-export function paintCells(context, box, map, { dark, surface, before = null, reach = 0.1, lossReach = 0 }) {
+const [inner, outer] = [layer(), layer()];
+
+/** Give pixels without a colour that of a neighbour: the line between two regions crosses cells, and each reaches up to it. */
+function spread(pixels, count) {
+  const from = pixels.slice();
+  for (let at = 0; at < from.length; at += 1) if (from[at] === 0) pixels[at] = (at % count && from[at - 1]) || ((at + 1) % count && from[at + 1]) || from[at - count] || from[at + count] || 0;
+}
+
+/** Paint the cells of a map, and over them the regions beyond limits with a hatching; returns how many cells each limit has. */
+export function paintCells(context, box, map, beyond, { dark, surface, before = null, reach = 0.1, lossReach = 0 }) {
   const { efficiency, limit, loss, count } = map;
   const { limit_names: names } = map.header;
-  const image = new ImageData(count, count);
-  const pixels = new Uint32Array(image.data.buffer);
+  const pixels = inner.pixels(count);
+  const outside = outer.pixels(count);
   const tints = names.map((name) => ofHex(tint(name, dark)));
   const blank = ofHex(surface);
   const lossScale = lossReach > 0 ? 255 / lossReach : 0;
@@ -80,50 +103,80 @@ export function paintCells(context, box, map, { dark, surface, before = null, re
       const value = efficiency[cell];
       if (before !== null) {
         const wasOk = before.limit[cell] === 0;
-        if (code !== 0) pixels[target] = wasOk ? worse : tints[code];
+        if (code !== 0) outside[target] = wasOk ? worse : tints[code];
         else if (!wasOk) pixels[target] = better;
         else {
           const change = value - before.efficiency[cell];
           pixels[target] = Number.isNaN(change) ? blank : CHANGE[Math.max(0, Math.min(255, Math.round(127.5 + (127.5 * change) / reach)))];
         }
-      } else if (code !== 0) pixels[target] = tints[code];
+      } else if (code !== 0) outside[target] = tints[code];
       else if (value === value) pixels[target] = EFFICIENCY[Math.max(0, Math.min(255, Math.round(255 * value)))];
       else if (loss !== undefined && loss[cell] === loss[cell]) pixels[target] = LOSS[Math.max(0, Math.min(255, Math.round(lossScale * loss[cell])))];
       else pixels[target] = blank;
     }
   }
-  if (scratch.width !== count || scratch.height !== count) { scratch.width = count; scratch.height = count; }
-  scratch.getContext("2d").putImageData(image, 0, 0);
-  context.imageSmoothingEnabled = count < 0.9 * box.width;
-  context.imageSmoothingQuality = "high";
-  context.drawImage(scratch, box.left, box.top, box.width, box.height);
+  for (const own of [pixels, outside]) for (let ring = 0; ring < 2; ring += 1) spread(own, count);
+  inner.paint(context, box);
+  context.save();
+  context.clip(beyond);
+  outer.paint(context, box);
+  context.fillStyle = hatching(context, dark);
+  context.fillRect(box.left, box.top, box.width, box.height);
+  context.restore();
   return counts;
 }
 
-/** How many cells within limits are around each cell, so that the line where a limit is reached does not follow their corners. */
-function smoothed(limit, count, reach) {
-  const rows = new Uint8Array(count * count);
-  const found = new Uint16Array(count * count);
-  for (let i = 0; i < count; i += 1) {
-    const start = i * count;
-    let sum = (reach + 1) * (limit[start] === 0);
-    for (let k = 1; k <= reach; k += 1) sum += limit[start + k] === 0;
-    for (let k = 0; k < count; k += 1) {
-      rows[start + k] = sum;
-      sum += (limit[start + Math.min(k + reach + 1, count - 1)] === 0) - (limit[start + Math.max(k - reach, 0)] === 0);
+/** Oblique lines over what is beyond a limit, whatever its colour. */
+function hatching(context, dark) {
+  const tile = document.createElement("canvas");
+  [tile.width, tile.height] = [HATCH, HATCH];
+  const own = tile.getContext("2d");
+  own.strokeStyle = dark ? "rgb(255 255 255 / 13%)" : "rgb(30 40 60 / 13%)";
+  for (const shift of [-HATCH, 0, HATCH]) { own.moveTo(shift - 1, HATCH + 1); own.lineTo(shift + HATCH + 1, -1); }
+  own.stroke();
+  return context.createPattern(tile, "repeat");
+}
+
+/** Where margins fall below 1, by straight lines between the centres of cells: the area beyond limits, and the line around it. */
+export function regionsOf(box, { margin, count }) {
+  const [area, edge] = [new Path2D(), new Path2D()];
+  const [x, y] = placesOf(box, count);
+  const nodes = [0];
+  for (let i = stepOf(count); i < count - 1; i += stepOf(count)) nodes.push(i);
+  nodes.push(count - 1);
+  // The outer half of the cells at the ends has their margin.
+  const [places, last] = [[0, ...nodes, count - 1], nodes.length + 1];
+  const xs = places.map((i, k) => (k === 0 ? box.left : k === last ? box.left + box.width : x(i)));
+  const ys = places.map((j, k) => (k === 0 ? box.top + box.height : k === last ? box.top : y(j)));
+  for (let k = 0; k < last; k += 1) {
+    const [left, right] = [places[k] * count, places[k + 1] * count];
+    let from = -1;  // where a run of squares begins that are beyond limits as a whole
+    const close = (l) => { if (from >= 0) area.rect(xs[k], ys[from], xs[k + 1] - xs[k], ys[l] - ys[from]); from = -1; };
+    for (let l = 0; l < last; l += 1) {
+      const values = [margin[left + places[l]], margin[right + places[l]], margin[right + places[l + 1]], margin[left + places[l + 1]]];
+      const below = values.map((value) => value < 1);
+      const all = below[0] + below[1] + below[2] + below[3];
+      if (all === 4) { if (from < 0) from = l; continue; }
+      close(l);
+      if (all === 0) continue;
+      const corners = [[xs[k], ys[l]], [xs[k + 1], ys[l]], [xs[k + 1], ys[l + 1]], [xs[k], ys[l + 1]]];
+      const points = [];
+      for (let corner = 0; corner < 4; corner += 1) {
+        const next = (corner + 1) % 4;
+        if (below[corner]) points.push({ at: corners[corner] });
+        if (below[corner] === below[next]) continue;
+        const part = (1 - values[corner]) / (values[next] - values[corner]);
+        points.push({ at: [0, 1].map((axis) => corners[corner][axis] + part * (corners[next][axis] - corners[corner][axis])), leaves: below[corner] });
+      }
+      points.forEach(({ at, leaves }, place) => {
+        if (place === 0) area.moveTo(...at); else area.lineTo(...at);
+        if (leaves) { edge.moveTo(...at); edge.lineTo(...points[(place + 1) % points.length].at); }
+      });
+      area.closePath();
     }
+    close(last);
   }
-  const sums = new Uint16Array(count);
-  for (let j = 0; j < count; j += 1) sums[j] = (reach + 1) * rows[j];
-  for (let k = 1; k <= reach; k += 1) for (let j = 0; j < count; j += 1) sums[j] += rows[k * count + j];
-  for (let i = 0; i < count; i += 1) {
-    const [here, after, before] = [i * count, Math.min(i + reach + 1, count - 1) * count, Math.max(i - reach, 0) * count];
-    for (let j = 0; j < count; j += 1) {
-      found[here + j] = sums[j];
-      sums[j] += rows[after + j] - rows[before + j];
-    }
-  }
-  return found;
+  return { area, edge };
 }
 
 /** Add the lines where values pass rising levels to a path, and call `seen` with a point of each piece and the place of its level;
@@ -166,12 +219,9 @@ const placesOf = (box, count) => [
 ];
 
 /** Lines between the regions of limits: bold where a limit is reached, dotted between two limits. */
-export function paintEdges(context, box, { limit, count }, colour, faint) {
-  const bold = new Path2D();
+export function paintEdges(context, box, { limit, count }, edge, colour, faint) {
   const thin = new Path2D();
   const [x, y] = placesOf(box, count);
-  const reach = Math.max(1, Math.round(count / 80));
-  trace(bold, smoothed(limit, count, reach), count, stepOf(count), [0.5 * (2 * reach + 1) ** 2], x, y);
   for (let i = 0; i < count - 1; i += 1) {
     for (let j = 0, at = i * count; j < count - 1; j += 1, at += 1) {
       const a = limit[at];
@@ -186,7 +236,7 @@ export function paintEdges(context, box, { limit, count }, colour, faint) {
   context.lineWidth = 2;
   context.lineCap = "round";
   context.strokeStyle = colour;
-  context.stroke(bold);
+  context.stroke(edge);
 }
 
 /** Lines of equal efficiency with their percentages. */

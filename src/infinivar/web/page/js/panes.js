@@ -10,6 +10,7 @@ export const VIEWS = [
   { id: "motion", title: "Motion", answer: "motion", point: false },
   { id: "plane", title: "Frequency and power", answer: "plane", point: false },
   { id: "machine", title: "Machine", answer: "drawing", point: true },
+  { id: "designs", title: "Designs", answer: null, point: true },
   { id: "work", title: "Compare and size", answer: null, point: false },
 ];
 

@@ -5,6 +5,11 @@ const MOST_STEPS = 200;
 const LONGEST_LINK = 2 ** 20;
 const DEEPEST = 64;
 
+/** Most designs that are kept beside the study. */
+export const MOST_DESIGNS = 8;
+
+const isTable = (value) => value !== null && typeof value === "object" && !Array.isArray(value);
+
 /** The value at a list of keys, or undefined. */
 export const valueAt = (tables, keys) => keys.reduce((inside, key) => (inside === null || typeof inside !== "object" ? undefined : inside[key]), tables);
 
@@ -16,6 +21,15 @@ export function withValue(tables, keys, value) {
   if (content === undefined) delete copy[key];
   else copy[key] = content;
   return copy;
+}
+
+/** Tables with several values changed, each {at, value}; undefined removes. */
+export const withValues = (tables, changes) => changes.reduce((found, { at, value }) => withValue(found, at, value), tables);
+
+/** The changes that turn tables into others. */
+export function changesOf(from, to, at = []) {
+  if (!isTable(from) || !isTable(to)) return same(from, to) ? [] : [{ at, value: to }];
+  return [...new Set([...Object.keys(from), ...Object.keys(to)])].flatMap((key) => changesOf(from[key], to[key], [...at, key]));
 }
 
 /** The letter by which a drive is named where there is little room, in the order of the study; "" beyond Z. */
@@ -34,6 +48,7 @@ export function createStore() {
   let before = null;
   let past = [];
   let future = [];
+  let designs = [];
   let gesture = null;
   const listeners = new Set();
   const tell = (why) => { for (const listener of listeners) listener(why); };
@@ -45,17 +60,20 @@ export function createStore() {
     get valid() { return valid; },
     settle(document) { valid = document; },
     get before() { return before; },
+    /** States of the study that are kept to be compared, {name, drive, tables} each. */
+    get designs() { return designs; },
+    set designs(next) { designs = next; tell("designs"); },
     get undoable() { return past.length > 0; },
     get redoable() { return future.length > 0; },
     subscribe(listener) { listeners.add(listener); return () => listeners.delete(listener); },
 
     get edited() { return !same(now.tables, opened.tables); },
     /** The document with its past and future, to be opened again. */
-    get whole() { return { now, opened, valid, past, future }; },
+    get whole() { return { now, opened, valid, past, future, designs }; },
 
     /** Begin with another study, as it is and as it was opened, by default with nothing to undo. */
     open(next) {
-      ({ now, opened = now, valid = null, past = [], future = [] } = next);
+      ({ now, opened = now, valid = null, past = [], future = [], designs = [] } = next);
       gesture = before = null;
       tell("open");
     },
@@ -124,7 +142,6 @@ export async function toFragment(content) {
   return `#study=${btoa(text).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "")}`;
 }
 
-const isTable = (value) => value !== null && typeof value === "object" && !Array.isArray(value);
 const flatter = (value, depth) => value === null || typeof value !== "object" || (depth > 0 && Object.values(value).every((one) => flatter(one, depth - 1)));
 
 /** The document that a fragment holds and what is shown of it, or null if it holds none. Throws if it is damaged. */
@@ -134,12 +151,14 @@ export async function fromFragment(fragment) {
     const text = atob(fragment.slice(7).replaceAll("-", "+").replaceAll("_", "/"));
     const bytes = Uint8Array.from(text, (one) => one.charCodeAt(0));
     const content = JSON.parse(new TextDecoder().decode(await through(bytes, new DecompressionStream("deflate-raw"), LONGEST_LINK)));
-    const { name, tables, drive, shown, point, valid } = content;
+    const { name, tables, drive, shown, point, valid, designs } = content;
     if (typeof name !== "string" || !isTable(tables) || !flatter(content, DEEPEST)) throw new Error("no study");
     const drives = isTable(tables.drives) ? Object.keys(tables.drives) : [];
     return {
       name, tables, valid: isTable(valid?.tables) ? valid.tables : null, drive: drives.includes(drive) ? drive : null,
       shown: Array.isArray(shown) ? drives.filter((one) => shown.includes(one)) : [],
+      designs: (Array.isArray(designs) ? designs : []).slice(0, MOST_DESIGNS).filter((one) => typeof one?.name === "string" && typeof one.drive === "string" && Array.isArray(one.changes) && one.changes.every((change) => Array.isArray(change?.at) && change.at.length))
+        .map((one) => ({ name: one.name, drive: one.drive, tables: withValues(tables, one.changes) })),
       point: Number.isFinite(point?.speed) && Number.isFinite(point?.force) ? { speed: point.speed, force: point.force } : null,
     };
   } catch {

@@ -32,11 +32,12 @@ export function create(container) {
       const { header } = model;
       for (const one of [maps, edges, below]) one.hidden = header.reason !== null;
       if (header.reason !== null) { replace(head, make("p", { className: "blank" }, header.reason)); return; }
-      const scale = make("canvas", { className: "ramp", aria: { hidden: "true" } });
+      const over = Object.values(header.drives).some((one) => one.best > 1);
+      const scale = make("canvas", { className: over ? "ramp over" : "ramp", aria: { hidden: "true" } });
       paintScale(scale, "efficiency");
       replace(head, make("p", { className: "view-head" }, make("strong", {}, `Shaking ${withUnit(header.load_mass, header.mass_unit)}`),
         make("span", {}, `to and fro, over frequency and RMS power up to ${withUnit(header.power, "W")}`),
-        make("span", { className: "scale" }, "performance 0", scale, "1")));
+        make("span", { className: "scale" }, "performance 0", scale, over ? "1 or more" : "1")));
       draw();
     },
     destroy() { end(); },

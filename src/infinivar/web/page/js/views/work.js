@@ -27,6 +27,9 @@ function hangingOf({ hangs }) {
   return [make("h3", {}, "What this verdict hangs on"), make("p", { className: "why" }, `${hangs.figure}; in brackets: infeasible`), tableElement(hangs.heads, hangs.rows)];
 }
 
+/** The figures that the command draws. */
+const figuresOf = ({ figures }) => (figures ?? []).map(({ title, image }) => make("figure", { className: "drawing" }, make("figcaption", {}, title), make("img", { src: image, alt: title })));
+
 /** A folded form for the options of a computation, and what it states. */
 function formOf(rows) {
   const inputs = rows.map((row) => {
@@ -133,7 +136,7 @@ export function create(container, host) {
     const [heads, rows] = tableOf(header);
     const save = make("button", { type: "button", on: { click: () => host.download(`${header.job}.json`, JSON.stringify(header.result, null, 1), "application/json") } }, "Save all numbers (JSON)");
     result.replaceChildren(make("p", { className: "verdict" }, make("strong", {}, header.verdict)), ...(header.notes ?? []).map((note) => make("p", { className: "why" }, note)),
-      tableElement(heads, rows), ...hangingOf(header), save);
+      tableElement(heads, rows), ...hangingOf(header), ...figuresOf(header), save);
   }
 
   /** Forget what was computed: another study. */
