@@ -6,7 +6,8 @@ from .control.sampling import Sensing
 from .control.tasks import CoastGuide
 from .kinds.arm import ArmDrive, ArmMachine
 from .kinds.omniwheels import OmniwheelDrive, OmniwheelMachine
-from .kinds.planar import PlanarDrive, PlanarMachine
+from .kinds.planar import PlanarDrive
+from .kinds.planar_motion import PlanarMachine
 from .kinds.platform import PlatformDrive, PlatformGeometry, PlatformMachine
 from .kinds.robot import RobotDrive, RobotMachine
 from .kinds.serial_arm import SerialArmMachine
