@@ -5,7 +5,6 @@ Equations and source: `infinivar.transmission.planar`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -105,9 +104,7 @@ def _creeping(
     )
 
 
-def hauling(
-    body: Mechanism, twist: Array, wrench: Array, motors: Sequence[bool], steering_rate: Array = 0.0
-) -> MechanismPoint:
+def hauling(body: Mechanism, twist: Array, wrench: Array, motors: Array, steering_rate: Array = 0.0) -> MechanismPoint:
     """Steady motion of a body on steered wheels, some of which are driven, under a wrench on its load.
 
     All motors exert the same torque on their axles; the other axles turn freely. What headings and torque leave open is that
@@ -194,7 +191,7 @@ def _full_slip(contact: DrivenContact) -> tuple[float, float]:
     return across / contact.stiffness_ratio, across
 
 
-def _balance(own: Mechanism, motors: Sequence[bool], load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _balance(own: Mechanism, motors: Array, load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What wheels must balance, without units: factors (d + k - 1, 4, k) of their forces, moments and torques, and the sums
     (..., d + k - 1), of forces on each coordinate, and of torques that are equal of motors and zero of other axles."""
     k, rows, force = own.wheels, np.asarray(own.rows), own.reference_force

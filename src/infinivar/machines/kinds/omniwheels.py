@@ -221,7 +221,7 @@ class OmniwheelDrive(Linked):
                     )
 
     @property
-    def source(self) -> str:
+    def source(self) -> str:  # type: ignore[override]
         """What feeds it."""
         return source_of(self.battery)
 

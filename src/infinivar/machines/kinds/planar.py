@@ -36,6 +36,7 @@ from infinivar.limits import Demand, Limit
 from infinivar.machines.axles import Axles, turned, turned_along
 from infinivar.machines.course import CREEPING, MachineCourse
 from infinivar.machines.kind import MachineDrive
+from infinivar.machines.kinds.driven_motion import DrivenMachine
 from infinivar.machines.kinds.planar_motion import PlanarMachine, PlanarMechanics
 from infinivar.machines.machine import TaskPoint, lacking_of_drive, rows, worst
 from infinivar.machines.pictures import wheeled
@@ -43,6 +44,8 @@ from infinivar.machines.pictures.strokes import Picture
 from infinivar.machines.rolling import RollingState, creep_ratio
 from infinivar.machines.supply import fed, source_of
 from infinivar.machines.wheel import Wheel
+from infinivar.motion.histories import VectorHistory
+from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.motion.vectors import Point
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.battery import Battery
@@ -63,6 +66,7 @@ class PlanarDrive(MachineDrive):
     """A cart on steered wheels, or a carriage that slides along x and y on one, pushed along its motion or driven by motors."""
 
     WORD: ClassVar[str] = "planar"
+    held_time: ClassVar[float] = 1.0
     wheel: Wheel = component("The wheels, all alike")
     positions: tuple[Point, ...] | None = several(
         "Points of two wheels or more, in axes of the cart; without them, a carriage that does not turn, on one wheel",
@@ -142,24 +146,27 @@ class PlanarDrive(MachineDrive):
             require(fits, "driven_wheels", said, f"different numbers of wheels, from 1 to {count}")
 
     @property
-    def source(self) -> str:
+    def source(self) -> str:  # type: ignore[override]
         """What feeds it."""
         return "push" if self.drive is None else source_of(self.battery)
 
     @property
-    def session(self) -> tuple[str, ...]:
+    def session(self) -> tuple[str, ...]:  # type: ignore[override]
         """Keys of a session, which a cart has that a user pushes."""
         return ("handle",) if self.drive is None else ()
 
     @property
-    def unmoved(self) -> str:
-        """How it does not move in `infinivar simulate`."""
-        if self.drive is None:
-            return "a user pushes it: state a task with a type, and run it with infinivar session"
-        return "compare follows its tasks and paths; with motors it does not move in time"
+    def commands(self) -> tuple[str, ...]:
+        """Commands that work besides those of all machines."""
+        return () if self.drive is None else ("simulate",)
 
     @property
-    def shown(self) -> str:
+    def unmoved(self) -> str:  # type: ignore[override]
+        """How it does not move in `infinivar simulate`."""
+        return "a user pushes it: state a task with a type, and run it with infinivar session"
+
+    @property
+    def shown(self) -> str:  # type: ignore[override]
         """What its picture shows."""
         moved = "of the user or slide that pushes it" if self.drive is None else "the tractions of its motors"
         return f": wheels along their headings, and the forces on the machine: those of the ground, {moved}, and of its load."
@@ -191,23 +198,52 @@ class PlanarDrive(MachineDrive):
         """The origin; nothing depends on it."""
         return (0.0,) * len(self.coordinates)
 
-    def moving(self) -> PlanarMachine:
+    def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> PlanarMachine | DrivenMachine:
         """The cart with its inertia and the servos of its wheels, for `infinivar.session` and `infinivar.simulate_machine`.
+
+        Parameters
+        ----------
+        load_mass, load_inertia : float   Moved with the reference point. [kg], [kg m^2]
 
         Raises
         ------
         ParameterError
-            If it is a carriage or has motors, or lacks a value that motion needs.
+            If it is a carriage, or lacks a value that motion needs.
         """
-        if self.drive is not None:
-            raise ParameterError("drive does not move in time: a session or export is of a cart that a user pushes")
         if not isinstance(self.machine, PlanarCobot):
             raise ParameterError(
                 "positions is missing: a carriage on one wheel does not move in time; state two wheels or more"
             )
-        body = replace(self.machine, mass=needed(self.mass, "mass"), inertia=needed(self.inertia, "inertia"))
+        mass, inertia = needed(self.mass, "mass") + load_mass, needed(self.inertia, "inertia") + load_inertia
+        body = replace(self.machine, mass=mass, inertia=inertia)
         control = CoboticControl() if self.control is None else self.control
-        return PlanarMachine(cobot=body, steering=needed(self.steering, "steering"), control=control)
+        cart = PlanarMachine(cobot=body, steering=needed(self.steering, "steering"), control=control)
+        if self.drive is None:
+            return cart
+        return DrivenMachine(cart=cart, drive=self.drive, axles=tuple(map(int, self.driven)), lever=self.lever)
+
+    @property
+    def scenario(self) -> Any:
+        """Motion in closed loops along poses (t, d) under wrenches on the load (t, d), of a driven cart: as of `Linked`."""
+        if self.drive is None:
+            raise AttributeError(self.unmoved)
+        return self._scenario
+
+    @staticmethod
+    def _scenario(
+        machine: Any, time: np.ndarray, pose: np.ndarray, wrench: np.ndarray, closed: bool
+    ) -> MachineScenario:
+        # Rates of poses are twists in axes of the cart; the simulation has fixed axes.
+        angle, steps = pose[:, 2], np.diff(pose[:, :2], axis=0) @ np.array([1.0, 1.0j])
+        turned = np.cumsum(steps * np.exp(0.5j * (angle[1:] + angle[:-1])))
+        place = (pose[0, :2] @ np.array([1.0, 1.0j])) + np.append(0.0, turned)
+        duration, fixed = float(time[-1]), np.stack([np.real(place), np.imag(place), angle], axis=-1)
+        return MachineScenario(
+            duration=duration,
+            motion=VectorHistory(time=time, values=fixed),
+            wrench=VectorHistory(time=time, values=wrench, smooth=False) if np.any(wrench) else None,
+            settling_time=0.5 * duration if closed else None,
+        )
 
     def metric(self) -> np.ndarray:
         """Lengths by which the rates are multiplied to compare them, (d,): 1 for velocities, a radius for turning. [m]"""
@@ -441,7 +477,8 @@ class PlanarDrive(MachineDrive):
         zero = still[..., None]
         losses = {name: np.where(zero, 0.0, np.asarray(loss)) for name, loss in point.wheel_losses.items()}
         total = {name: np.sum(loss, axis=-1) for name, loss in losses.items()}
-        power_out, lost = np.sum(load * xi, axis=-1), sum(losses.values())
+        power_out = np.sum(load * xi, axis=-1)
+        lost: Any = sum(losses.values())
         demands: dict[Demand, np.ndarray] = worst({Limit.SLIP: slip}, parts)
         stored: dict[str, Any] = {}
         if axles is not None:
