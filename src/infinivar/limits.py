@@ -86,6 +86,8 @@ class Limit(IntEnum):
     """The drive is larger than its envelope."""
     MASS = 31
     """The drive is heavier than its envelope permits."""
+    BATTERY = 35
+    """The current exceeds what the battery gives, or what may charge it."""
 
     @property
     def words(self) -> str:
@@ -170,6 +172,7 @@ _WORDS = {
     Limit.SHAFT: "room for the shaft of the pulley",
     Limit.SPACE: "envelope",
     Limit.MASS: "mass limit",
+    Limit.BATTERY: "battery current",
 }
 
 

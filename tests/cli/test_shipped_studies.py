@@ -11,6 +11,7 @@ from internals import shipped_studies
 NAMES = [
     *(
         "ankle_walking",
+        "driven_cart",
         "guided_cart",
         "hand_controller",
         "knee_walking",

@@ -18,7 +18,14 @@ SIZES["omniwheels"] = (0.2, 10.0)
 def every_kind():
     """A machine of each kind, with legs and with motors of its own where it has either."""
     found = {f"axis {name}": as_machine(loaded("hand_controller").drives[name]) for name in ("cobotic", "motor2-gear4")}
-    for study in ("planar_cart", "sphere_joint", "six_leg_display", "two_joint_arm", "omniwheel_platform"):
+    for study in (
+        "planar_cart",
+        "sphere_joint",
+        "six_leg_display",
+        "two_joint_arm",
+        "omniwheel_platform",
+        "driven_cart",
+    ):
         found |= {
             f"{drive.WORD} {name}": drive for name, drive in loaded(study).drives.items() if hasattr(drive, "WORD")
         }

@@ -138,7 +138,7 @@ def test_source_and_load_of_a_drawn_cart_are_told_apart():
     assert_allclose(load, -wrench)
     assert_allclose([*found.force.sum(axis=0)], -(source + load)[:2], atol=1e-9)
     words = key(pictures.draw_all(wheeled.picture(found)))
-    assert f"force of the source {source[0]:.3g} N, with 0 N m" in words
+    assert f"push of the user {source[0]:.3g} N, with 0 N m" in words
     assert "force of the load 209 N, with 0 N m" in words
     assert any(word.startswith("applied force ") for word in key(point.plot(cobot=drive.machine)))
 

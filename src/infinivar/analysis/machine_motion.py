@@ -105,7 +105,7 @@ class _Run:
             count = len(mechanics.configuration)
             require(scenario.motion.count == count, "motion", f"{scenario.motion.count} values", f"{count} values")
             pose, rates = mechanics.start(scenario.motion)
-        if self.system.motor is not None and scenario.source == "held":
+        if self.system.motor is not None and scenario.source == "held" and not self.machine.tracks:
             rates[list(self.system.motor.coordinates)] = self.machine.set_speed
             if self.angles is not None:
                 rates = self.machine.roll(rates, np.asarray(self.angles(0.0), dtype=float))
@@ -145,8 +145,16 @@ class _Run:
             duration=self.scenario.duration,
             set_speed=self.machine.set_speed,
             steering_law=self._steering_law() if system.servo is not None else None,
-            links=None if system.links is None else self._links(system.links),
+            links=self._tracking(),
         )
+
+    def _tracking(self) -> control.LinkController | control.TractionController | None:
+        """Controller of motors that follow the motion, if the machine has such."""
+        if self.system.links is not None:
+            return self._links(self.system.links)
+        if not self.machine.tracks or self.scenario.motion is None:
+            return None
+        return self.machine.traction(self.mechanics, self.scenario.motion, self.system.user(np.zeros(1))[0])  # type: ignore[attr-defined]
 
     def _links(self, motors: LinkMotors) -> control.LinkController:
         """Controller of a motor on each link, which start with the currents that hold the user."""

@@ -19,6 +19,7 @@ from infinivar.drivetrain.drive import with_rated_gear
 from infinivar.errors import InputError, ParameterError, nearest
 from infinivar.motion.machine_tasks import MachineTask
 from infinivar.study.check import check_study
+from infinivar.study.layers import INNER
 from infinivar.study.study import Study
 from infinivar.units import show, signed
 
@@ -191,7 +192,5 @@ def task_of(study: Study, task: str | None) -> tuple[str, Any]:
 
 def _with_rated_gears(machine: Any) -> Any:
     """The machine with explicit rated torques of its gears, which must not follow a change of the motor."""
-    inner = {
-        key: with_rated_gear(made) for key in ("leg", "separate") if (made := getattr(machine, key, None)) is not None
-    }
+    inner = {key: with_rated_gear(made) for key in INNER if (made := getattr(machine, key, None)) is not None}
     return replace(machine, **inner) if inner else with_rated_gear(machine)

@@ -13,9 +13,11 @@ import numpy as np
 
 from infinivar._core.described import at, derived, reported
 from infinivar._core.result import Result, result
+from infinivar.analysis.endurance import Endurance, endurance
 from infinivar.analysis.tightest import corner_words, tight_words, vector_words
 from infinivar.limits import Demand
 from infinivar.machines.machine import SLOW_FRICTION, TaskPoint, unit_of
+from infinivar.parts.battery import Battery
 from infinivar.units import plain
 
 _UNSPENT = 1e-6
@@ -45,6 +47,7 @@ class TaskResult(Result):
     demand : (Limit, part)             The tightest limit over all of them.
     margin : float                     Allowance over demand there; below 1 if infeasible. [-]
     corner : int                       The corner at which it is the tightest.
+    battery : Battery or None          Of the machine.
     audit_residual : float             Largest relative residual of the power balance. [-]
     """
 
@@ -62,6 +65,7 @@ class TaskResult(Result):
     audit_residual: float = reported("1")
     load_turns: float = reported("rad", default=float("nan"))
     load_work: float = reported("J", default=float("nan"))
+    battery: Battery | None = None
     bears: float = reported("1", default=float("nan"))
 
     _also = (*_TIGHTEST, at("point.power_out", "W"), at("point.efficiency", "1"), at("point.stored", "W"))
@@ -103,6 +107,16 @@ class TaskResult(Result):
         turned = plain(float(np.degrees(self.load_turns)), 2)
         return f"{said}; taking up the load turns them by {turned}°, {plain(1e3 * self.load_work, 2)} mJ"
 
+    @derived(optional=True)
+    def endurance(self) -> Endurance | None:
+        """What the battery is enough for, of a machine that has one."""
+        return endurance(self.battery, self.mean_power, self.coordinates, self.twist)
+
+    @property
+    def battery_words(self) -> str:
+        """How long the battery lasts; empty without one."""
+        return "" if self.endurance is None else self.endurance.words
+
     @derived("W")
     def losses(self) -> dict[str, float]:
         """By name. [W]"""
@@ -140,6 +154,7 @@ class PathResult(Result):
     demands : (Limit, part) to float   Over the path: root mean squares of heating, peaks of all else. [-]
     demand, margin                     The tightest of them.
     instant : int                      Where on the path it is the tightest; -1 for one that counts over the whole path.
+    battery : Battery or None          Of the machine.
     bears : float                      As that of a task.
     audit_residual : float             [-]
     """
@@ -158,6 +173,7 @@ class PathResult(Result):
     demand: Demand
     margin: float = reported("1")
     instant: int = -1
+    battery: Battery | None = None
     audit_residual: float = reported("1")
     bears: float = reported("1", default=float("nan"))
 
@@ -195,6 +211,16 @@ class PathResult(Result):
     def servo_words(self) -> str:
         """Empty: a path is no held task."""
         return ""
+
+    @derived(optional=True)
+    def endurance(self) -> Endurance | None:
+        """As that of a task, with the share that the path draws."""
+        return endurance(self.battery, self.mean_power, self.coordinates, self.twist, self.period)
+
+    @property
+    def battery_words(self) -> str:
+        """How long the battery lasts; empty without one."""
+        return "" if self.endurance is None else self.endurance.words
 
     @derived("J")
     def energy(self) -> float:

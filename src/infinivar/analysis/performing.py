@@ -178,6 +178,7 @@ def _task_result(machine: Any, task: MachineTask, placed: _Placed, every: TaskPo
         audit_residual=residual,
         load_turns=turns,
         load_work=work,
+        battery=getattr(machine, "battery", None),
     )
 
 
@@ -262,6 +263,7 @@ def _path_result(
         demand=demand,
         margin=margin,
         instant=_worst_instant(demand, point),
+        battery=getattr(machine, "battery", None),
         bears=_bearable(machine, placed) if margin < 1.0 else float("nan"),
         audit_residual=residual,
     )

@@ -143,7 +143,7 @@ def _of_machines(comparison: MachineComparison) -> Iterator[str]:
         for one in comparison.results.values():
             found = one.found[key]
             able = "feasible" if found.feasible else "infeasible"
-            said = f"; {found.servo_words}" if found.servo_words else ""
+            said = "".join(f"; {words}" for words in (found.servo_words, found.battery_words) if words)
             yield f"  {one.title:<{width}}  {able}, {power_words(found)}; {found.tightest_words}{said}"
     yield from change_lines(comparison)
 

@@ -38,7 +38,8 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
         title: losses if all(loss == loss for loss in losses.values()) else {}
         for title, losses in numbers["losses"].items()
     }
-    names = [name for name in style.LOSS_COLOURS if any(losses.get(name, 0.0) > 0.0 for losses in known.values())]
+    every = dict.fromkeys([*style.LOSS_COLOURS, *(name for losses in known.values() for name in losses)])
+    names = [name for name in every if any(losses.get(name, 0.0) > 0.0 for losses in known.values())]
     left = [0.0] * len(titles)
     for name in names:
         values = [known[title].get(name, 0.0) for title in titles]

@@ -5,8 +5,10 @@ from .control.planar import CasterGuide, PathGuide, WallGuide
 from .control.sampling import Sensing
 from .control.tasks import CoastGuide
 from .kinds.arm import ArmDrive, ArmMachine
+from .kinds.driven_motion import DrivenMachine
 from .kinds.omniwheels import OmniwheelDrive, OmniwheelMachine
-from .kinds.planar import PlanarDrive, PlanarMachine
+from .kinds.planar import PlanarDrive
+from .kinds.planar_motion import PlanarMachine
 from .kinds.platform import PlatformDrive, PlatformGeometry, PlatformMachine
 from .kinds.robot import RobotDrive, RobotMachine
 from .kinds.serial_arm import SerialArmMachine
@@ -23,6 +25,7 @@ __all__ = [
     "CasterGuide",
     "CoastGuide",
     "Commands",
+    "DrivenMachine",
     "GearedSlideMachine",
     "HoldGuide",
     "ImpedanceGuide",

@@ -52,6 +52,8 @@ class MovingMachine:
     """Whether each link has a motor of its own."""
     ungraphed: ClassVar[str] = ""
     """Why it has no bond graph of its own."""
+    tracks: ClassVar[bool] = False
+    """Whether its power motors follow the motion, by a controller of its own, instead of holding a speed."""
     driven: ClassVar[str] = "cylinder"
     """The 1-junction of its bond graph that the power motor turns."""
 
@@ -125,7 +127,7 @@ class MachineDrive:
     """Keys of a session that apply to it beside those of all; none if it has no handle."""
     source: ClassVar[str] = "supply"
     """What feeds it."""
-    unmoved: ClassVar[str] = "simulate works with drives of one axis, platforms, arms and spheres"
+    unmoved: ClassVar[str] = "simulate works with drives of one axis, platforms, arms, spheres and carts with motors"
     """Why it has no ``scenario``: how it does not move in `infinivar simulate`."""
 
     held_time: ClassVar[float] = 0.2

@@ -19,6 +19,7 @@ MACHINES = (
     "OmniwheelMachine",
     "SerialArmMachine",
     "PlanarMachine",
+    "DrivenMachine",
     "SphereMachine",
     "SeparateMachine",
     "SlideMachine",

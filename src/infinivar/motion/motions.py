@@ -216,7 +216,7 @@ class Sinusoid(AlongOrAbout, PeriodicMotion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reaches(AlongOrAbout, PeriodicMotion):
-    """Make a move of `distance`, or `angle`, in `time`, pause, move back, pause.
+    """Make a move of `distance`, or `angle`, in `time`, pause, move back, pause; or only the first half of it, as a run.
 
     Raises
     ------
@@ -230,6 +230,7 @@ class Reaches(AlongOrAbout, PeriodicMotion):
     time: float = quantity("s", Gt(0), "Time of one reach")
     pause: float = quantity("s", Ge(0), "Pause after each reach", default=0.0)
     profile: Profile = component(_PROFILE, default="minimum-jerk")
+    back: bool = component("Whether it moves back; if not, it is a run of one reach", default=True)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -237,8 +238,17 @@ class Reaches(AlongOrAbout, PeriodicMotion):
 
     @property
     def period(self) -> float:
-        """Time of one cycle. [s]"""
-        return 2.0 * (self.time + self.pause)
+        """Time of one cycle, or of the run. [s]"""
+        return (2.0 if self.back else 1.0) * (self.time + self.pause)
+
+    @property
+    def repeats(self) -> bool:
+        """Whether it moves back."""
+        return self.back
+
+    def over(self, times: np.ndarray) -> list[np.ndarray]:
+        """As of any motion; a run stays at its end."""
+        return self.derivatives(times % self.period if self.back else np.minimum(times, self.period), 2)
 
     @property
     def fastest(self) -> float:
@@ -254,7 +264,7 @@ class Reaches(AlongOrAbout, PeriodicMotion):
         """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""
         time = np.asarray(time, dtype=float)
         half = self.time + self.pause
-        back = time >= half
+        back = (time >= half) & self.back
         since = np.where(back, time - half, time)
         moving = since < self.time
         along = reach(self.profile, self.magnitude, self.time, np.where(moving, since, self.time), orders)

@@ -1,5 +1,6 @@
 from . import amplifier, bearing, belt, gearhead, heat, linear, motor, screw, shaft_bearings, stage, tables
 from .amplifier import Amplifier
+from .battery import Battery
 from .bearing import Bearing
 from .belt import Belt, Rack, TimingBelt
 from .gear_friction import GearFriction
@@ -22,6 +23,7 @@ from .tables.table import PartSet, PartTable
 
 __all__ = [
     "Amplifier",
+    "Battery",
     "Bearing",
     "Belt",
     "CatalogueCheck",

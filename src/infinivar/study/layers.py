@@ -148,7 +148,7 @@ def legs_over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
     return result
 
 
-INNER = {"leg": "cobotic", "separate": "conventional"}
+INNER = {"leg": "cobotic", "separate": "conventional", "drive": "conventional"}
 """Drives within a machine by their key, of which it has one, and their types."""
 
 

@@ -25,7 +25,7 @@ Source: peshkin2001 for the machines; contact as in `infinivar.transmission.roll
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,8 +34,6 @@ from annotated_types import Gt
 from infinivar._core.array_namespace import (
     Array,
     as_floats,
-    bisect,
-    check_broadcast,
     common_floats,
     finite_floats,
     named_floats,
@@ -46,6 +44,7 @@ from infinivar._core.arrays import real_array
 from infinivar._core.fields import check, check_number, component, quantity
 from infinivar.errors import require
 from infinivar.transmission.contact_map import contacts_of
+from infinivar.transmission.driven_body import driven
 from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.kinematics import Heading, directions
 from infinivar.transmission.mechanism import Mechanism, MechanismPoint
@@ -53,12 +52,6 @@ from infinivar.transmission.rolling_contact import RollingContact
 
 COORDINATES = ("x", "y", "angle")
 """Of a body in the plane: its twist is their rates, its wrench the forces along x and y and the moment, on its load."""
-
-_LARGEST = 0.9
-"""Longitudinal creepage beyond which a wheel counts as sliding. [-]"""
-
-_CLOSE = 1e-9
-"""Torque that is missing, over that of the slip force, in a solution. [-]"""
 
 
 def drift(contact: RollingContact, side_load: Array) -> Array:
@@ -201,7 +194,7 @@ class PlanarCobot:
 
         Source: as in the module; the contact by `DrivenContact`.
         """
-        return _drive(self.mechanism, twist, heading, torque)
+        return driven(self.mechanism, twist, heading, torque)
 
     def freedom(self, heading: Heading) -> PlanarFreedom:
         """The motion that the wheels permit with the least creep.
@@ -299,80 +292,56 @@ def driving_creepage(contact: RollingContact, traction: Array, side_load: Array 
     return -linear * traction / safe / driven.stiffness_ratio, linear * side_load / safe
 
 
-def _drive(body: Mechanism, twist: Array, heading: Heading, torque: Array) -> MechanismPoint:
-    """See `PlanarCobot.drive`; `body` is its mechanism."""
-    k = body.wheels
-    given, torques = real_array("twist", twist), real_array("torque", torque)
-    require(given.shape[-1:] == (3,), "twist", f"shape {given.shape}", "of shape (..., 3)")
-    require(torques.shape[-1:] in ((), (1,), (k,)), "torque", f"shape {torques.shape}", f"one number, or {k} of them")
-    for name, values in (("twist", given), ("torque", torques)):
-        require(bool(np.all(np.isfinite(values))), name, "nan or inf", "finite")
-    cosine, sine = directions(np, heading, k)
-    shape = check_broadcast(twist=given.shape[:-1], heading=cosine.shape[:-1], torque=torques.shape[:-1])
-    cosine, sine, torques = (np.broadcast_to(one, (*shape, k)) for one in (cosine, sine, torques))
-    given = np.broadcast_to(given, (*shape, 3))
-    contacts = [DrivenContact.of(one) for one in body.contacts]  # type: ignore[union-attr]
-    motion = body.velocities(given)
-    along = cosine * motion[..., :k] + sine * motion[..., k : 2 * k]
-    across = cosine * motion[..., k : 2 * k] - sine * motion[..., :k]
-    speeds = np.stack(
-        [
-            _speed(one, along[..., place], across[..., place], motion[..., 2 * k + place], torques[..., place])
-            for place, one in enumerate(contacts)
-        ],
-        axis=-1,
+def pushed(mechanism: Mechanism, scale: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> MechanismPoint:
+    """A body on wheels that are steered so that its source pushes along the motion only.
+
+    Parameters
+    ----------
+    mechanism : Mechanism              Of a body in the plane or a carriage.
+    scale : (d,) float                 Lengths by which rates are multiplied to compare them. [m]
+    twist, wrench : (..., d) float     Of one shape; the wrench is that on the load.
+
+    Returns
+    -------
+    MechanismPoint   nan where the body rests, a wheel would slip, or wheels do not hold what acts across the motion.
+
+    Source: `infinivar.machines.kinds.planar`.
+    """
+    d = twist.shape[-1]
+    scaled = twist * scale
+    size = np.sqrt(np.sum(scaled * scaled, axis=-1, keepdims=True))
+    moves = size > 0
+    along = np.where(moves, scaled / np.where(moves, size, 1.0), np.eye(d)[0])
+    # The reflection of the first axis onto the motion is orthogonal; its other columns are the motions across.
+    mirror = along - np.eye(d)[0]
+    square = np.sum(mirror * mirror, axis=-1)[..., None, None]
+    turns = square > 1e-30
+    basis = np.eye(d) - np.where(
+        turns, 2.0 * mirror[..., :, None] * mirror[..., None, :] / np.where(turns, square, 1.0), 0.0
     )
-    machine = _machine(body, contacts, cosine, sine)
-    point = machine.operate(rates=np.concatenate([given, speeds], axis=-1), heading=np.zeros(k))
-    return _with_resistance(point, contacts, speeds, cosine, sine)
+    basis = basis / scale[:, None]
+    jacobian = np.matmul(np.asarray(mechanism.jacobian), basis[..., None, :, :])
+    names = tuple(f"across {place}" for place in range(1, d))
+    shared: dict[str, Any] = {"contacts": mechanism.contacts, "coordinates": ("along", *names)}
+    if mechanism.spin is not None:
+        shared["spin"] = np.matmul(np.asarray(mechanism.spin), basis)
+    turned = Mechanism(jacobian=jacobian, **shared)
+    held = np.matmul(np.swapaxes(basis, -1, -2), wrench[..., None])[..., 0]
+    rates = np.concatenate([np.where(moves, size, np.nan), np.zeros((*twist.shape[:-1], d - 1))], axis=-1)
+    safe = np.where(moves, np.nan_to_num(rates), np.eye(d)[0])
 
+    def steered(across: np.ndarray) -> MechanismPoint:
+        heading = turned.steer(rates=safe, applied={name: across[..., place] for place, name in enumerate(names, 1)})
+        lost = np.where(moves, 1.0, np.nan)
+        return mechanism.operate(rates=twist, heading=(heading[0] * lost, heading[1] * lost))
 
-def _speed(contact: DrivenContact, along: Array, across: Array, spin: Array, torque: Array) -> np.ndarray:
-    """Speed of the axle of one wheel; nan where no rolling wheel transmits the torque. [rad s^-1]"""
-    way = np.sign(along)
-
-    def missing(creepage: np.ndarray) -> np.ndarray:
-        """Torque that remains at a creepage, which it rises with."""
-        rolling = along / (1.0 + creepage * way)
-        groups = contact.groups(rolling)
-        found = contact.act((along - rolling, across), spin=spin, surface_speed=rolling)
-        resisted = (groups.rolling_torque + groups.bearing_torque) * way
-        return torque - contact.wheel_radius * found.x - resisted
-
-    moves = way != 0
-    along, way = np.where(moves, along, 1.0), np.where(moves, way, 1.0)
-    ends = np.full(along.shape, _LARGEST)
-    creepage = bisect(np, missing, -ends, ends)
-    found = moves & (np.abs(missing(creepage)) <= _CLOSE * contact.slip_force * contact.wheel_radius)
-    return np.where(found, along / (1.0 + creepage * way) / contact.wheel_radius, np.nan)
-
-
-def _machine(body: Mechanism, contacts: list[DrivenContact], cosine: np.ndarray, sine: np.ndarray) -> Mechanism:
-    """The kinematic map of body and axles, along and across each heading."""
-    rows, k = np.asarray(body.jacobian), len(contacts)
-    radii = np.array([one.wheel_radius for one in contacts])
-    jacobian = np.zeros((*cosine.shape, 2, 3 + k))
-    jacobian[..., 0, :3] = cosine[..., None] * rows[:, 0] + sine[..., None] * rows[:, 1]
-    jacobian[..., 1, :3] = cosine[..., None] * rows[:, 1] - sine[..., None] * rows[:, 0]
-    places = np.arange(k)
-    jacobian[..., places, 0, 3 + places] = -radii
-    surface, spin = np.zeros((k, 3 + k)), np.zeros((k, 3 + k))
-    surface[places, 3 + places] = radii
-    spin[:, 2] = 1.0
-    names = (*body.coordinates, *(f"wheel{place + 1}" for place in places))  # type: ignore[misc]
-    return Mechanism(contacts=contacts, jacobian=jacobian, spin=spin, surface=surface, coordinates=names)
-
-
-def _with_resistance(
-    point: MechanismPoint, contacts: list[DrivenContact], speeds: np.ndarray, cosine: np.ndarray, sine: np.ndarray
-) -> MechanismPoint:
-    """With the rolling and bearing torques, which the contact of a driven wheel leaves to its axle."""
-    losses: dict[str, Any] = {name: np.array(loss) for name, loss in point.wheel_losses.items()}
-    applied = np.array(point.applied)
-    for place, contact in enumerate(contacts):
-        speed = speeds[..., place]
-        groups = contact.groups(contact.wheel_radius * speed)
-        for name, torque in (("rolling", groups.rolling_torque), ("bearing", groups.bearing_torque)):
-            losses[name][..., place] += torque * np.abs(speed)
-            applied[..., 3 + place] -= torque * np.sign(speed)
-    return replace(point, applied=applied, wheel_losses=losses, cosine=cosine, sine=sine)
+    point = steered(held)
+    fails = ~np.all(np.isfinite(np.asarray(point.slip_demand)), axis=-1, keepdims=True) & moves
+    if not np.any(fails):
+        return point
+    # The push against the rolling resistance of each wheel, which has components across the motion.
+    velocity = np.matmul(np.asarray(mechanism.jacobian), np.where(moves, twist, 1.0)[..., None, :, None])[..., 0]
+    ahead = velocity / np.linalg.norm(velocity, axis=-1, keepdims=True)
+    free = np.asarray(mechanism.operate(rates=twist, heading=(ahead[..., 0], ahead[..., 1])).applied)
+    across = held + np.matmul(np.swapaxes(basis, -1, -2), free[..., None])[..., 0]
+    return steered(np.where(fails, across, held))

@@ -19,6 +19,7 @@ from infinivar.bondgraph.scalars import choose
 from infinivar.bondgraph.tape import Number
 from infinivar.drivetrain.control import LINK_BANDWIDTH, SPEED_BANDWIDTH, CoboticControl, ConventionalControl
 from infinivar.drivetrain.control.loops import Loop, Servo, largest_current, speed_loop, turning_speed
+from infinivar.machines.control.traction import TractionController
 from infinivar.machines.linkage import LinkMotion, Load, SeparateMechanics
 from infinivar.machines.motors import LinkMotors
 from infinivar.machines.sampled import Known
@@ -144,7 +145,7 @@ class LinkController:
         """Compute what does not change."""
         self.limit = self.motors.current_limit
 
-    def act(self, time: float, pose: np.ndarray, rates: np.ndarray, period: float) -> np.ndarray:
+    def act(self, time: float, pose: np.ndarray, rates: np.ndarray, angles: np.ndarray, period: float) -> np.ndarray:
         """Currents of the motors from the measurements of a time; they act for a period from the next sample on. (n,) [A]"""
         control = self.motors.drive.control
         pole = 2.0 * math.pi * given(control.speed_bandwidth, SPEED_BANDWIDTH)
@@ -177,8 +178,8 @@ class MachineController:
     """Of the run; the controller looks no further ahead. [s]"""
     set_speed: float
     steering_law: SteeringLaw | None
-    links: LinkController | None = None
-    """Of a machine with a motor for each link, instead of all others."""
+    links: LinkController | TractionController | None = None
+    """Of a machine with a motor for each link, instead of all others; or of the motors of a cart, beside its steering."""
 
     acting: Inputs | None = None
 
@@ -220,8 +221,9 @@ class MachineController:
         ahead = min(time + self.loops.period, self.duration)
         currents = None
         if self.links is not None:
-            first, second, _ = self.loops.system.places
-            currents = self.links.act(time, state[:first], state[first:second], self.loops.period)
+            first, second, third = self.loops.system.places
+            measured = state[:first], state[first:second], state[second:third]
+            currents = self.links.act(time, *measured, self.loops.period)
         return self._acted(state, lambda *now: law(ahead, *now), currents)
 
     def _acted(self, state: np.ndarray, steered: Callable[..., Any], currents: np.ndarray | None = None) -> Inputs:

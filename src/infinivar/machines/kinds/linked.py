@@ -254,12 +254,15 @@ class Linked(MachineDrive):
 
 def motor_mass(drive: Any) -> float:
     """Mass of all motors of a machine, the steering motors included; nan where one is unknown or there is none. [kg]"""
-    leg, separate = getattr(drive, "leg", None), getattr(drive, "separate", None)
+    leg, separate, axle = (getattr(drive, name, None) for name in ("leg", "separate", "drive"))
     if leg is not None:
         steering = 0.0 if leg.steering is None else _mass(leg.steering.motor)
         return _mass(leg.motor) + drive.links * steering
     if separate is not None:
         return drive.links * _mass(separate.motor)
+    if axle is not None:
+        steering = 0.0 if drive.steering is None else _mass(drive.steering.motor)
+        return len(drive.driven) * _mass(axle.motor) + drive.mechanism.wheels * steering
     return _mass(getattr(drive, "motor", None))
 
 

@@ -31,7 +31,9 @@ from infinivar.machines.pictures import wheeled
 from infinivar.machines.pictures.slides import Drum
 from infinivar.machines.pictures.strokes import Picture
 from infinivar.machines.pictures.wheeled import Wheeled
+from infinivar.machines.supply import fed, source_of
 from infinivar.motion.vectors import Point
+from infinivar.parts.battery import Battery
 from infinivar.transmission.configuration import Configuration
 from infinivar.transmission.omniwheels import Omniwheels, in_fixed_axes
 from infinivar.units import STANDARD_GRAVITY
@@ -175,11 +177,15 @@ class OmniwheelDrive(Linked):
     )
     leg: CoboticDrive | None = component("One leg with the motor of the common cylinder", default=None)
     separate: ConventionalDrive | None = component("Drive of each axle, with a motor of its own", default=None)
+    battery: Battery | None = component("Battery that feeds all motors", default=None)
     mass: float | None = quantity("kg", Gt(0), "Mass of the platform without a load, for simulation", default=None)
     inertia: float | None = quantity(
         "kg m^2", Gt(0), "Moment of inertia about the reference point, the centre of mass, for simulation", default=None
     )
     wheel_inertia: float = quantity("kg m^2", Ge(0), "Moment of inertia of a wheel about its axle", default=0.0)
+    largest_speed: float | None = quantity(
+        "m/s", Gt(0), "Largest permissible speed of any wheel's centre", default=None
+    )
     wheel_load: float | None = quantity(
         "N", Gt(0), "Load on each wheel; by default the weight of mass shared by all", default=None
     )
@@ -213,6 +219,11 @@ class OmniwheelDrive(Linked):
                     raise ParameterError(
                         f"wheel_load is missing: {name} needs it, or mass, whose weight the wheels share"
                     )
+
+    @property
+    def source(self) -> str:  # type: ignore[override]
+        """What feeds it."""
+        return source_of(self.battery)
 
     @property
     def links(self) -> int:
@@ -262,7 +273,7 @@ class OmniwheelDrive(Linked):
             units=_UNITS,
         )
         still = replace(point, power_out=np.sum(wrench * twist, axis=-1) + 0.0 * point.power_out)
-        return self._rubbed(still, pose, twist, np.zeros(()))
+        return fed(self._rubbed(still, pose, twist, np.zeros(())), self.battery)
 
     def picture(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> Picture:
         """Its wheels from above, with the forces of the ground."""
@@ -290,7 +301,7 @@ class OmniwheelDrive(Linked):
         )
         made = self._rubbed(point, course.pose[2], course.twist[2], pushed)
         lost = sum(made.losses[name] for name in OmniwheelLoad.losses)
-        return replace(made, stored={**made.stored, "machine": made.stored["machine"] - lost})
+        return fed(replace(made, stored={**made.stored, "machine": made.stored["machine"] - lost}), self.battery)
 
     def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> OmniwheelMachine | SeparateMachine:
         """The platform with its inertia, and that of a load, for `infinivar.simulate_machine`.
@@ -339,6 +350,14 @@ class OmniwheelDrive(Linked):
             traction = np.hypot(*self.on_ground(point, pose, twist, pushed))
             for place, part in enumerate(point.parts):
                 demands[Limit.SLIP, f"{part} on the ground"] = traction[..., place] / (self.grip * self.load_of_wheel)
+        if self.largest_speed is not None:
+            # In axes of the body, as complex numbers: v + omega J p.
+            spots = np.asarray(self.wheels.positions) @ np.array([1.0, 1.0j])
+            along = (twist[..., 0] + 1.0j * twist[..., 1]) * np.exp(-1.0j * pose[..., 2])
+            speed = np.abs(along[..., None] + 1.0j * twist[..., 2, None] * spots)
+            demands[Limit.OUTPUT_SPEED, "platform, largest_speed"] = (
+                np.max(speed, axis=-1) / self.largest_speed + 0.0 * point.power_in
+            )
         return replace(
             point,
             losses={**point.losses, **{name: np.sum(one, axis=-1) for name, one in lost.items()}},

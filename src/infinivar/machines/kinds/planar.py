@@ -1,20 +1,23 @@
-r"""A cart on steered wheels as a drive: the source pushes along the motion, and the wheels hold what acts across it.
+r"""A cart on steered wheels as a drive: pushed along the motion by a user or a slide, or driven by motors on its axles.
 
-With the twist :math:`\xi` of the cart and the wrench W that it exerts on its load, the source supplies a wrench S that does no
-work on any motion at a right angle to :math:`\xi`. The wheels exert Q, and are steered so that the forces on those motions
-balance:
+With the twist :math:`\xi` of the cart and the wrench W that it exerts on its load, the source supplies a wrench S. The wheels
+hold what acts across it,
 
-.. math:: Q = W - S, \qquad B_\perp^T S = 0, \qquad S \cdot \xi = W \cdot \xi + \sum \mathrm{loss}
+.. math:: Q = W - S, \qquad S \cdot \xi = W \cdot \xi + \sum \mathrm{loss}
 
-with right angles in the metric in which a turn counts as the rms velocity that it gives the wheels. A cart that a user pushes and
-one with a motor differ only in what the source is. Where no steering balances the forces so, as on two wheels that turn about a
-point on their line, :math:`B_\perp^T S` is that which overcomes the rolling resistance of the wheels: it does no work, either.
+and are steered so. A user or a slide pushes so that S does no work on any motion at a right angle to :math:`\xi`,
+:math:`B_\perp^T S = 0`, with right angles in the metric in which a turn counts as the rms velocity that it gives the wheels.
+Where no steering balances the forces so, as on two wheels that turn about a point on their line, :math:`B_\perp^T S` is that
+which overcomes the rolling resistance of the wheels: it does no work, either.
+
+Motors make S of tractions along the headings, :math:`S = \sum_k A_k^T e_k \tau_k/r`, with the same torque :math:`\tau` on each
+driven axle. Headings and torque follow from W; see `infinivar.transmission.driven_body.hauling`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
@@ -22,213 +25,48 @@ import numpy as np
 from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array
-from infinivar._core.arrays import real_array
-from infinivar._core.fields import brief, check, component, given, quantity, several
-from infinivar.bondgraph.graph import Parameter, Signal
-from infinivar.bondgraph.recorded import vector
+from infinivar._core.bounds import FINITE
+from infinivar._core.fields import brief, check, component, given, quantities, quantity, several
 from infinivar.drivetrain.control import CoboticControl
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
-from infinivar.machines import bonds
-from infinivar.machines.control.loops import following_path
-from infinivar.machines.control.tasks import guide_of_wheels
+from infinivar.machines.axles import Axles, turned, turned_along
 from infinivar.machines.course import CREEPING, MachineCourse
-from infinivar.machines.hand import BodyGrip, Grip
-from infinivar.machines.kind import MachineDrive, MovingMachine, servo_of
-from infinivar.machines.machine import TaskPoint, rows, worst
-from infinivar.machines.motors import SteeringServo
+from infinivar.machines.kind import MachineDrive
+from infinivar.machines.kinds.driven_motion import DrivenMachine
+from infinivar.machines.kinds.planar_motion import PlanarMachine, PlanarMechanics
+from infinivar.machines.machine import TaskPoint, lacking_of_drive, rows, worst
 from infinivar.machines.pictures import wheeled
 from infinivar.machines.pictures.strokes import Picture
-from infinivar.machines.pictures.wheeled import Wheeled
-from infinivar.machines.rolling import ROLLING_LOSSES, RollingState, creep_ratio, judged, slip_demands
-from infinivar.machines.system import Defaults, Forces, Place, SteeringLaw
+from infinivar.machines.rolling import RollingState, creep_ratio
+from infinivar.machines.supply import fed, source_of
 from infinivar.machines.wheel import Wheel
 from infinivar.motion.histories import VectorHistory
+from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.motion.vectors import Point
 from infinivar.parts.amplifier import Amplifier
+from infinivar.parts.battery import Battery
+from infinivar.transmission.driven_body import hauling
+from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.mechanism import Mechanism, MechanismPoint
-from infinivar.transmission.planar import PlanarCarriage, PlanarCobot
-from infinivar.transmission.rolling_contact import RollingContact
+from infinivar.transmission.planar import PlanarCarriage, PlanarCobot, pushed
 
 _STANDING = 1e-9
 """Speed of a wheel over that of the fastest one, below which it stands."""
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlanarMechanics(Defaults):
-    """A body on steered wheels, in its own axes; the configuration is its pose in the plane."""
-
-    cobot: PlanarCobot
-    stick_speed: float
-    coordinates: tuple[str, ...] = ("v_x_m_s", "v_y_m_s", "w_rad_s")
-    configuration: tuple[str, ...] = ("x_m", "y_m", "angle_rad")
-    losses: tuple[str, ...] = ROLLING_LOSSES
-    _inertia: np.ndarray = field(init=False, repr=False, compare=False, default_factory=lambda: np.zeros((1, 3, 3)))
-
-    def __post_init__(self) -> None:
-        """Compute what does not change."""
-        mass, moment = float(self.cobot.mass), float(self.cobot.inertia)  # type: ignore[arg-type]
-        object.__setattr__(self, "_inertia", np.diag([mass, mass, moment])[None])
-
-    @property
-    def inertia(self) -> np.ndarray:
-        """Mass matrix in axes of the body. (3, 3)"""
-        return self._inertia[0]
-
-    @property
-    def steered(self) -> tuple[str, ...]:
-        """Headings of the wheels."""
-        return tuple(f"h_{place + 1}_rad" for place in range(self.cobot.mechanism.wheels))
-
-    @property
-    def demands(self) -> tuple[tuple[Limit, str], ...]:
-        """Slip of each wheel."""
-        return slip_demands(self.cobot.mechanism.wheels, "wheel")
-
-    def at(self, configuration: np.ndarray, rates: np.ndarray) -> Place:
-        """Inertia, and the force that turns a velocity in turning axes."""
-        cosine, sine = np.cos(configuration[:, 2]), np.sin(configuration[:, 2])
-        x, y, turning = rates[:, 0], rates[:, 1], rates[:, 2]
-        changes, bias = np.empty_like(rates), np.zeros_like(rates)
-        changes[:, 0], changes[:, 1], changes[:, 2] = cosine * x - sine * y, sine * x + cosine * y, turning
-        whirled = self._inertia[0, 0, 0] * turning
-        bias[:, 0], bias[:, 1] = -whirled * y, whirled * x
-        return Place(changes, self._inertia, bias, None)
-
-    def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
-        """Forces of the wheels."""
-        heading = np.cos(angles), np.sin(angles)
-        found, exerted = self.cobot.mechanism.forces(rates, heading, turning, self.stick_speed)
-        resisting = found.moment + 0.0 * angles
-        return Forces(exerted, resisting, *judged(found.losses, found.slip_demand))
-
-    def rates_of(self, configuration: np.ndarray, change: np.ndarray) -> np.ndarray:
-        """In axes of the body."""
-        (c,), (s,) = np.cos(configuration[2:]), np.sin(configuration[2:])
-        x, y, turning = change
-        return vector(c * x + s * y, c * y - s * x, turning)
-
-    def grip(self, handle: Sequence[float] = (0.0, 0.0)) -> Grip:
-        """A point of the body."""
-        point = real_array("handle", handle)
-        fits = point.shape == (2,) and bool(np.all(np.isfinite(point)))
-        require(fits, "handle", f"{handle}", "x and y, two finite numbers", "m")
-        return BodyGrip(point=(float(point[0]), float(point[1])))
-
-    def held_at(self, configuration: np.ndarray, position: np.ndarray) -> np.ndarray:
-        """In axes of the body."""
-        away, angle = position - configuration[:2], configuration[2]
-        cosine, sine = np.cos(angle), np.sin(angle)
-        return np.array([cosine * away[0] + sine * away[1], cosine * away[1] - sine * away[0]])
-
-    def outline(self) -> Wheeled:
-        """Body and wheels."""
-        return Wheeled(
-            spots=np.array(self.cobot.positions),
-            radii=np.array([float(one.wheel_radius) for one in self.cobot.contacts]),  # type: ignore[union-attr]
-            mass=float(given(self.cobot.mass, 0.0)),
-            inertia=float(given(self.cobot.inertia, 0.0)),
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PlanarMachine(MovingMachine):
-    """A planar cobot with servos on its wheels, moved by a user.
-
-    Raises
-    ------
-    ParameterError
-        If the cobot has no mass or inertia.
-    """
-
-    cobot: PlanarCobot = component("Body and wheels")
-    steering: SteeringPlant | None = component("Servo of each wheel", default=None)
-    amplifier: Amplifier = component("Amplifier of the servos", default_factory=Amplifier)
-    control: CoboticControl = component("Controllers", default_factory=CoboticControl)
-
-    pushed: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        """Validate the fields."""
-        check(self)
-        for name in ("mass", "inertia"):
-            needed(getattr(self.cobot, name), f"cobot.{name}")
-
-    @property
-    def home(self) -> np.ndarray:
-        """Pose in the plane at the start."""
-        return np.zeros(3)
-
-    def mechanics(self, stick_speed: float) -> PlanarMechanics:
-        """Contacts and inertia."""
-        return PlanarMechanics(cobot=self.cobot, stick_speed=stick_speed)
-
-    def servo(self, stick_speed: float) -> SteeringServo:
-        """Servo of each wheel."""
-        wheel = self.cobot.contacts[0]  # type: ignore[index]
-        return servo_of(self.steering, wheel, self.amplifier, stick_speed)
-
-    @property
-    def twisted(self) -> tuple[str, ...]:
-        """All."""
-        return "x", "y", "angle"
-
-    @property
-    def contacts(self) -> Sequence[RollingContact]:
-        """The wheels."""
-        return self.cobot.contacts  # type: ignore[return-value]
-
-    def bonds(self, stick_speed: float) -> bonds.Bonds:
-        """Body in its own axes, and wheels."""
-        ports = ("v_x", "v_y", "w")
-        inertia = self.mechanics(stick_speed).inertia
-        body = bonds.inertias(
-            [
-                bonds.Coordinate("v_x", "v_x", "m_x", "m", "kg", "body"),
-                bonds.Coordinate("v_y", "v_y", "m_y", "m", "kg", "body"),
-                bonds.Coordinate("w", r"\omega", "I", "I", "kg m^2", "body"),
-            ],
-            inertia,
-        )
-        body.signals.append(Signal(name="turn", symbol=r"\omega", of="w"))
-        mass = Parameter("m", float(inertia[0, 0]), "kg")
-        turning = bonds.axes_that_turn("turning", r"-m\omega", ("v_x", "v_y"), "turn", mass, -1.0)
-        wheels = bonds.wheels(self.cobot.mechanism, ports, stick_speed)
-        return bonds.Bonds.of(body, turning, wheels, bonds.user(ports))
-
-    def coast(self, rates: np.ndarray, angles: np.ndarray) -> np.ndarray:
-        """Headings of a body that moves."""
-        if not np.any(rates):
-            return angles
-        found = np.asarray(self.cobot.headings(rates))
-        return np.where(np.isfinite(found), found, angles)
-
-    def follow(self, mechanics: Any, motion: VectorHistory | None, pose: np.ndarray, duration: float) -> SteeringLaw:
-        """Headings along a motion."""
-        if motion is None:
-            raise ParameterError("motion is missing: steering = 'controlled' follows it")
-        return following_path(self.cobot, motion, gain=2.0 * math.pi * self.control.link_bandwidth)
-
-    def guide(self, task: Any) -> Any:
-        """Guides of wheels that steer."""
-        return guide_of_wheels(task)
+_BEGINS = 1e-12
+"""Time for which a driven cart at rest has accelerated where it begins to move. [s]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanarDrive(MachineDrive):
-    """A cart on steered wheels, or a carriage that slides along x and y on one, pushed along its motion."""
+    """A cart on steered wheels, or a carriage that slides along x and y on one, pushed along its motion or driven by motors."""
 
     WORD: ClassVar[str] = "planar"
-    session: ClassVar[tuple[str, ...]] = ("handle",)
-    source: ClassVar[str] = "push"
-    shown: ClassVar[str] = (
-        ": wheels along their headings, and the forces on the machine: those of the ground, of the source that pushes it, and "
-        "of its load."
-    )
-    unmoved: ClassVar[str] = "a user pushes it: state a task with a type, and run it with infinivar session"
-
+    held_time: ClassVar[float] = 1.0
     wheel: Wheel = component("The wheels, all alike")
     positions: tuple[Point, ...] | None = several(
         "Points of two wheels or more, in axes of the cart; without them, a carriage that does not turn, on one wheel",
@@ -236,7 +74,25 @@ class PlanarDrive(MachineDrive):
         only=("x", "y"),
         default=None,
     )
-    largest_push: float | None = quantity("N", Gt(0), "Largest force of the source along the motion", default=None)
+    drive: ConventionalDrive | None = component(
+        "Drive of each driven axle, with a motor of its own; without it a user or a slide pushes the cart", default=None
+    )
+    driven_wheels: tuple[float, ...] | None = quantities(
+        "1", FINITE, "Numbers of the wheels that drives turn, counted from 1; by default all", default=None
+    )
+    pulley_radius: float | None = quantity(
+        "m",
+        Gt(0),
+        "Radius of the pulley by which a linear drive turns an axle; by default that of the wheel",
+        default=None,
+    )
+    battery: Battery | None = component("Battery that feeds drives and servos", default=None)
+    largest_push: float | None = quantity(
+        "N", Gt(0), "Largest force along the motion of a user or slide that pushes the cart", default=None
+    )
+    largest_speed: float | None = quantity(
+        "m/s", Gt(0), "Largest permissible speed of any wheel's centre", default=None
+    )
     mass: float | None = quantity(
         "kg", Gt(0), "Mass of the cart with its load; needed for motion in time", default=None
     )
@@ -252,6 +108,7 @@ class PlanarDrive(MachineDrive):
     def __post_init__(self) -> None:
         """Validate the fields and make the kinematic map."""
         check(self)
+        self._check_drive()
         try:
             contact = self.wheel.on("plane")
         except ParameterError as problem:
@@ -270,6 +127,62 @@ class PlanarDrive(MachineDrive):
             require(point not in points[:place], f"positions {place + 1}", "the same point twice", "different points")
         object.__setattr__(self, "machine", PlanarCobot(contacts=contact, positions=points))
 
+    def _check_drive(self) -> None:
+        """Raise ParameterError for a field that does not fit the source."""
+        if self.drive is not None:
+            require(
+                self.largest_push is None,
+                "largest_push",
+                f"{self.largest_push} N",
+                "left out: drive, not a user, moves the cart",
+            )
+        for name in ("driven_wheels", "pulley_radius", "battery"):
+            if self.drive is None and getattr(self, name) is not None:
+                raise ParameterError(f"{name} does not apply without drive: a user or a slide pushes the cart")
+        count, places = 1 if self.positions is None else len(self.positions), self.driven_wheels
+        if places is not None:
+            fits = bool(places) and set(places) <= set(range(1, count + 1)) and len(set(places)) == len(places)
+            said = ", ".join(f"{one:g}" for one in places) or "none"
+            require(fits, "driven_wheels", said, f"different numbers of wheels, from 1 to {count}")
+
+    @property
+    def source(self) -> str:  # type: ignore[override]
+        """What feeds it."""
+        return "push" if self.drive is None else source_of(self.battery)
+
+    @property
+    def session(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Keys of a session, which a cart has that a user pushes."""
+        return ("handle",) if self.drive is None else ()
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """Commands that work besides those of all machines."""
+        return () if self.drive is None else ("simulate",)
+
+    @property
+    def unmoved(self) -> str:  # type: ignore[override]
+        """How it does not move in `infinivar simulate`."""
+        return "a user pushes it: state a task with a type, and run it with infinivar session"
+
+    @property
+    def shown(self) -> str:  # type: ignore[override]
+        """What its picture shows."""
+        moved = "of the user or slide that pushes it" if self.drive is None else "the tractions of its motors"
+        return f": wheels along their headings, and the forces on the machine: those of the ground, {moved}, and of its load."
+
+    @property
+    def driven(self) -> np.ndarray:
+        """Places of the driven wheels, from 0."""
+        count = self.mechanism.wheels
+        places = range(1, count + 1) if self.driven_wheels is None else self.driven_wheels
+        return np.array([int(one) - 1 for one in sorted(places)] if self.drive is not None else [], dtype=int)
+
+    @property
+    def lever(self) -> float:
+        """Radius over which a linear drive turns an axle. [m]"""
+        return given(self.pulley_radius, self.wheel.wheel_radius)
+
     @property
     def mechanism(self) -> Mechanism:
         """The kinematic map over x, y and, with several wheels, the angle."""
@@ -285,8 +198,12 @@ class PlanarDrive(MachineDrive):
         """The origin; nothing depends on it."""
         return (0.0,) * len(self.coordinates)
 
-    def moving(self) -> PlanarMachine:
+    def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> PlanarMachine | DrivenMachine:
         """The cart with its inertia and the servos of its wheels, for `infinivar.session` and `infinivar.simulate_machine`.
+
+        Parameters
+        ----------
+        load_mass, load_inertia : float   Moved with the reference point. [kg], [kg m^2]
 
         Raises
         ------
@@ -297,9 +214,36 @@ class PlanarDrive(MachineDrive):
             raise ParameterError(
                 "positions is missing: a carriage on one wheel does not move in time; state two wheels or more"
             )
-        body = replace(self.machine, mass=needed(self.mass, "mass"), inertia=needed(self.inertia, "inertia"))
+        mass, inertia = needed(self.mass, "mass") + load_mass, needed(self.inertia, "inertia") + load_inertia
+        body = replace(self.machine, mass=mass, inertia=inertia)
         control = CoboticControl() if self.control is None else self.control
-        return PlanarMachine(cobot=body, steering=needed(self.steering, "steering"), control=control)
+        cart = PlanarMachine(cobot=body, steering=needed(self.steering, "steering"), control=control)
+        if self.drive is None:
+            return cart
+        return DrivenMachine(cart=cart, drive=self.drive, axles=tuple(map(int, self.driven)), lever=self.lever)
+
+    @property
+    def scenario(self) -> Any:
+        """Motion in closed loops along poses (t, d) under wrenches on the load (t, d), of a driven cart: as of `Linked`."""
+        if self.drive is None:
+            raise AttributeError(self.unmoved)
+        return self._scenario
+
+    @staticmethod
+    def _scenario(
+        machine: Any, time: np.ndarray, pose: np.ndarray, wrench: np.ndarray, closed: bool
+    ) -> MachineScenario:
+        # Rates of poses are twists in axes of the cart; the simulation has fixed axes.
+        angle, steps = pose[:, 2], np.diff(pose[:, :2], axis=0) @ np.array([1.0, 1.0j])
+        turned = np.cumsum(steps * np.exp(0.5j * (angle[1:] + angle[:-1])))
+        place = (pose[0, :2] @ np.array([1.0, 1.0j])) + np.append(0.0, turned)
+        duration, fixed = float(time[-1]), np.stack([np.real(place), np.imag(place), angle], axis=-1)
+        return MachineScenario(
+            duration=duration,
+            motion=VectorHistory(time=time, values=fixed),
+            wrench=VectorHistory(time=time, values=wrench, smooth=False) if np.any(wrench) else None,
+            settling_time=0.5 * duration if closed else None,
+        )
 
     def metric(self) -> np.ndarray:
         """Lengths by which the rates are multiplied to compare them, (d,): 1 for velocities, a radius for turning. [m]"""
@@ -308,61 +252,25 @@ class PlanarDrive(MachineDrive):
         points = np.array(self.machine.positions)
         return np.array([1.0, 1.0, float(np.sqrt(np.mean(np.sum(points * points, axis=1)))) or 1.0])
 
-    def operated(self, twist: Array, wrench: Array) -> MechanismPoint:
-        """The wheels under a twist and a wrench on the load, steered so that the source pushes along the motion only.
+    def operated(self, twist: Array, wrench: Array, steering_rate: Array = 0.0) -> MechanismPoint:
+        """The wheels under a twist and a wrench on the load, steered for what the source does; see the module.
 
         Parameters
         ----------
         twist, wrench : (..., d) float
+        steering_rate : (..., k) float   Of the headings, if drives turn the axles. [rad s^-1]
 
         Returns
         -------
-        MechanismPoint   In the coordinates of the cart; nan where the cart rests, a wheel would slip, or wheels do not hold what
-            acts across the motion.
+        MechanismPoint   In the coordinates of the cart and, if drives turn them, of its axles; nan where the cart rests, a wheel
+            would slip, or wheels do not hold what acts across the motion.
         """
         xi, load = np.broadcast_arrays(np.asarray(twist, dtype=float), np.asarray(wrench, dtype=float))
         xi = self._off_wheels(xi)
-        scale, d = self.metric(), xi.shape[-1]
-        scaled = xi * scale
-        size = np.sqrt(np.sum(scaled * scaled, axis=-1, keepdims=True))
-        moves = size > 0
-        along = np.where(moves, scaled / np.where(moves, size, 1.0), np.eye(d)[0])
-        # The reflection of the first axis onto the motion is orthogonal; its other columns are the motions across.
-        mirror = along - np.eye(d)[0]
-        square = np.sum(mirror * mirror, axis=-1)[..., None, None]
-        turns = square > 1e-30
-        basis = np.eye(d) - np.where(
-            turns, 2.0 * mirror[..., :, None] * mirror[..., None, :] / np.where(turns, square, 1.0), 0.0
-        )
-        basis = basis / scale[:, None]
-        own = self.mechanism
-        jacobian = np.matmul(np.asarray(own.jacobian), basis[..., None, :, :])
-        names = tuple(f"across {place}" for place in range(1, d))
-        shared: dict[str, Any] = {"contacts": own.contacts, "coordinates": ("along", *names)}
-        if own.spin is not None:
-            shared["spin"] = np.matmul(np.asarray(own.spin), basis)
-        turned = Mechanism(jacobian=jacobian, **shared)
-        held = np.matmul(np.swapaxes(basis, -1, -2), load[..., None])[..., 0]
-        rates = np.concatenate([np.where(moves, size, np.nan), np.zeros((*xi.shape[:-1], d - 1))], axis=-1)
-        safe = np.where(moves, np.nan_to_num(rates), np.eye(d)[0])
-
-        def steered(across: np.ndarray) -> MechanismPoint:
-            heading = turned.steer(
-                rates=safe, applied={name: across[..., place] for place, name in enumerate(names, 1)}
-            )
-            lost = np.where(moves, 1.0, np.nan)
-            return own.operate(rates=xi, heading=(heading[0] * lost, heading[1] * lost))
-
-        point = steered(held)
-        fails = ~np.all(np.isfinite(np.asarray(point.slip_demand)), axis=-1, keepdims=True) & moves
-        if not np.any(fails):
-            return point
-        # The push against the rolling resistance of each wheel, which has components across the motion.
-        velocity = np.matmul(np.asarray(own.jacobian), np.where(moves, xi, 1.0)[..., None, :, None])[..., 0]
-        ahead = velocity / np.linalg.norm(velocity, axis=-1, keepdims=True)
-        free = np.asarray(own.operate(rates=xi, heading=(ahead[..., 0], ahead[..., 1])).applied)
-        across = held + np.matmul(np.swapaxes(basis, -1, -2), free[..., None])[..., 0]
-        return steered(np.where(fails, across, held))
+        if self.drive is not None:
+            motors = np.isin(np.arange(self.mechanism.wheels), self.driven)
+            return hauling(self.mechanism, xi, load, motors, steering_rate)
+        return pushed(self.mechanism, self.metric(), xi, load)
 
     def picture(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> Picture:
         """Its wheels along their headings, which are free at rest."""
@@ -376,13 +284,16 @@ class PlanarDrive(MachineDrive):
             return
         found = self.operated(twist, wrench)
         for index, wheel in enumerate(self.mechanism.contacts):  # type: ignore[arg-type]
-            rolled = float(found.rolling_speed[index])
+            rolled, force = float(found.rolling_speed[index]), float(found.lateral_force[index])
+            creepage = creep_ratio(found.creep_speed[index], rolled)
+            if self.drive is not None:  # both directions together, as across the wheel
+                creepage = float(DrivenContact.of(wheel).creepage(force))
             yield RollingState(
                 name=f"wheel {index + 1}",
                 law=wheel.creep_law,
                 groups=wheel.groups(0.0 if math.isnan(rolled) else abs(rolled)),
-                lateral_force=float(found.lateral_force[index]),
-                creepage=creep_ratio(found.creep_speed[index], rolled),
+                lateral_force=force,
+                creepage=creepage,
                 slip_demand=float(np.nan_to_num(found.slip_demand[index], nan=math.inf)),
                 contact=wheel.contact,
                 preload=wheel.preload,
@@ -403,17 +314,20 @@ class PlanarDrive(MachineDrive):
         )
 
     def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
-        """As `infinivar.machines.machine.Machine.perform`; power in is that of the push.
+        """As `infinivar.machines.machine.Machine.perform`; power in is that of the push, or of the supply of the motors.
 
         At rest locked wheels hold by static friction, which is judged for wheels across the load.
         """
         _, xi, load = rows(self, pose, twist, wrench)
-        return self._point(xi, load, self.operated(xi, load))
+        point = self.operated(xi, load)
+        axles = None if self.drive is None else turned(self.drive, self.lever, *self._turning(point, xi))
+        return fed(self._point(xi, load, point, axles), self.battery)
 
     @property
     def lacking(self) -> Mapping[str, str]:
         """What of its motion `follow` does not count, with the reason."""
         found = {} if self._carries else {"moving masses": f"{'mass' if self.mass is None else 'inertia'} is missing"}
+        found |= {} if self.drive is None else lacking_of_drive(self.drive)
         plant = self.steering
         if plant is None:
             return {"steering": "no steering plant is stated", **found}
@@ -429,42 +343,69 @@ class PlanarDrive(MachineDrive):
         return self.mass is not None and (self.inertia is not None or self.positions is None)
 
     def counts(self, course: MachineCourse) -> bool:
-        """Whether `follow` counts more than `perform`: steering or mass of a cart that moves."""
-        return course.moves and (self._carries or "steering" not in self.lacking)
+        """Whether `follow` counts more than `perform`: steering, rotors or mass of a cart that moves."""
+        return course.moves and (self._carries or "steering" not in self.lacking or self._rotors)
+
+    @property
+    def _rotors(self) -> bool:
+        """Whether the rotors of drives count."""
+        return self.drive is not None and "rotors" not in self.lacking
 
     def follow(self, course: MachineCourse) -> TaskPoint:
-        """Operation along a course with the inertia of the cart, which the source accelerates, and with the servos of its wheels.
+        """Operation along a course with the inertia of the cart, which the source accelerates, of rotors on driven axles, and
+        with the servos of its wheels.
 
         The headings are those of steady operation under the forces of the motion; where wheels
-        turn on the spot between two motions, that is not counted. Power in is that of the push and of the servos.
+        turn on the spot between two motions, that is not counted. Power in is that of the push, or of the supply of the motors,
+        and of the servos.
 
         Source: Newton and Euler in turning axes; faulring2006, Fig 11, for the servos.
         """
-        steers = "steering" not in self.lacking
-        xi, acceleration, wrench = np.broadcast_arrays(course.twist[1:4], course.acceleration[1:4], course.wrench[1:4])
+        xi, acceleration, wrench = np.broadcast_arrays(course.twist, course.acceleration, course.wrench)
+        if self.drive is not None:  # a cart that begins to move rolls the way it accelerates
+            xi = np.where(np.any(xi != 0.0, axis=-1, keepdims=True), xi, _BEGINS * acceleration)
         load = wrench + self._carried(xi, acceleration)
-        if not steers:
-            found = self._point(xi[1], load[1], self.operated(xi[1], load[1]))
-            return self._moved(found, xi[1], load[1], wrench[1])
-        points = self.operated(xi, load)
+        steers = "steering" not in self.lacking
+        # Rates of axles need all five instants, those of steering three.
+        around = slice(5) if self.drive is not None else slice(1, 4) if steers else slice(2, 3)
+        points = self.operated(xi[around], load[around])
         headings = np.unwrap(np.asarray(points.heading), axis=0, period=np.pi)
+        rate, rise = self._steering_rates(course, headings) if steers else (np.zeros(()), np.zeros(()))
+        spun = rate if self.mechanism.kinds[0][0].turns_with_spin else 0.0
+        if self.drive is not None:
+            point = self.operated(xi[2], load[2], spun)
+            axles = self._along(course, points, headings, xi, point)
+        else:
+            place, axles = len(headings) // 2, None
+            at = np.asarray(points.cosine)[place], np.asarray(points.sine)[place]
+            point = self.mechanism.operate(rates=self._off_wheels(xi[2]), heading=at, steering_rate=spun)
+        found = self._point(xi[2], load[2], point, axles)
+        stored = {"machine": np.sum((load[2] - wrench[2]) * xi[2], axis=-1), **found.stored}
+        found = replace(found, power_out=np.sum(wrench[2] * xi[2], axis=-1), stored=stored)
+        return fed(self._with_servos(found, point, xi[2], rate, rise) if steers else found, self.battery)
+
+    @staticmethod
+    def _steering_rates(course: MachineCourse, headings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rate and acceleration of headings (5, ..., k) that do not creep by rounding."""
         angle = course.varying(headings)
         rate, rise = np.nan_to_num(angle.rate), np.nan_to_num(angle.curvature)
         turns = np.abs(rate) > CREEPING
-        rate, rise = np.where(turns, rate, 0.0), np.where(turns, rise, 0.0)
+        return np.where(turns, rate, 0.0), np.where(turns, rise, 0.0)
+
+    def _with_servos(
+        self, found: TaskPoint, point: MechanismPoint, xi: np.ndarray, rate: np.ndarray, rise: np.ndarray
+    ) -> TaskPoint:
+        """The point with the servos of the wheels, which turn at a rate. [rad s^-1], [rad s^-2]"""
         contact, plant = self.mechanism.kinds[0][0], self.steering
         assert plant is not None
-        heading = np.asarray(points.cosine)[1], np.asarray(points.sine)[1]
-        spun = rate if contact.turns_with_spin else 0.0
-        point = self.mechanism.operate(rates=self._off_wheels(xi[1]), heading=heading, steering_rate=spun)
-        still = ~np.any(xi[1] != 0.0, axis=-1)[..., None]
+        still = ~np.any(xi != 0.0, axis=-1)[..., None]
         moment = np.where(still, 0.0, np.asarray(point.moment)) if contact.turns_with_spin else None
         servo = plant.follow(contact, rate=rate, acceleration=rise, patch_moment=moment)  # type: ignore[arg-type]
         drawn, burnt, returned = Amplifier().supply(servo.power)
         lost = {**servo.losses, "steering amplifier": burnt}
         if moment is not None:
             del lost["steering patch"]  # the spin of the wheels has it
-        shape = heading[0].shape
+        shape = found.steering.shape
         lost = {name: np.broadcast_to(loss, shape) for name, loss in lost.items()}
         demands = {
             (limit, f"steering motor {place + 1}"): np.broadcast_to(demand, shape)[..., place]
@@ -472,7 +413,6 @@ class PlanarDrive(MachineDrive):
             for place in range(shape[-1])
         }
         drawn = np.sum(np.broadcast_to(drawn, shape), axis=-1)
-        found = self._moved(self._point(xi[1], load[1], point), xi[1], load[1], wrench[1])
         return replace(
             found,
             power_in=found.power_in + drawn,
@@ -481,6 +421,28 @@ class PlanarDrive(MachineDrive):
             part_losses=found.part_losses + sum(lost.values()),
             stored={**found.stored, "steering": np.sum(np.broadcast_to(servo.stored, shape), axis=-1)},
         )
+
+    def _turning(self, point: MechanismPoint, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Torques of the motors on the driven axles, and their speeds, (..., n) each; 0 at rest. [N m], [rad s^-1]"""
+        places = len(self.coordinates) + self.driven
+        still = ~np.any(xi != 0.0, axis=-1)[..., None]
+        torque, speed = -np.asarray(point.applied)[..., places], np.asarray(point.rates)[..., places]
+        return np.where(still, 0.0, torque), np.where(still, 0.0, speed)
+
+    def _along(
+        self, course: MachineCourse, points: MechanismPoint, headings: np.ndarray, xi: np.ndarray, point: MechanismPoint
+    ) -> Axles:
+        """Driven axles along a course from points at five instants, and from that with the rate of steering in their middle."""
+        assert self.drive is not None
+        # A heading that has turned by half a turn is the same wheel, which turns back.
+        way = np.nan_to_num(np.cos(headings - np.asarray(points.heading)), nan=1.0)[..., self.driven]
+        here = self._turning(point, xi[2])
+        if not self._rotors:
+            return turned(self.drive, self.lever, *here)
+        torque, speed = (
+            way * (five + middle - five[2]) for five, middle in zip(self._turning(points, xi), here, strict=True)
+        )
+        return turned_along(self.drive, self.lever, course, torque, speed)
 
     @property
     def steering_friction(self) -> float:
@@ -500,15 +462,8 @@ class PlanarDrive(MachineDrive):
         place = PlanarMechanics(cobot=body, stick_speed=1.0).at(np.zeros(rates.shape), rates)
         return np.matmul(place.inertia[0], acceleration[..., None])[..., 0] + place.bias.reshape(xi.shape)
 
-    @staticmethod
-    def _moved(found: TaskPoint, xi: np.ndarray, load: np.ndarray, wrench: np.ndarray) -> TaskPoint:
-        """The point, of whose power only that of the wrench goes to the load."""
-        return replace(
-            found, power_out=np.sum(wrench * xi, axis=-1), stored={"machine": np.sum((load - wrench) * xi, axis=-1)}
-        )
-
-    def _point(self, xi: np.ndarray, load: np.ndarray, point: MechanismPoint) -> TaskPoint:
-        """The cart under twists and wrenches (..., d), with its wheels there."""
+    def _point(self, xi: np.ndarray, load: np.ndarray, point: MechanismPoint, axles: Axles | None) -> TaskPoint:
+        """The cart under twists and wrenches (..., d), with its wheels and driven axles there."""
         k = self.mechanism.wheels
         parts = tuple(f"wheel {place + 1}" for place in range(k))
         still = ~np.any(xi != 0.0, axis=-1)
@@ -523,12 +478,28 @@ class PlanarDrive(MachineDrive):
         losses = {name: np.where(zero, 0.0, np.asarray(loss)) for name, loss in point.wheel_losses.items()}
         total = {name: np.sum(loss, axis=-1) for name, loss in losses.items()}
         power_out = np.sum(load * xi, axis=-1)
-        speed = np.sqrt(np.sum((xi * self.metric()) ** 2, axis=-1))
-        power_in = power_out - np.sum(np.where(zero, 0.0, np.asarray(point.power)), axis=-1)
-        push = np.where(speed > 0, power_in / np.where(speed > 0, speed, 1.0), 0.0)
+        lost: Any = sum(losses.values())
         demands: dict[Demand, np.ndarray] = worst({Limit.SLIP: slip}, parts)
-        if self.largest_push is not None:
-            demands[Limit.OUTPUT_FORCE, "source, largest_push"] = np.abs(push) / self.largest_push
+        stored: dict[str, Any] = {}
+        if axles is not None:
+            power_in, states = (
+                np.sum(axles.power_in, axis=-1),
+                {"traction_N": np.sum(axles.torque, -1) / self.wheel.wheel_radius},
+            )
+            total |= {name: total.get(name, 0.0) + np.sum(loss, axis=-1) for name, loss in axles.losses.items()}
+            demands |= worst(axles.demands, [f"motor {place + 1}" for place in self.driven])
+            stored = {name: np.sum(one, axis=-1) for name, one in axles.stored.items()}
+            lost[..., self.driven] += sum(axles.losses.values())
+        else:
+            speed = np.sqrt(np.sum((xi * self.metric()) ** 2, axis=-1))
+            power_in = power_out - np.sum(np.where(zero, 0.0, np.asarray(point.power)), axis=-1)
+            push = np.where(speed > 0, power_in / np.where(speed > 0, speed, 1.0), 0.0)
+            states = {"push_N": push}
+            if self.largest_push is not None:
+                demands[Limit.OUTPUT_FORCE, "source, largest_push"] = np.abs(push) / self.largest_push
+        if self.largest_speed is not None:
+            fastest = np.max(self.part_speeds(xi, xi), axis=-1)
+            demands[Limit.OUTPUT_SPEED, "cart, largest_speed"] = fastest / self.largest_speed
         for limit, demand in point.pressed.items():
             demands[limit, "wheel"] = np.broadcast_to(demand, power_in.shape)
         return TaskPoint(
@@ -537,11 +508,12 @@ class PlanarDrive(MachineDrive):
             losses=total,
             demands=demands,
             parts=parts,
-            part_losses=sum(losses.values()),
+            part_losses=lost,
             part_forces=np.where(zero, shares * 0.0, np.asarray(point.lateral_force)),
             part_speeds=np.where(zero, 0.0, np.asarray(point.rolling_speed)),
             steering=np.asarray(point.heading),
-            states={"push_N": push},
+            states=states,
+            stored=stored,
         )
 
     def _shared(self, load: np.ndarray) -> np.ndarray:

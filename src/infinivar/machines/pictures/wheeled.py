@@ -12,6 +12,7 @@ from infinivar.errors import InputError
 from infinivar.machines.pictures.geometry import CIRCLE, hull, normalised, off, unit
 from infinivar.machines.pictures.strokes import Arrow, Disc, Label, Line, Picture, Stroke, tyre
 from infinivar.machines.pictures.words import length, quantity, share_of_slip, slip_rows
+from infinivar.transmission.driven_body import ground_forces
 from infinivar.transmission.mechanism import MechanismPoint
 from infinivar.transmission.planar import PlanarCarriage, PlanarCobot, instant_centre
 
@@ -107,6 +108,7 @@ class OnGround:
     centre : (2,) float or None        Instant centre, perhaps infinite; None if wheels are not along normals to it. [m]
     axles : (k, 2) float or None       Unit vectors along the axles of the rollers on the ground.
     rolling : (k,) float or None       Speeds at which the wheels roll. [m/s]
+    traction : (k,) float or None      Torques of motors on the axles over the wheels' radii, along the headings. [N]
     """
 
     title: str
@@ -122,6 +124,7 @@ class OnGround:
     centre: np.ndarray | None = None
     axles: np.ndarray | None = None
     rolling: np.ndarray | None = None
+    traction: np.ndarray | None = None
     notes: tuple[str, ...] = ()
     lever: float = 0.0
 
@@ -147,38 +150,46 @@ def steered(
     ----------
     cobot : PlanarCobot or PlanarCarriage   The machine; a carriage does not turn.
     point : MechanismPoint                  One point of its mechanism, in motion.
-    wrench : (3,) or (2,) float             Of the machine on its load; the rest of what the wheels exert is on the source.
-        Without it source and load are drawn together.
+    wrench : (3,) or (2,) float             Of the machine on its load; the rest of what the wheels exert is on the user or slide
+        that pushes. Without it source and load are drawn together. Where motors drive the wheels, it is all that they exert.
 
     Raises
     ------
     InputError
         If there are many points, or one without a steady motion.
     """
-    rates, cosine, sine = (np.asarray(one) for one in (point.rates, point.cosine, point.sine))
-    turns = isinstance(cobot, PlanarCobot)
+    turns, count = isinstance(cobot, PlanarCobot), len(cobot.mechanism.coordinates)  # type: ignore[arg-type]
+    drives = len(point.coordinates) > count
+    rates, cosine, sine = np.asarray(point.rates)[..., :count], np.asarray(point.cosine), np.asarray(point.sine)
     if rates.shape != ((3,) if turns else (2,)) or not np.all(np.isfinite([*rates, *np.asarray(point.lateral_force)])):
         raise InputError("a planar cobot is drawn at one point in steady motion, at which all wheels roll or slide")
-    forces, _ = cobot.mechanism.forces(rates, (cosine, sine), np.asarray(point.steering_rate))
     contacts = cobot.mechanism.contacts
-    twist, applied = _spatial(rates), -_spatial(point.applied)
+    radii = np.array([float(one.wheel_radius) for one in contacts])  # type: ignore[union-attr]
+    twist, applied = _spatial(rates), -_spatial(np.asarray(point.applied)[: len(rates)])
     both: tuple[tuple[str, str, np.ndarray], ...] = (("force", "applied force", applied),)
-    if wrench is not None:
-        load = -_spatial(wrench)
-        both = (("force", "force of the source", applied - load), ("load-force", "force of the load", load))
+    if drives:
+        force, traction = ground_forces(cobot.mechanism, point), -np.asarray(point.applied)[len(rates) :] / radii
+        both = (("load-force", "force of the load", applied),)
+    else:
+        forces, _ = cobot.mechanism.forces(rates, (cosine, sine), np.asarray(point.steering_rate))
+        force, traction = np.stack([np.asarray(forces.x), np.asarray(forces.y)], axis=-1), None
+    if wrench is not None and not drives:
+        load, who = -_spatial(wrench), "user" if turns else "source"
+        both = (("force", f"push of the {who}", applied - load), ("load-force", "force of the load", load))
     return OnGround(
         title="Cart from above",
         axes=_OF_BODY,
         positions=spots_of(cobot),
         headings=np.stack([cosine, sine], axis=-1),
-        radius=np.array([float(one.wheel_radius) for one in contacts]),  # type: ignore[union-attr]
+        radius=radii,
         twist=twist,
-        force=np.stack([np.asarray(forces.x), np.asarray(forces.y)], axis=-1),
+        force=force,
         applied=both,
         limit=np.array([float(one.slip_force) for one in contacts]),  # type: ignore[union-attr]
         slip=np.asarray(point.slip_demand),
         centre=np.array([float(one) for one in instant_centre(twist)]) if turns else np.full(2, np.inf),
         rolling=np.asarray(point.rolling_speed),
+        traction=traction,
         notes=("dotted circles are the slip limits, to the scale of the forces; axes of the body",),
     )
 
@@ -238,12 +249,14 @@ def picture(found: OnGround) -> Picture:
     shown = (
         ("contact-force", "force of the ground on a wheel", True),
         ("limit", "slip limit, to the same scale", found.limit is not None),
+        ("force", f"traction of the motors {_newtons(found)}", found.traction is not None),
         *((look, _said(found, name, wrench), True) for look, name, wrench in found.applied),
         ("velocity", f"velocity {speed}, turning at {turning}", np.any(found.twist)),
         ("heading", "normal of a heading", found.centre is not None),
         ("axis", "axle of the roller on the ground", found.axles is not None),
     )
     rows = [(name, length(wrench[:2], "N")) for _, name, wrench in found.applied] + [("velocity", speed)]
+    rows += [] if found.traction is None else [("traction of the motors", _newtons(found))]
     if found.slip is not None:
         rows += slip_rows((f"wheel {place + 1}" for place in range(len(found.slip))), found.force, found.slip)
     return Picture(
@@ -301,6 +314,14 @@ def _wheels(found: OnGround) -> Iterator[Stroke]:
         if found.axles is not None:
             yield Line(spot + np.outer([-1.6 * radius, 1.6 * radius], found.axles[place]), "axis")
         yield Arrow(spot, spot + scale * found.force[place], "contact-force")
+        if found.traction is not None and abs(found.traction[place]) > _ROUNDING * np.max(np.abs(found.traction)):
+            beside = spot + 0.6 * radius * np.array([-heading[1], heading[0]])
+            yield Arrow(beside, beside + scale * found.traction[place] * heading, "force")
+
+
+def _newtons(found: OnGround) -> str:
+    """Sum of the tractions of all motors."""
+    return "" if found.traction is None else quantity(float(np.sum(found.traction)), "N")
 
 
 def _motion(found: OnGround) -> Iterator[Stroke]:

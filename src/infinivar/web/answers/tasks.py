@@ -39,7 +39,7 @@ def tasks(payload: Mapping[str, Any]) -> Answer:
                     "power": one.mean_power,
                     "steady_power": one.steady_power,
                     "steering_power": one.steering_power,
-                    "servos": one.servo_words,
+                    "servos": "; ".join(words for words in (one.servo_words, one.battery_words) if words),
                     "losses": one.losses,
                     "limit": one.demand[0].name,
                     "words": words_of(one.demand),
