@@ -36,7 +36,25 @@ CASES = {
     "path from rest": ("guided_cart", "cart", "path"),
     "arm wall": ("two_joint_arm", "two-motors", "wall"),
     "arm path": ("two_joint_arm", "two-motors", "path"),
+    "turned legs": ("tool_on_six_legs", "six-legs", "plane"),
+    "turned cart": ("guided_cart", "cart", "free"),
 }
+TURNED = {
+    "turned legs": iv.motion.ReachingUser(
+        mass=0.5,
+        damping=5.0,
+        stiffness=100.0,
+        inertia=2e-3,
+        turning_damping=0.05,
+        turning_stiffness=1.2,
+        x=iv.motion.Cruise(speed=0.02),
+        ry=iv.motion.Cruise(angular_speed=0.3),
+    ),
+    "turned cart": iv.motion.PushingUser(
+        x=iv.motion.ConstantForce(size=3.0), angle=iv.motion.SinusoidalForce(moment=0.5, frequency=10.0)
+    ),
+}
+"""Users of these cases."""
 DURATIONS = {"path": 0.2, "wall": 0.2, "caster": 0.2, "display": 0.3, "geared": 0.35, "steered wall": 0.4}
 """Shorter than in the studies; of others 0.05 s. [s]"""
 VERSIONS = ("fmu2", "fmu3")
@@ -84,6 +102,8 @@ def task_of(case):
         found = replace(found, load_mass=None, load_inertia=None)
     if case == "path from rest":
         found = replace(found, twist=iv.motion.Twist())
+    if case in TURNED:
+        found = replace(found, user=TURNED[case])
     if study == "one_axis_display":
         # A difference of 1e-10 may move a reading by a whole step of an encoder.
         found = replace(found, sensing=replace(found.sensing, position_resolution=0.0))
@@ -126,11 +146,12 @@ class User:
         self.setup = setup_of(case)
         self.period, self.unit = self.setup.sensing.period, unit
         self.count = round(self.setup.duration / self.period)
-        axes = self.setup.system.hand.grip.axes
+        axes, ways = self.setup.system.hand.grip.axes, self.setup.system.hand.ways
         noise = np.random.default_rng(self.setup.sensing.seed).standard_normal((self.count + 1, len(axes)))
         self.noise = self.setup.sensing.force_noise * noise
         kinds = ("handle.{}", "handle.{}_rate", "intention.{}", "intention.{}_rate", "noise.{}")
-        self.names = {kind: [kind.format(axis) for axis in axes] for kind in kinds}
+        self.names = {kind: [kind.format(way) for way in ways] for kind in kinds}
+        self.names["noise.{}"] = self.names["noise.{}"][: len(axes)]
         assert set(unit.inputs) == {one for names in self.names.values() for one in names if one in unit.place}
 
     def act(self, time, step=None):

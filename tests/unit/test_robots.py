@@ -171,7 +171,7 @@ def test_tool_and_its_motion_are_those_of_pinocchio(of, name):
         assert_allclose(place[row], data.oMf[frame].translation, atol=1e-12)
         assert_allclose(turn[row], data.oMf[frame].rotation, atol=1e-12)
         assert_allclose(jacobian[row], pin.computeFrameJacobian(model, data, given, frame, axes), atol=1e-12)
-        known = pin.getFrameClassicalAcceleration(model, data, frame, axes).linear
+        known = pin.getFrameClassicalAcceleration(model, data, frame, axes).vector
         assert_allclose(drift[row], known, atol=1e-11 * (1.0 + np.abs(known).max()))
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from infinivar._core.collocation import Rates
 from infinivar._core.described import suffix, unit_of
 from infinivar.analysis.sessions.session import Setup
+from infinivar.axis import LINEAR, ROTARY
 from infinivar.bondgraph.c_code import c_motion, data_of, statements
 from infinivar.bondgraph.compiled_step import NO_CONTROLLER, controller_text
 from infinivar.bondgraph.compiled_step import Recorded as RecordedControl
@@ -32,6 +33,7 @@ from infinivar.machines.kind import MovingMachine
 from infinivar.machines.motors import Shaft
 from infinivar.machines.sampled import NO_FORMULA, formula, numbers_of
 from infinivar.machines.system import Inputs, Outside, System
+from infinivar.motion.vectors import ROTATING
 from infinivar.parts.heat_steps import REFERENCE
 
 STICK_SPEED = 1e-4
@@ -261,13 +263,20 @@ def _inputs(made: MovingPlant) -> Iterator[Variable]:
         unit, word = _OF_USER[unit_of(name)]
         yield Variable(f"user.{_plain(name)}", "input", unit, f"{word} of user or load with {_plain(name)}", 0.0)
     known = (
-        ("handle", "N", "force of the user on the handle along {}, fixed in space", outside.force),
-        ("intention", "m", "where the arm of the user wants the handle to be, along {}", outside.intended),
-        ("noise", "N", "noise of the force sensor along {} at a sample", _noise(made)),
+        ("handle", "force of the user on the handle along {}, fixed in space", "moment of the user on the handle: {}"),
+        (
+            "intention",
+            "where the arm of the user wants the handle to be, along {}",
+            "turn from the start to how the arm of the user wants the handle: {}",
+        ),
+        ("noise", "noise of the force sensor along {} at a sample", ""),
     )
-    for name, unit, said, begin in known:
-        for axis, value in zip(_axes(system), [] if begin is None else np.ravel(begin).tolist(), strict=False):
-            yield Variable(f"{name}.{axis}", "input", unit, said.format(axis), value)
+    begins = (outside.force, outside.intended, _noise(made))
+    for (name, along, about), begin in zip(known, begins, strict=True):
+        for way, value in zip(_ways(system), [] if begin is None else np.ravel(begin).tolist(), strict=False):
+            axis = ROTARY if way in ROTATING else LINEAR
+            unit = axis.position_unit if name == "intention" else axis.force_unit
+            yield Variable(f"{name}.{way}", "input", unit, (about if axis.rotary else along).format(way), value)
     if _heated(made):
         yield Variable(temperatures.AMBIENT, "input", "K", "ambient temperature of the motors", REFERENCE)
 
@@ -277,8 +286,8 @@ def _heated(made: MovingPlant) -> list[str]:
     return [one.what for one in _warmed(_shafts(made.system, made.inputs, made.start[None]))]
 
 
-def _axes(system: System) -> tuple[str, ...]:
-    return () if system.hand is None else system.hand.grip.axes
+def _ways(system: System) -> tuple[str, ...]:
+    return () if system.hand is None else system.hand.ways
 
 
 def _noise(made: MovingPlant) -> np.ndarray:
@@ -291,7 +300,7 @@ def _rates(made: MovingPlant) -> Iterator[Variable]:
     if made.session is None:
         return
     begin = made.system.outside(np.zeros(1)).intending
-    starts = {} if begin is None else dict(zip(_axes(made.system), begin[0].tolist(), strict=True))
+    starts = {} if begin is None else dict(zip(_ways(made.system), begin[0].tolist(), strict=True))
     for one in _inputs(made):
         kind, _, axis = one.name.partition(".")
         if kind in ("handle", "intention"):
@@ -300,7 +309,7 @@ def _rates(made: MovingPlant) -> Iterator[Variable]:
 
 def _acting(made: MovingPlant, input_of: OpenInputs) -> Acted:
     """What acts on a machine: currents, rates of steering without servos, and a user."""
-    system, axes = made.system, len(_axes(made.system))
+    system, ways = made.system, len(_ways(made.system))
     mechanics, count, outside = system.mechanics, len(system.motors), system.outside(np.zeros(1))
     motors = input_of((count,))
     steering = input_of((len(mechanics.steered),))
@@ -308,11 +317,11 @@ def _acting(made: MovingPlant, input_of: OpenInputs) -> Acted:
     if outside.pushed is not None:
         pushed = Recorded(motors.tape, np.zeros(outside.pushed.shape, dtype=object))
         pushed[:, : len(mechanics.configuration)] = input_of((1, len(mechanics.configuration)))
-    force = None if system.hand is None else input_of((1, axes))
+    force = None if system.hand is None else input_of((1, ways))
     intended = intending = None
     if outside.intended is not None:
-        intended = input_of((1, axes))
-        intending = Recorded(motors.tape, [[motors.tape.input("rates", axes + place) for place in range(axes)]])
+        intended = input_of((1, ways))
+        intending = Recorded(motors.tape, [[motors.tape.input("rates", ways + place) for place in range(ways)]])
     input_of(np.shape(_noise(made)))
     input_of((int(bool(_heated(made))),))  # the ambient temperature
     inputs = Inputs(
@@ -348,17 +357,7 @@ def _read(made: MovingPlant, named: _Named, found: Rates, acted: Acted, state: R
     mechanics, (first, second, _) = system.mechanics, system.places
     c, nu = state[:, :first], state[:, first:second]
     if system.hand is not None:
-        held = system.hand.grip.at(c, nu)
-        velocity = np.matmul(held.jacobian, nu[..., None])[..., 0]
-        for place, axis in enumerate(system.hand.grip.axes):
-            named.say(f"position.handle.{axis}", "m", f"position of the handle along {axis}", held.position[0, place])
-            named.say(f"speed.handle.{axis}", "m/s", f"velocity of the handle along {axis}", velocity[0, place])
-        if system.hand.arm is not None:
-            force = system.hand.felt(*outside[1:4], c, nu, found.derivative[:, first:second])
-            for axis, column in zip(system.hand.grip.axes, force[0], strict=True):
-                named.say(f"force.handle.{axis}", "N", f"force between hand and handle along {axis}", column)
-            energy = system.hand.act(*outside[1:4], c, nu).energy(nu)[0]
-            named.say("energy.arm", "J", "energy of the arm of the user: of its mass and in its spring", energy)
+        _say_handle(named, system.hand, outside, (c, nu, found.derivative[:, first:second]))
     shafts = _shafts(system, inputs, state)
     for one in shafts:
         named.say(f"voltage.{one.name}", "V", f"voltage of {one.part}", one.voltage[0])
@@ -390,6 +389,29 @@ def _read(made: MovingPlant, named: _Named, found: Rates, acted: Acted, state: R
     felt = [found.derivative] if _feels(made) else []
     read = numbers_of([*(one for one in outside if one is not None), noise, *felt, state])
     return {**rows, "signals": [read]}
+
+
+def _say_handle(named: _Named, hand: Hand, outside: Outside, moving: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
+    """Outputs of the handle of a machine that moves, by its configuration, rates and accelerations."""
+    configuration, rates, _ = moving
+    held = hand.grip.at(configuration, rates)
+    velocity = np.matmul(held.jacobian, rates[..., None])[..., 0]
+    for place, axis in enumerate(hand.grip.axes):
+        named.say(f"position.handle.{axis}", "m", f"position of the handle along {axis}", held.position[0, place])
+        named.say(f"speed.handle.{axis}", "m/s", f"velocity of the handle along {axis}", velocity[0, place])
+    turns = hand.ways[len(hand.grip.axes) :]
+    if turns and held.about is not None:
+        turning = np.matmul(held.about().jacobian, rates[..., None])[..., 0]
+        for turn, column in zip(turns, turning[0], strict=True):
+            named.say(f"speed.handle.{turn}", "rad/s", f"angular velocity of the handle: {turn}", column)
+    if hand.arm is None:
+        return
+    for way, column in zip(hand.ways, hand.felt(*outside[1:4], *moving)[0], strict=True):
+        word, unit = ("moment", "N m") if way in turns else ("force", "N")
+        said = f"{word} between hand and handle" + (f": {way}" if way in turns else f" along {way}")
+        named.say(f"{word}.handle.{way}", unit, said, column)
+    energy = hand.act(*outside[1:4], configuration, rates).energy(rates)[0]
+    named.say("energy.arm", "J", "energy of the arm of the user: of its mass and in its spring", energy)
 
 
 def _shafts(system: System, inputs: Inputs, state: np.ndarray) -> list[Shaft]:

@@ -25,9 +25,9 @@ def data(run: Session) -> dict[str, Any]:
     Returns
     -------
     dict
-        title; time (t,) [s]; position: by axis, from the start [mm]; force: by axis [N]; left: by name, offset from the path or
-        distance beyond the wall [mm]; touches: start and end of each [s]; events: start, end [s] and
-        limit; supplied and lost: by part [J], largest first.
+        title; time (t,) [s]; position: by axis, from the start [mm]; force: by axis [N]; moment: by rotation, if the user acts
+        about any [N m]; left: by name, offset from the path or distance beyond the wall [mm]; touches: start and end of each
+        [s]; events: start, end [s] and limit; supplied and lost: by part [J], largest first.
     """
     left = {}
     if run.path is not None:
@@ -40,6 +40,7 @@ def data(run: Session) -> dict[str, Any]:
         "time": run.time,
         "position": dict(zip(run.axes, position.T, strict=True)),
         "force": dict(zip(run.axes, run.force.T, strict=True)),
+        "moment": dict(zip(run.turns, run.moment.T, strict=True)),
         "left": left,
         "touches": [(touch.start, touch.end) for touch in run.touches],
         "events": [(event.start, event.end, event.limit.words) for event in run.events],
@@ -49,10 +50,11 @@ def data(run: Session) -> dict[str, Any]:
 
 
 def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
-    """Draw into axes "position", "force", "supplied" and "lost", and "left" if there is a path or wall."""
+    """Draw into axes "position", "force", "supplied" and "lost"; "moment" of a user who turns; "left" of a path or wall."""
     labels = {
         "position": "handle [mm]",
         "force": "user's force [N]",
+        "moment": "user's moment [N m]",
         "left": "error [mm]",
         "supplied": "energy\nsupplied [J]",
         "lost": "energy\nlost [J]",
@@ -93,7 +95,7 @@ def _name_events(ax: Axes, events: Any) -> None:
 def draw_all(run: Session) -> Figure:
     """Draw the figure of a session."""
     numbers = data(run)
-    panels = ["position", "force", *(["left"] if numbers["left"] else []), "supplied", "lost"]
+    panels = ["position", "force", *(one for one in ("moment", "left") if numbers[one]), "supplied", "lost"]
     with style.styled():
         made, axes = style.stack(panels, 7.4, 1.7 * len(panels))
         draw(axes, numbers)

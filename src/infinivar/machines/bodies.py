@@ -55,11 +55,17 @@ def rotation_between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
     Also of recorded numbers, as controllers use it; `rotation_vector` is exact near pi, too, and of numbers alone.
     """
-    turn = rotation_matrix(end) @ rotation_matrix(start).T
-    axis = 0.5 * (turn[AFTER, NEXT] - turn[NEXT, AFTER])
-    sine, cosine = np.sqrt(np.sum(axis * axis)), 0.5 * (np.trace(turn) - 1.0)
-    turns = sine > 1e-12
-    return axis * np.where(turns, np.arctan2(sine, cosine) / np.where(turns, sine, 1.0), 1.0)
+    return turn_vector(rotation_matrix(end) @ rotation_matrix(start).T)
+
+
+def turn_vector(turn: np.ndarray) -> np.ndarray:
+    """Vector of a rotation shorter than pi, also of recorded numbers and smooth at 0. (..., 3, 3) to (..., 3) [rad]"""
+    axis = 0.5 * (turn[..., AFTER, NEXT] - turn[..., NEXT, AFTER])
+    square = np.sum(axis * axis, axis=-1, keepdims=True)
+    turns = square > _STILL**2
+    sine = np.sqrt(np.where(turns, square, 1.0))
+    cosine = 0.5 * (turn[..., 0, 0] + turn[..., 1, 1] + turn[..., 2, 2] - 1.0)[..., None]
+    return axis * np.where(turns, np.arctan2(sine, cosine) / sine, 1.0 + square / 6.0)
 
 
 class Moved(NamedTuple):

@@ -135,6 +135,17 @@ def over_time(name: str, given: History, count: int) -> Callable[[float], np.nda
     return function
 
 
+@dataclass(frozen=True, slots=True)
+class SideBySide:
+    """Values over time of several functions in a row: equal if these are."""
+
+    functions: tuple[Callable[[float], np.ndarray], ...]
+
+    def __call__(self, time: float) -> np.ndarray:
+        """Values at a time."""
+        return np.concatenate([np.asarray(one(time), dtype=float) for one in self.functions])
+
+
 _STEP_ANGLE = 1e-4
 """Change of an angle between close instants above which it is a step. [rad]"""
 

@@ -19,6 +19,8 @@ TRANSLATIONS = COORDINATES[:3]
 
 ROTATIONS = COORDINATES[3:6]
 
+ROTATING = COORDINATES[3:]
+
 
 def _row(unit: str, turning: str, what: str) -> tuple[Any, ...]:
     along = [quantity(unit, FINITE, f"{what} along {axis}", default=None) for axis in "xyz"]

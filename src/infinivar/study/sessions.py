@@ -47,10 +47,12 @@ class ControllerSettings(Whole):
     """
 
     virtual_mass: float | None = quantity("kg", Gt(0), "Legs: virtual mass at the handle", default=None)
-    virtual_inertia: float | None = quantity("kg m^2", Gt(0), "Legs of a platform: virtual inertia", default=None)
+    virtual_inertia: float | None = quantity(
+        "kg m^2", Gt(0), "Legs: virtual inertia of a handle that turns", default=None
+    )
     virtual_damping: float | None = quantity("N s/m", Ge(0), "Legs: virtual damping at the handle", default=None)
     turning_damping: float | None = quantity(
-        "N m s/rad", Ge(0), "Legs of a platform: virtual damping of its turning", default=None
+        "N m s/rad", Ge(0), "Legs: virtual damping of the turning of the handle", default=None
     )
     wall_time: float | None = quantity(
         "s", Gt(0), "Legs: time constant with which the handle is slowed down to a wall", default=None
@@ -230,11 +232,14 @@ def session_arguments(one: SessionTask, drive: Any, where: str, drive_where: str
     handle = one.handle.row(("x", "y"))
     grip = mechanics.grip(handle.tolist())
     _in_dimensions(one.task, len(grip.axes), where)
+    turns = tuple(axis for axis in getattr(drive, "coordinates", ()) if axis in grip.turns)
     if one.user is not None:
-        for axis in one.user.beyond(grip.axes):
-            raise ParameterError(
-                f"{where}.user.{axis} does not apply: the handle of {drive_where} moves along {', '.join(grip.axes)} only"
-            )
+        moves = f"the handle of {drive_where} moves along {', '.join(grip.axes)}"
+        moves += f" and turns by {', '.join(turns)}" if turns else ""
+        for axis in one.user.beyond((*grip.axes, *turns)):
+            raise ParameterError(f"{where}.user.{axis} does not apply: {moves} only")
+        if not turns and getattr(one.user, "inertia", None) is not None:
+            raise ParameterError(f"{where}.user.inertia does not apply: {moves} and does not turn")
     _lasting(one, where)
     try:
         controller = controller_of(one.task, machine)
@@ -265,10 +270,14 @@ def session_arguments(one: SessionTask, drive: Any, where: str, drive_where: str
     }
     if isinstance(one.user, PushingUser):
         found["user"] = one.user.over_time(grip.axes)
+        if one.user.turns():
+            found["moment"] = one.user.over_time(grip.turns)
     elif isinstance(one.user, ReachingUser):
         start = np.array(machine.home if pose is None else pose, dtype=float)
         home = grip.at(start[None], np.zeros((1, len(mechanics.coordinates)))).position[0]
         found["user"], found["intention"] = one.user.model, one.user.intention(grip.axes, home)
+        if one.user.turns():
+            found["turned"] = one.user.turned(grip.turns)
     return found
 
 
@@ -278,8 +287,9 @@ def _lasting(one: SessionTask, where: str) -> None:
         if isinstance(force, RecordedForce):
             end, last = force.start + float(force.time[-1]), float(force.force[-1])
             if end < one.duration and last != 0.0:
+                unit = force.axis.force_unit
                 raise ParameterError(
-                    f"{where}.user.{axis}: the recording ends at {plain(end)} s with {plain(last)} N, before the session of "
+                    f"{where}.user.{axis}: the recording ends at {plain(end)} s with {plain(last)} {unit}, before the session of "
                     f"{plain(one.duration)} s; shorten the duration, or end the recording with 0"
                 )
 

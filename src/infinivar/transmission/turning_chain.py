@@ -92,14 +92,14 @@ class TurningChain:
         return np.stack(columns, axis=-1)
 
     def drift(self, at: Standing, rates: np.ndarray) -> np.ndarray:
-        """Acceleration of the tool without one of the joints, at rates (m, n). (m, 3) [m s^-2]"""
+        """Acceleration of the tool, and angular acceleration, without one of the joints, at rates (m, n). (m, 6)"""
         ends = [*at.place[1:], self.tool(at)[0]]
         turning = falling = found = 0.0 * at.place[0]
         for joint, (axis, place, end) in enumerate(zip(at.axis, at.place, ends, strict=True)):
             own = axis * rates[:, joint, None]
             falling, turning = falling + crossed(turning, own), turning + own
             found = found + swung(turning, falling, end - place)
-        return found
+        return np.concatenate([found, falling], axis=-1)
 
     def pose(self, angles: np.ndarray) -> np.ndarray:
         """Place and rotation vector of the tool at angles (n,). (6,) [m], [rad]"""

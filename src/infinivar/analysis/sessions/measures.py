@@ -169,6 +169,9 @@ def _forces(found: Session) -> Iterator[Measure]:
     largest = float(np.max(np.linalg.norm(found.force, axis=1)))
     if largest > 0.0:
         yield Measure("user_force_N", "largest force of the user", largest, "N")
+    if found.turns:
+        moment = float(np.max(np.linalg.norm(found.moment, axis=1)))
+        yield Measure("user_moment_Nm", "largest moment of the user", moment, "N m")
     speed = float(np.max(np.linalg.norm(found.velocity, axis=1)))
     yield Measure("speed_m_s", "largest speed of the handle", speed, "m/s")
 

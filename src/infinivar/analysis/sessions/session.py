@@ -20,15 +20,19 @@ from infinivar.machines.control.controller import Plant, begun
 from infinivar.machines.control.sampling import Sensing, check_rate
 from infinivar.machines.control.sensing import GuidedController, Sensors
 from infinivar.machines.control.tasks import controller_of, curve_of, surface_of
-from infinivar.machines.hand import Grip, GrippingArm, Hand
+from infinivar.machines.hand import Grip, GrippingArm, Hand, Held
 from infinivar.machines.kind import MovingMachine
 from infinivar.machines.registry import MACHINES
 from infinivar.machines.system import System
-from infinivar.motion.machine_scenario import History, check_length, over_time
+from infinivar.motion.machine_scenario import History, SideBySide, check_length, over_time
 from infinivar.motion.virtual.tasks import TASKS, HandleTask
+from infinivar.transmission.platform import rotation_vector
 
 _DEPTH = 1e-3
 """Penetration of a wall that counts as one more allowance, for the search of its instant. [m]"""
+
+_ARM, _ARM_TURNS = ("mass", "damping", "stiffness"), ("inertia", "turning_damping", "turning_stiffness")
+"""Of an arm: along each axis, and about all."""
 
 Servos = Literal["real", "ideal"]
 
@@ -50,6 +54,8 @@ class Setup:
     duration: float
     intention: History | None = None
     force: History | None = None
+    moment: History | None = None
+    turned: History | None = None
     sensing: Sensing = field(default_factory=Sensing)
     servos: Servos = "real"
     wall: Any = None
@@ -106,15 +112,15 @@ class Setup:
 
     def _moved(self, mechanics: Any, start: np.ndarray) -> System:
         """The machine with the user at its handle, who may want it to stay where it is at the start."""
-        at_home = self.grip.at(start[None], np.zeros((1, len(mechanics.coordinates)))).position[0]
         machine, stick_speed = self.machine, self.stick_speed
+        at_home = self.grip.at(start[None], np.zeros((1, len(mechanics.coordinates))))
         return System(
             mechanics=mechanics,
             motor=machine.power_motor(stick_speed),
             links=machine.link_motors(stick_speed),
             servo=machine.servo(stick_speed) if self.servos == "real" and mechanics.steered else None,
             prescribed_steering=self.servos == "ideal" or not mechanics.steered,
-            hand=Hand(grip=self.grip, **_user(self.user, self.intention, self.force, at_home)),
+            hand=_hand(self, at_home),
             watch=None if self.wall is None else _watching(self.wall, len(self.grip.axes)),
         )
 
@@ -183,6 +189,7 @@ class Setup:
             sensing=self.sensing,
             title=self.title,
             axes=self.grip.axes,
+            turns=self.turns,
             wall=self.wall,
             path=self.path,
             touches=touches(found.instants, _DEPTH * (found.watched[:, 0] - 1.0)) if watched else (),
@@ -201,7 +208,23 @@ class Setup:
             columns[f"handle_{axis}_m"] = held.position[:, place]
             columns[f"handle_v_{axis}_m_s"] = velocity[:, place]
             columns[f"force_{axis}_N"] = forces[:, place]
+        if not self.turns:
+            return columns
+        assert held.about is not None
+        about, count = held.about(), len(self.grip.axes)
+        angles = about.at if about.at.ndim == 2 else rotation_vector(about.at)
+        turning = np.einsum("mkn,mn->mk", about.jacobian, nu)
+        for place, turn in enumerate(self.turns):
+            columns[f"handle_{turn}_rad"] = angles[:, place]
+            columns[f"handle_{turn}_rate_rad_s"] = turning[:, place]
+            columns[f"moment_{turn}_Nm"] = forces[:, count + place]
         return columns
+
+    @property
+    def turns(self) -> tuple[str, ...]:
+        """Rotations about which the user acts."""
+        assert self.system.hand is not None
+        return self.system.hand.ways[len(self.grip.axes) :]
 
 
 def session(
@@ -213,6 +236,8 @@ def session(
     duration: float,
     intention: History | None = None,
     force: History | None = None,
+    moment: History | None = None,
+    turned: History | None = None,
     sensing: Sensing | None = None,
     servos: Servos = "real",
     wall: Any = None,
@@ -238,6 +263,10 @@ def session(
     duration : float            [s]
     intention : history         Where an arm wants the handle to be; by default where it is at the start. [m]
     force : history             Force on the handle beside that of an arm. [N]
+    moment : history            Moment on the handle, about x, y and z fixed in space or in the plane; it acts on the body alone,
+        wherever it is held. An arm with a moment of inertia turns the handle, too. [N m]
+    turned : history            How far from the start such an arm wants the handle turned: a rotation vector in fixed axes, or an
+        angle in the plane; by default not at all. The handle stays within half a turn of it. [rad]
     sensing : Sensing           Sample rate and sensors; by default ideal sensors at 1 kHz.
     servos : str                "real": with the motors, inertia and friction of the steering; "ideal": wheels turn as commanded.
     wall : surface              To measure penetration; by default that of the task or controller. One of fewer dimensions than
@@ -273,6 +302,8 @@ def session(
         duration=duration,
         intention=intention,
         force=force,
+        moment=moment,
+        turned=turned,
         sensing=Sensing() if sensing is None else sensing,
         servos=servos,
         wall=wall,
@@ -315,27 +346,49 @@ def _row(name: str, given: Sequence[float] | None, usual: np.ndarray) -> np.ndar
     return np.array(values, dtype=float)
 
 
-def _user(user: Any, intention: History | None, force: History | None, home: np.ndarray) -> dict[str, Any]:
-    """Force and arm of a user."""
-    count = len(home)
-    arm = None
-    if user is not None and hasattr(user, "stiffness"):
-        values = {name: np.broadcast_to(np.asarray(getattr(user, name), dtype=float), (count,)) for name in
-                  ("mass", "damping", "stiffness")}  # fmt: skip
-        intended: Any = home if intention is None else intention
-        arm = GrippingArm(**values, intention=over_time("intention", intended, count))
-    elif intention is not None:
+def _hand(setup: Setup, home: Held) -> Hand:
+    """The user's hand, with force and moment over time, and an arm that may want the handle to stay at home."""
+    user, force, grip = setup.user, setup.force, setup.grip
+    arm = user if user is not None and hasattr(user, "stiffness") else None
+    turning = arm is not None and getattr(arm, "inertia", None) is not None
+    turns = setup.moment is not None or turning
+    if turns and not grip.turns:
+        name = "moment" if setup.moment is not None else "user.inertia"
+        raise ParameterError(f"{name} does not apply: the handle of a {type(setup.machine).__name__} does not turn")
+    if arm is None and setup.intention is not None:
         raise ParameterError("intention is of an arm: user must be one, with mass, damping and stiffness")
-    elif user is not None:
+    if setup.turned is not None and not turning:
+        raise ParameterError("turned is of an arm that turns: user must be one, with inertia")
+    if arm is None and user is not None:
         if force is not None:
             raise ParameterError("user and force are both forces over time; give one of them")
         force = user
+    count, turned = len(grip.axes), len(grip.turns) if turns else 0
     pushing = None if force is None else over_time("user" if force is user else "force", force, count)
-    return {"force": pushing, "arm": arm}
+    if turns and (pushing is not None or setup.moment is not None):
+        about = over_time("moment", given(setup.moment, [0.0] * turned), turned)
+        pushing = SideBySide((given(pushing, over_time("force", [0.0] * count, count)), about))
+    if arm is None:
+        return Hand(grip=grip, force=pushing, turns=turns)
+    values = [np.broadcast_to(np.asarray(getattr(arm, name), dtype=float), (count,)) for name in _ARM]
+    intended: Any = over_time("intention", given(setup.intention, home.position[0]), count)
+    start = None
+    if turns:
+        assert home.about is not None
+        resisting = [float(getattr(arm, name)) if turning else 0.0 for name in _ARM_TURNS]
+        values = [np.append(one, np.full(turned, more)) for one, more in zip(values, resisting, strict=True)]
+        wanted = over_time("turned", given(setup.turned, [0.0] * turned), turned)
+        intended, start = SideBySide((intended, wanted)), home.about().at[0]
+    return Hand(
+        grip=grip,
+        force=pushing,
+        arm=GrippingArm(**dict(zip(_ARM, values, strict=True)), intention=intended, start=start),
+        turns=turns,
+    )
 
 
 def _felt(system: System, motion: Motion | None, found: Record, inputs: Sequence[Any]) -> np.ndarray:
-    """Force of the user on the handle at the results. (t, d)"""
+    """Force and moment of the user on the handle at the results. (t, d + k)"""
     first, second, _ = system.places
     c, nu = found.states[:, :first], found.states[:, first:second]
     hand = system.hand

@@ -76,10 +76,13 @@ class Session(Run, Animated, Result):
     machine, task, controller, user, sensing : arguments of the call.
     title : str
     axes : tuple of str          Directions of the handle, fixed in space.
+    turns : tuple of str         Rotations about which the user acts, if any: rx, ry and rz, or angle.
     wall, path                   Surface and curve of the measures, or None.
     time : (t,) float            [s]
     columns : name to (t,)       Configuration, rates, steering angles and rates, currents and voltages of motors, slip demands;
-        of the handle, position ("handle_x_m"), velocity ("handle_v_x_m_s") and the force of the user on it ("force_x_N").
+        of the handle, position ("handle_x_m"), velocity ("handle_v_x_m_s") and the force of the user on it ("force_x_N"); and
+        where the user acts about axes, its rotation vector or angle ("handle_rx_rad"), angular velocity ("handle_rx_rate_rad_s")
+        and the moment of the user ("moment_rx_Nm").
     supplied : name to (t,)      Energy from "supply", "steering supply" and "user" since the start; of ideal servos
         "steering". [J]
     lost : name to (t,)          Energy lost by part since the start; "arm" is the user's. [J]
@@ -110,6 +113,7 @@ class Session(Run, Animated, Result):
     touches: tuple[Touch, ...]
     root_mean_squares: Mapping[Demand, float]
     outcome: str = ""
+    turns: tuple[str, ...] = ()
 
     @property
     def event_lines(self) -> tuple[str, ...]:
@@ -130,6 +134,20 @@ class Session(Run, Animated, Result):
     def force(self) -> np.ndarray:
         """Of the user on the handle. (t, d) [N]"""
         return np.stack([self.columns[f"force_{axis}_N"] for axis in self.axes], axis=-1)
+
+    @property
+    def angular_velocity(self) -> np.ndarray:
+        """Of the handle, about `turns`. (t, k) [rad s^-1]"""
+        return self._about("handle_{}_rate_rad_s")
+
+    @property
+    def moment(self) -> np.ndarray:
+        """Of the user on the handle, about `turns`. (t, k) [N m]"""
+        return self._about("moment_{}_Nm")
+
+    def _about(self, column: str) -> np.ndarray:
+        rows = [self.columns[column.format(turn)] for turn in self.turns]
+        return np.stack(rows, axis=-1) if rows else np.zeros((len(self.time), 0))
 
     @property
     def joules(self) -> Mapping[str, float]:
@@ -295,11 +313,12 @@ class Session(Run, Animated, Result):
 
     @property
     def handle_work(self) -> float:
-        """Work of the user's force at the handle, between the results. [J]
+        """Work of the user's force and moment at the handle, between the results. [J]
 
         An arm's own mass, spring and damper take the rest of what its muscles give, "from user" in `joules`.
         """
-        return float(np.trapezoid(np.sum(self.force * self.velocity, axis=-1), self.time))
+        power = np.sum(self.force * self.velocity, axis=-1) + np.sum(self.moment * self.angular_velocity, axis=-1)
+        return float(np.trapezoid(power, self.time))
 
     def _achieved(self) -> Iterator[str]:
         if self.path is not None:

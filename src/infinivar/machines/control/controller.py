@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -42,6 +42,8 @@ class Measured:
     """Steering angles. (s,) [rad]"""
     steering_rate: np.ndarray
     """(s,) [rad s^-1]"""
+    moment: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    """Of a user who turns the handle, about fixed axes or in the plane; of others empty. (k,) [N m]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

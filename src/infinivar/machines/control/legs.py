@@ -29,7 +29,7 @@ from infinivar.errors import ParameterError
 from infinivar.machines.control.controller import Law, Measured, Plant, Unremembering
 from infinivar.machines.control.loops import Commands, largest
 from infinivar.machines.control.planar import Surface
-from infinivar.machines.hand import PointGrip
+from infinivar.machines.hand import Held, PointGrip
 from infinivar.machines.linkage import LeggedMechanics
 from infinivar.motion.virtual.constrained import free_basis
 from infinivar.motion.virtual.curves import Curve
@@ -44,9 +44,6 @@ _ELSEWHERE = np.array([0.01, 0.02, 0.03])
 
 _STRICT = 1e-10
 """Tolerance of the limits in the quadratic program, in units of the free twist."""
-
-IN_SPACE = ("x", "y", "z", "rx", "ry", "rz")
-"""Coordinates of the twist of a body in space."""
 
 
 class Rows(Protocol):
@@ -122,7 +119,7 @@ class AdmittanceGuide:
 
     mass: float = quantity("kg", Gt(0), "Virtual mass at the handle, the same in all directions", default=2.0)
     damping: float = quantity("N s/m", Ge(0), "Virtual damping at the handle", default=0.0)
-    inertia: float = quantity("kg m^2", Gt(0), "Virtual moment of inertia of a platform about all axes", default=0.01)
+    inertia: float = quantity("kg m^2", Gt(0), "Virtual moment of inertia of a handle that turns", default=0.01)
     turning_damping: float = quantity("N m s/rad", Ge(0), "Virtual damping of its turning", default=0.0)
     constraint: Constraint | None = component("Fixture: with rows(coordinates, position, twist)", default=None)
     wall: Surface | None = component("One-sided wall: with distance(point) and normal(point)", default=None)
@@ -201,10 +198,13 @@ class _Admittance:
         assert self.twist is not None
         held = self.plant.grip.at(c[None], measured.rates[None])
         grip = held.jacobian[0][:, :-1]
+        about = self._about(held, measured)
         push = grip.T @ measured.force
-        mass, damping = self._virtual(grip)
+        if measured.moment.size:
+            push = push + about.T @ measured.moment
+        mass, damping = self._virtual(grip, about)
         demanded = self.twist + period * np.linalg.solve(mass, push - damping @ self.twist)
-        free = self._free(measured, grip, mass)
+        free = self._free(measured, np.concatenate([grip, about]) if self.turns else grip, mass)
         place = mechanics.load.at(c[None], nu[None])
         jacobian = place.jacobian[0]
         back = self.gain * self._apart(c + (0.0 if begins else period) * self._changes(c, nu))
@@ -229,18 +229,30 @@ class _Admittance:
             speed=self._cylinder_speed(speed, forces),
         )
 
-    def _virtual(self, grip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    @property
+    def turns(self) -> bool:
+        """Whether the machine has more coordinates than its handle directions, so that turning it is one."""
+        return len(self.mechanics.load.coordinates) > len(self.plant.grip.axes)
+
+    def _about(self, held: Held, measured: Measured) -> np.ndarray:
+        """Jacobian of the handle's angular velocity; none where it neither is a coordinate nor turned by the user. (k, d)"""
+        if not self.turns and not measured.moment.size:
+            return np.zeros((0, len(self.mechanics.load.coordinates)))
+        assert held.about is not None
+        return held.about().jacobian[0][:, :-1]
+
+    def _virtual(self, grip: np.ndarray, about: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Virtual mass and damping about the twist."""
         across = grip.T @ grip
         mass, damping = self.settings.mass * across, self.settings.damping * across
-        if self.mechanics.load.turns:
-            turns = np.diag([0.0] * 3 + [1.0] * 3)
+        if self.turns:
+            turns = about.T @ about
             mass = mass + self.settings.inertia * turns
             damping = damping + self.settings.turning_damping * turns
         return mass, damping
 
-    def _free(self, measured: Measured, grip: np.ndarray, mass: np.ndarray) -> np.ndarray:
-        """Basis of the free twists, orthonormal in the metric of the virtual mass."""
+    def _free(self, measured: Measured, ways: np.ndarray, mass: np.ndarray) -> np.ndarray:
+        """Basis of the free twists, orthonormal in the metric of the virtual mass; `ways` is the Jacobian of the handle."""
         constraint = self.settings.constraint
         if self.fixed is not None:
             return self.fixed
@@ -248,7 +260,7 @@ class _Admittance:
             return np.linalg.solve(mass, np.linalg.cholesky(mass))  # the inverse of the factor, transposed
         position = np.append(measured.position[:3], np.zeros(3 - len(measured.position[:3])))
         rows = self._rows(position)
-        found = free_basis(rows if self.mechanics.load.turns else rows @ grip, mass)
+        found = free_basis(rows @ ways, mass)
         if isinstance(self.plant.grip, PointGrip) and isinstance(constraint, Allowed):
             elsewhere = self._rows(position + _ELSEWHERE)
             if elsewhere.shape == rows.shape and np.allclose(rows, elsewhere, rtol=0.0, atol=1e-12):
@@ -258,7 +270,8 @@ class _Admittance:
     def _rows(self, position: np.ndarray) -> np.ndarray:
         """Of the constraint, at a position. (k, d)"""
         assert self.settings.constraint is not None
-        axes = IN_SPACE if self.mechanics.load.turns else self.plant.grip.axes
+        grip = self.plant.grip
+        axes = (*grip.axes, *grip.turns) if self.turns else grip.axes
         return np.asarray(self.settings.constraint.rows(axes, position, None).rows)
 
     def _limits(

@@ -38,6 +38,8 @@ class Going(NamedTuple):
     """u along psi; negative backwards. [m s^-1]"""
     force: np.ndarray
     """Of the user. (2,) [N]"""
+    moment: Number
+    """Of the user. [N m]"""
 
     @property
     def left(self) -> np.ndarray:
@@ -117,7 +119,8 @@ class Steering:
         force, velocity = measured.force, measured.velocity
         pushed = force[0] * x + force[1] * y
         speed = velocity[0] * x + velocity[1] * y
-        return Going(measured.position + lead * velocity, direction, speed + lead * pushed / self.mass, force)
+        moment = measured.moment[0] if measured.moment.size else 0.0
+        return Going(measured.position + lead * velocity, direction, speed + lead * pushed / self.mass, force, moment)
 
     def _limited(self, going: Going) -> Number:
         return within(self.turning(going), self.settings.largest_rate)
@@ -176,7 +179,7 @@ class Steering:
         bias = self.mass * twist[2] * vector(-twist[1], twist[0], 0.0)
         c, s = cosine(angle), sine(angle)
         x, y = c * going.force[0] + s * going.force[1], c * going.force[1] - s * going.force[0]
-        push = vector(x, y, self.grip.point[0] * y - self.grip.point[1] * x)
+        push = vector(x, y, self.grip.point[0] * y - self.grip.point[1] * x + going.moment)
         gained = (unit @ (push - bias - inertia @ changing)) / (unit @ inertia @ unit)
         needed = inertia @ (gained * unit + changing) + bias - push
         rows = self.cobot.mechanism.jacobian

@@ -41,7 +41,7 @@ class Sensing:
     )
     force_noise: float = quantity("N", Ge(0), "Standard deviation of the force sensor at each sample", default=0.0)
     force_filter: float | None = quantity(
-        "Hz", Gt(0), "Cut-off of a first-order filter of the force; by default none", default=None
+        "Hz", Gt(0), "Cut-off of a first-order filter of force and moment; by default none", default=None
     )
     seed: int = component("Of the noise", default=0)
 

@@ -119,17 +119,20 @@ class Sensors:
         force = system.hand.felt(
             outside.force, outside.intended, outside.intending, c[None], nu[None], acceleration[None]
         )[0]
+        count = len(system.hand.grip.axes)
         if known.more.size:
-            force = force + known.more[0]
+            force = np.append(force[:count] + known.more[0], force[count:])
+        force = self.filters["force"].act(force)
         return Measured(
             time=known.time,
             configuration=position,
             rates=speeds,
             position=held.position[0],
             velocity=held.jacobian[0] @ speeds,
-            force=self.filters["force"].act(force),
+            force=force[:count],
             steering=heading,
             steering_rate=turning,
+            moment=force[count:],
         )
 
 

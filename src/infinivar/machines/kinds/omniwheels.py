@@ -93,7 +93,7 @@ class OmniwheelLoad(Load):
 
     def grip(self, coordinates: int) -> Grip:
         """The centre of mass."""
-        return PointGrip(axes=("x", "y"), coordinates=coordinates)
+        return PointGrip(axes=("x", "y"), turns=("angle",), coordinates=coordinates)
 
     def outline(self, link_mass: float, drum: Drum | None) -> Wheeled:
         """Body and wheels."""

@@ -37,7 +37,7 @@ from infinivar.machines.pictures import rods
 from infinivar.machines.pictures.rods import OnRods
 from infinivar.machines.pictures.slides import Drum
 from infinivar.machines.pictures.strokes import Picture
-from infinivar.motion.vectors import Point
+from infinivar.motion.vectors import ROTATIONS, TRANSLATIONS, Point
 from infinivar.transmission.configuration import Configuration
 from infinivar.transmission.platform import Platform, rotation_matrix
 
@@ -158,7 +158,7 @@ class PlatformLoad(Load):
 
     def grip(self, coordinates: int) -> Grip:
         """The origin."""
-        return PointGrip(axes=("x", "y", "z"), coordinates=coordinates)
+        return PointGrip(axes=TRANSLATIONS, turns=ROTATIONS, coordinates=coordinates)
 
     def outline(self, link_mass: float, drum: Drum | None) -> OnRods:
         """Platform and rods."""

@@ -20,7 +20,7 @@ from infinivar.drivetrain.drive import axis_of, needed
 from infinivar.errors import InputError, ParameterError, require
 from infinivar.limits import Limit
 from infinivar.machines.bodies import Moved, SpatialBody, joined_in_space, spatial_arm
-from infinivar.machines.hand import Grip, Held
+from infinivar.machines.hand import Grip, Held, Turned
 from infinivar.machines.kinds.jointed import Jointed, check_payload
 from infinivar.machines.kinds.linked import OnCylinder, SeparateMachine, check_leg
 from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load
@@ -99,14 +99,22 @@ class ToolGrip:
     coordinates: int
     """Of the machine."""
     axes: tuple[str, ...] = TRANSLATIONS
+    turns: tuple[str, ...] = ROTATIONS
 
     def at(self, configuration: np.ndarray, rates: np.ndarray) -> Held:
         """The handle in fixed axes."""
         at = self.chain.standing(configuration)
-        jacobian = np.zeros_like(rates, shape=(len(rates), 3, self.coordinates))
+        jacobian = np.zeros_like(rates, shape=(len(rates), 6, self.coordinates))
         joints = configuration.shape[-1]
-        jacobian[:, :, :joints] = self.chain.jacobian(at)[:, :3]
-        return Held(self.chain.tool(at)[0], jacobian, lambda: self.chain.drift(at, rates[:, :joints]))
+        jacobian[:, :, :joints] = self.chain.jacobian(at)
+        place, turn = self.chain.tool(at)
+
+        def drift() -> np.ndarray:
+            return self.chain.drift(at, rates[:, :joints])
+
+        return Held(
+            place, jacobian[:, :3], lambda: drift()[:, :3], lambda: Turned(turn, jacobian[:, 3:], drift()[:, 3:])
+        )
 
 
 def travel(chain: TurningChain, angles: np.ndarray) -> list[np.ndarray]:
