@@ -1,17 +1,20 @@
-"""Axles of wheels, each turned by a geared drive of its own: steady points, and along a course."""
+"""Axles of wheels, each turned by a geared drive of its own, and servos that steer them: steady points, and along a course."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import axis_of
+from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.limits import Limit
 from infinivar.machines.course import MachineCourse
-from infinivar.machines.machine import held, moving
+from infinivar.machines.machine import TaskPoint, held, moving
+from infinivar.parts.amplifier import Amplifier
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,4 +70,41 @@ def turned_along(
         losses={name: loss + lost for name, loss in found.losses.items()},
         demands=demands,
         stored={"rotors": sum(found.stored.values()) + lost},
+    )
+
+
+def steered(
+    found: TaskPoint, plant: SteeringPlant, contact: Any, rate: np.ndarray, rise: np.ndarray, moment: np.ndarray | None
+) -> TaskPoint:
+    """A point of a machine on k wheels with their servos.
+
+    Parameters
+    ----------
+    found : TaskPoint              Without the servos.
+    plant : SteeringPlant          Of each wheel.
+    contact : RollingContact       Of each wheel.
+    rate, rise : (..., k) float    Of the headings. [rad s^-1], [rad s^-2]
+    moment : (..., k) float        Of patches that roll as they turn, whose losses the point has; None: they turn on the spot.
+
+    Source: faulring2006, Fig 11.
+    """
+    servo = plant.follow(contact, rate=rate, acceleration=rise, patch_moment=moment)
+    drawn, burnt, returned = Amplifier().supply(servo.power)
+    lost = {**servo.losses, "steering amplifier": burnt}
+    if moment is not None:
+        del lost["steering patch"]
+    shape = found.steering.shape
+    lost = {name: np.broadcast_to(loss, shape) for name, loss in lost.items()}
+    demands = {
+        (limit, f"steering motor {place + 1}"): np.broadcast_to(demand, shape)[..., place]
+        for limit, demand in {**servo.utilisation, **returned}.items()
+        for place in range(shape[-1])
+    }
+    return replace(
+        found,
+        power_in=found.power_in + np.sum(np.broadcast_to(drawn, shape), axis=-1),
+        losses={**found.losses, **{name: np.sum(loss, axis=-1) for name, loss in lost.items()}},
+        demands={**found.demands, **demands},
+        part_losses=found.part_losses + sum(lost.values()),
+        stored={**found.stored, "steering": np.sum(np.broadcast_to(servo.stored, shape), axis=-1)},
     )

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.described import suffix, unit_of
 from infinivar.analysis.machine_tasks import TaskResult
 from infinivar.analysis.machines import MachineComparison, MachineResult, change_lines
 from infinivar.analysis.pose_map import PoseMap, pose_map
@@ -17,10 +18,12 @@ from infinivar.errors import InputError
 from infinivar.figures import kinds, machine_tasks, style
 from infinivar.figures.kinds import Drawing
 from infinivar.limits import words_of
+from infinivar.machines.machine import SLOW_FRICTION
 from infinivar.power import AUDIT_TOLERANCE
 from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, to_json, write_csv
 from infinivar.report.provenance import provenance_tables
+from infinivar.units import show
 
 _ROUNDING = 1e-6
 """Demand over allowance below which it is rounding. [-]"""
@@ -72,10 +75,22 @@ def html(comparison: MachineComparison, images: Mapping[str, tuple[str, str]]) -
         words_of=words_of,
         described=lambda found, what: ", ".join(vector_words(found.coordinates, getattr(found, what), what)),
         demands=_demands,
+        source_words=_source_words,
         change_lines=change_lines,
         audit_tolerance=AUDIT_TOLERANCE,
         degrees=np.degrees,
     )
+
+
+def _source_words(machine: Any, found: TaskResult) -> str:
+    """What feeds a machine in a task, and the forces, currents and speeds of the source that it states."""
+    states = {name: float(value) for name, value in found.point.states.items() if name != SLOW_FRICTION}
+    said = [
+        f"{name.removesuffix(suffix(unit)).replace('_', ' ')} {show(value, unit, 3)}"
+        for name, value in states.items()
+        if (unit := unit_of(name)) != "1"
+    ]
+    return ", ".join((getattr(machine, "source", "supply"), *said))
 
 
 def _demands(found: TaskResult) -> list[tuple[str, float]]:

@@ -23,6 +23,7 @@ from infinivar.machines.pictures.wheeled import Wheeled
 from infinivar.machines.rolling import judged
 from infinivar.machines.system import Defaults, Forces, Place, SteeringLaw
 from infinivar.motion.histories import VectorHistory
+from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.kinematics import applied_to
 
@@ -243,3 +244,20 @@ def turned_by(body: PlanarMechanics, wanted: np.ndarray, towards: np.ndarray, an
     way = np.where(np.sum(first * ahead, axis=-1) < 0.0, -1.0, 1.0)
     first, other = first + _SLOW * way[:, None] * ahead, other + _SLOW * way[:, None] * ahead
     return np.arctan2(first[:, 0] * other[:, 1] - first[:, 1] * other[:, 0], np.sum(first * other, axis=-1))
+
+
+def scenario_along(
+    machine: Any, time: np.ndarray, pose: np.ndarray, wrench: np.ndarray, closed: bool
+) -> MachineScenario:
+    """Motion in closed loops along poses (t, 3), whose rates are twists in axes of the cart, under wrenches on the load (t, 3);
+    closed: whether half of it settles."""
+    angle, steps = pose[:, 2], np.diff(pose[:, :2], axis=0) @ np.array([1.0, 1.0j])
+    turned = np.cumsum(steps * np.exp(0.5j * (angle[1:] + angle[:-1])))
+    place = pose[0, :2] @ np.array([1.0, 1.0j]) + np.append(0.0, turned)
+    duration, fixed = float(time[-1]), np.stack([np.real(place), np.imag(place), angle], axis=-1)
+    return MachineScenario(
+        duration=duration,
+        motion=VectorHistory(time=time, values=fixed),
+        wrench=VectorHistory(time=time, values=wrench, smooth=False) if np.any(wrench) else None,
+        settling_time=0.5 * duration if closed else None,
+    )

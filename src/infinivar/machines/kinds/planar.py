@@ -33,10 +33,10 @@ from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
-from infinivar.machines.axles import Axles, turned, turned_along
+from infinivar.machines.axles import Axles, steered, turned, turned_along
 from infinivar.machines.course import CREEPING, MachineCourse
 from infinivar.machines.kind import MachineDrive
-from infinivar.machines.kinds.driven_motion import DrivenMachine
+from infinivar.machines.kinds.driven_motion import DrivenMachine, scenario_along
 from infinivar.machines.kinds.planar_motion import PlanarMachine, PlanarMechanics
 from infinivar.machines.machine import TaskPoint, lacking_of_drive, rows, worst
 from infinivar.machines.pictures import wheeled
@@ -44,10 +44,7 @@ from infinivar.machines.pictures.strokes import Picture
 from infinivar.machines.rolling import RollingState, creep_ratio
 from infinivar.machines.supply import fed, source_of
 from infinivar.machines.wheel import Wheel
-from infinivar.motion.histories import VectorHistory
-from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.motion.vectors import Point
-from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.battery import Battery
 from infinivar.transmission.driven_body import hauling
 from infinivar.transmission.driven_contact import DrivenContact
@@ -224,26 +221,10 @@ class PlanarDrive(MachineDrive):
 
     @property
     def scenario(self) -> Any:
-        """Motion in closed loops along poses (t, d) under wrenches on the load (t, d), of a driven cart: as of `Linked`."""
+        """See `scenario_along`; a cart that a user pushes has none."""
         if self.drive is None:
             raise AttributeError(self.unmoved)
-        return self._scenario
-
-    @staticmethod
-    def _scenario(
-        machine: Any, time: np.ndarray, pose: np.ndarray, wrench: np.ndarray, closed: bool
-    ) -> MachineScenario:
-        # Rates of poses are twists in axes of the cart; the simulation has fixed axes.
-        angle, steps = pose[:, 2], np.diff(pose[:, :2], axis=0) @ np.array([1.0, 1.0j])
-        turned = np.cumsum(steps * np.exp(0.5j * (angle[1:] + angle[:-1])))
-        place = (pose[0, :2] @ np.array([1.0, 1.0j])) + np.append(0.0, turned)
-        duration, fixed = float(time[-1]), np.stack([np.real(place), np.imag(place), angle], axis=-1)
-        return MachineScenario(
-            duration=duration,
-            motion=VectorHistory(time=time, values=fixed),
-            wrench=VectorHistory(time=time, values=wrench, smooth=False) if np.any(wrench) else None,
-            settling_time=0.5 * duration if closed else None,
-        )
+        return scenario_along
 
     def metric(self) -> np.ndarray:
         """Lengths by which the rates are multiplied to compare them, (d,): 1 for velocities, a radius for turning. [m]"""
@@ -382,7 +363,12 @@ class PlanarDrive(MachineDrive):
         found = self._point(xi[2], load[2], point, axles)
         stored = {"machine": np.sum((load[2] - wrench[2]) * xi[2], axis=-1), **found.stored}
         found = replace(found, power_out=np.sum(wrench[2] * xi[2], axis=-1), stored=stored)
-        return fed(self._with_servos(found, point, xi[2], rate, rise) if steers else found, self.battery)
+        if self.steering is not None and steers:
+            contact = self.mechanism.kinds[0][0]
+            moment = np.where(np.any(xi[2] != 0.0, axis=-1)[..., None], np.asarray(point.moment), 0.0)
+            rolls = contact.turns_with_spin  # then the spin of the wheels has the friction of the patch
+            found = steered(found, self.steering, contact, rate, rise, moment if rolls else None)
+        return fed(found, self.battery)
 
     @staticmethod
     def _steering_rates(course: MachineCourse, headings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -391,36 +377,6 @@ class PlanarDrive(MachineDrive):
         rate, rise = np.nan_to_num(angle.rate), np.nan_to_num(angle.curvature)
         turns = np.abs(rate) > CREEPING
         return np.where(turns, rate, 0.0), np.where(turns, rise, 0.0)
-
-    def _with_servos(
-        self, found: TaskPoint, point: MechanismPoint, xi: np.ndarray, rate: np.ndarray, rise: np.ndarray
-    ) -> TaskPoint:
-        """The point with the servos of the wheels, which turn at a rate. [rad s^-1], [rad s^-2]"""
-        contact, plant = self.mechanism.kinds[0][0], self.steering
-        assert plant is not None
-        still = ~np.any(xi != 0.0, axis=-1)[..., None]
-        moment = np.where(still, 0.0, np.asarray(point.moment)) if contact.turns_with_spin else None
-        servo = plant.follow(contact, rate=rate, acceleration=rise, patch_moment=moment)  # type: ignore[arg-type]
-        drawn, burnt, returned = Amplifier().supply(servo.power)
-        lost = {**servo.losses, "steering amplifier": burnt}
-        if moment is not None:
-            del lost["steering patch"]  # the spin of the wheels has it
-        shape = found.steering.shape
-        lost = {name: np.broadcast_to(loss, shape) for name, loss in lost.items()}
-        demands = {
-            (limit, f"steering motor {place + 1}"): np.broadcast_to(demand, shape)[..., place]
-            for limit, demand in {**servo.utilisation, **returned}.items()
-            for place in range(shape[-1])
-        }
-        drawn = np.sum(np.broadcast_to(drawn, shape), axis=-1)
-        return replace(
-            found,
-            power_in=found.power_in + drawn,
-            losses={**found.losses, **{name: np.sum(loss, axis=-1) for name, loss in lost.items()}},
-            demands={**found.demands, **demands},
-            part_losses=found.part_losses + sum(lost.values()),
-            stored={**found.stored, "steering": np.sum(np.broadcast_to(servo.stored, shape), axis=-1)},
-        )
 
     def _turning(self, point: MechanismPoint, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Torques of the motors on the driven axles, and their speeds, (..., n) each; 0 at rest. [N m], [rad s^-1]"""

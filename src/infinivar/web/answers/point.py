@@ -20,12 +20,13 @@ from infinivar.web.answers.places import Place, place_of
 _OF_SERVOS = ("amplifier", "winding", "motor friction", "motor iron", "bearing", "patch")
 
 PASSED = (
+    ("resistance of the battery", ("battery",)),
     ("steering", tuple(f"steering {name}" for name in _OF_SERVOS)),
     ("amplifier", ("amplifier",)),
     ("motor", ("winding", "motor friction", "motor iron")),
     ("gearhead", ("gearhead", "gearhead damping")),
     ("cylinder", ("cylinder bearings", "backing rollers")),
-    ("wheel", ("creep", "spin", "slip", "rolling", "bearing")),
+    ("wheel", ("creep", "spin", "slip", "rolling", "bearing", "wheels", "rollers")),
     ("output stage", (*STAGES, "belt damping")),
     ("guideway", ("guideway",)),
 )
