@@ -144,6 +144,30 @@ def draw_legs(app) -> None:
     style.write(drawn.draw_all(platform, machine.legs, point.legs, *pose), folder / "machine", ("svg",))
 
 
+COBOTS = {
+    "planar_cart": ("three-wheels", "wall"),
+    "driven_cart": ("rear", "corner"),
+    "omniwheel_platform": ("one-motor", "push"),
+    "sphere_joint": ("tetrahedral", "slow"),
+    "six_leg_display": ("one-motor", "push"),
+    "two_joint_arm": ("one-motor", "push"),
+}
+"""Machine and task drawn of each study."""
+
+
+def draw_cobots(app) -> None:
+    """Draw the machines of the page that says which cobot is for what, as reports do."""
+    import infinivar as iv
+    from infinivar.figures import kinds, style
+
+    for study, (name, task) in COBOTS.items():
+        found = iv.load_study(study)
+        done = iv.perform_task(found.drives[name], found.tasks[task])
+        each = kinds.drawings(name, found.titles[name], found.drives[name], done)
+        draw = next(draw for file, draw, _ in each if file.startswith("machine"))
+        style.write(draw(), Path(app.srcdir) / "reference" / "generated" / f"cobot_{study}", ("svg",))
+
+
 def draw_planar(app) -> None:
     """Draw the cart of the page on machines under a load."""
     from infinivar.figures import style
@@ -229,6 +253,7 @@ DRAWINGS = (
     draw_shared_motor,
     draw_displays,
     draw_legs,
+    draw_cobots,
     draw_planar,
     draw_machine_run,
     draw_motion,
