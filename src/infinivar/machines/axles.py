@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -15,6 +15,7 @@ from infinivar.limits import Limit
 from infinivar.machines.course import MachineCourse
 from infinivar.machines.machine import TaskPoint, held, moving
 from infinivar.parts.amplifier import Amplifier
+from infinivar.transmission.mechanism import MechanismPoint
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,6 +32,35 @@ class Axles:
     """Demand over allowance. [-]"""
     stored: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Power into rotors and gears, along a course. [W]"""
+
+
+@dataclass(frozen=True, slots=True)
+class Rolled:
+    """A course, with the wheels of carts along it that are known."""
+
+    course: MachineCourse
+    known: list[tuple[tuple[Any, ...], MechanismPoint]]
+
+    def points(self, key: tuple[Any, ...], made: Callable[[], MechanismPoint]) -> MechanismPoint:
+        """The wheels of a cart, by what decides on them."""
+        for other, points in self.known:
+            if other == key:
+                return points
+        self.known.append((key, made()))
+        return self.known[-1][1]
+
+
+def at_instant(points: MechanismPoint, place: int) -> MechanismPoint:
+    """Points at one instant of several."""
+    rows = {name: np.asarray(getattr(points, name))[place] for name in _BY_INSTANT}
+    losses = {name: np.asarray(loss)[place] for name, loss in points.wheel_losses.items()}
+    return replace(points, wheel_losses=losses, **rows)
+
+
+_BY_INSTANT = (
+    *("rates", "applied", "cosine", "sine", "creep_speed", "rolling_speed", "lateral_force", "moment", "steering_rate"),
+    "slip_demand",
+)
 
 
 def turned(drive: ConventionalDrive, lever: float, torque: np.ndarray, speed: np.ndarray) -> Axles:

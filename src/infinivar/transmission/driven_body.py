@@ -25,7 +25,7 @@ _CLOSE = 1e-9
 
 _STEPS = 40
 
-_SETTLED = 1e-14
+_SETTLED = 1e-13
 """Force that is missing over that of slip, at which the search ends. [-]"""
 
 _BESIDE = 1e-6

@@ -33,7 +33,7 @@ from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
-from infinivar.machines.axles import Axles, steered, turned, turned_along
+from infinivar.machines.axles import Axles, Rolled, at_instant, steered, turned, turned_along
 from infinivar.machines.course import CREEPING, MachineCourse
 from infinivar.machines.kind import MachineDrive
 from infinivar.machines.kinds.driven_motion import DrivenMachine, scenario_along
@@ -328,11 +328,24 @@ class PlanarDrive(MachineDrive):
         return course.moves and (self._carries or "steering" not in self.lacking or self._rotors)
 
     @property
+    def _rolls(self) -> tuple[Any, ...]:
+        """What decides how the wheels roll along a course."""
+        return self.wheel, self.positions, self.driven_wheels, self.drive is None, self.mass, self.inertia, self.lacking
+
+    @property
     def _rotors(self) -> bool:
         """Whether the rotors of drives count."""
         return self.drive is not None and "rotors" not in self.lacking
 
+    def carried(self, course: MachineCourse) -> Rolled:
+        """What carts along a course may have in common: wheels that roll alike under the same forces."""
+        return Rolled(course, [])
+
     def follow(self, course: MachineCourse) -> TaskPoint:
+        """See `along`."""
+        return self.along(self.carried(course))
+
+    def along(self, carried: Rolled) -> TaskPoint:
         """Operation along a course with the inertia of the cart, which the source accelerates, of rotors on driven axles, and
         with the servos of its wheels.
 
@@ -342,6 +355,7 @@ class PlanarDrive(MachineDrive):
 
         Source: Newton and Euler in turning axes; faulring2006, Fig 11, for the servos.
         """
+        course = carried.course
         xi, acceleration, wrench = np.broadcast_arrays(course.twist, course.acceleration, course.wrench)
         if self.drive is not None:  # a cart that begins to move rolls the way it accelerates
             xi = np.where(np.any(xi != 0.0, axis=-1, keepdims=True), xi, _BEGINS * acceleration)
@@ -349,12 +363,12 @@ class PlanarDrive(MachineDrive):
         steers = "steering" not in self.lacking
         # Rates of axles need all five instants, those of steering three.
         around = slice(5) if self.drive is not None else slice(1, 4) if steers else slice(2, 3)
-        points = self.operated(xi[around], load[around])
+        points = carried.points(self._rolls, lambda: self.operated(xi[around], load[around]))
         headings = np.unwrap(np.asarray(points.heading), axis=0, period=np.pi)
         rate, rise = self._steering_rates(course, headings) if steers else (np.zeros(()), np.zeros(()))
         spun = rate if self.mechanism.kinds[0][0].turns_with_spin else 0.0
         if self.drive is not None:
-            point = self.operated(xi[2], load[2], spun)
+            point = self.operated(xi[2], load[2], spun) if np.any(spun) else at_instant(points, 2)
             axles = self._along(course, points, headings, xi, point)
         else:
             place, axles = len(headings) // 2, None
