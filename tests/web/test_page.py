@@ -39,6 +39,7 @@ def test_opens_with_the_maps_of_two_drives_and_a_tour(browser, server):
             page.page.get_by_role("button", name="Next").click()
         page.page.get_by_role("button", name="Done").click()
         page.page.locator(".tour").wait_for(state="hidden")
+        page.page.locator("#glance[aria-busy=false]").wait_for()  # else the reload ends the question, an error
         page.page.reload()
         page.page.locator("#status[data-first]").wait_for()
         page.settled()

@@ -5,6 +5,7 @@ import { digits } from "./dom.js";
 const EFFICIENCY = table("440154470d6048186a482374472e7c4538824241863e4a893a548c365d8d32658e2e6d8e2b758e287d8e25848e228c8d1f948c1e9c8920a38625ab822eb37c3aba7648c16e58c7656ccd5a7fd34e93d741a8db34c0df25d5e21aeae51afde725");
 const CHANGE = table("67001f960f27bb2a34d25849e58368f5ac8bfbceb7fbe6daf6f7f7deebf2c0dceb98c8e068abd03e8cbf2870b115508d053061");
 const LOSS = table("fffedffff9c6fff0adfee493fed26dfebd49fea332f88a21ed7215");
+const SMALL = 3;  // side of a cell [pixels]
 const HATCH = 7;  // distance of its lines [pixels]
 const LEVELS = [0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 
@@ -64,11 +65,11 @@ function layer() {
   let image = null;
   return {
     pixels(count) { image = new ImageData(count, count); return new Uint32Array(image.data.buffer); },
-    paint(context, box) {
+    paint(context, box, quality) {
       if (canvas.width !== image.width) [canvas.width, canvas.height] = [image.width, image.width];
       canvas.getContext("2d").putImageData(image, 0, 0);
       context.imageSmoothingEnabled = image.width < 0.9 * box.width;
-      context.imageSmoothingQuality = "high";
+      context.imageSmoothingQuality = quality;
       context.drawImage(canvas, box.left, box.top, box.width, box.height);
     },
   };
@@ -87,7 +88,9 @@ export function paintCells(context, box, map, beyond, { dark, surface, before = 
   const { efficiency, limit, loss, count } = map;
   const { limit_names: names } = map.header;
   const pixels = inner.pixels(count);
-  const outside = outer.pixels(count);
+  // Where cells are small, their corners are below the line of the limit.
+  const size = Math.max(box.width, box.height) / count;
+  const outside = size < SMALL ? pixels : outer.pixels(count);
   const tints = names.map((name) => ofHex(tint(name, dark)));
   const blank = ofHex(surface);
   const lossScale = lossReach > 0 ? 255 / lossReach : 0;
@@ -115,14 +118,16 @@ export function paintCells(context, box, map, beyond, { dark, surface, before = 
       else pixels[target] = blank;
     }
   }
-  for (const own of [pixels, outside]) for (let ring = 0; ring < 2; ring += 1) spread(own, count);
-  inner.paint(context, box);
-  context.save();
-  context.clip(beyond);
-  outer.paint(context, box);
+  if (outside !== pixels) for (const own of [pixels, outside]) for (let ring = 0; ring < 2; ring += 1) spread(own, count);
+  inner.paint(context, box, "high");
+  if (outside !== pixels) {
+    context.save();
+    context.clip(beyond);
+    outer.paint(context, box, "low");
+    context.restore();
+  }
   context.fillStyle = hatching(context, dark);
-  context.fillRect(box.left, box.top, box.width, box.height);
-  context.restore();
+  context.fill(beyond);
   return counts;
 }
 
@@ -153,12 +158,13 @@ export function regionsOf(box, { margin, count }) {
     let from = -1;  // where a run of squares begins that are beyond limits as a whole
     const close = (l) => { if (from >= 0) area.rect(xs[k], ys[from], xs[k + 1] - xs[k], ys[l] - ys[from]); from = -1; };
     for (let l = 0; l < last; l += 1) {
-      const values = [margin[left + places[l]], margin[right + places[l]], margin[right + places[l + 1]], margin[left + places[l + 1]]];
-      const below = values.map((value) => value < 1);
-      const all = below[0] + below[1] + below[2] + below[3];
+      const [low, high] = [places[l], places[l + 1]];
+      const all = (margin[left + low] < 1) + (margin[right + low] < 1) + (margin[right + high] < 1) + (margin[left + high] < 1);
       if (all === 4) { if (from < 0) from = l; continue; }
       close(l);
       if (all === 0) continue;
+      const values = [margin[left + low], margin[right + low], margin[right + high], margin[left + high]];
+      const below = values.map((value) => value < 1);
       const corners = [[xs[k], ys[l]], [xs[k + 1], ys[l]], [xs[k + 1], ys[l + 1]], [xs[k], ys[l + 1]]];
       const points = [];
       for (let corner = 0; corner < 4; corner += 1) {
