@@ -54,10 +54,11 @@ from infinivar.analysis.design_trends import sweep as swept_design
 from infinivar.analysis.machine_motion import _Run as run_setup
 from infinivar.analysis.machine_sensitivity import machine_sensitivity
 from infinivar.analysis.machine_study import simulated
-from infinivar.analysis.machines import compare_machines, evaluate_machine
+from infinivar.analysis.machines import compare_machines, evaluate_machine, tasks_and_paths
 from infinivar.analysis.marching import March
 from infinivar.analysis.motion_summary import advice as motion_advice
 from infinivar.analysis.moving_parts import STICK_SPEED as DRAWN_STICK_SPEED
+from infinivar.analysis.performing import Prepared, power_and_margin
 from infinivar.analysis.moving_parts import parts_of
 from infinivar.analysis.options import CompareOptions, MotionOptions, SensitivityOptions, StepOptions
 from infinivar.analysis.plane import MAP_REACH, of_drives, of_study

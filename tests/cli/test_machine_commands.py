@@ -92,7 +92,6 @@ def test_a_cart_is_not_simulated(write, infinivar):
 @pytest.mark.parametrize(
     "command",
     [
-        ("size",),
         ("graph",),
         ("export", "--as", "mujoco"),
         ("rig",),

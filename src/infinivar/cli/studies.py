@@ -11,7 +11,7 @@ import typer
 
 from infinivar.analysis.options import CompareOptions, StepOptions
 from infinivar.cli.arguments import Json, OptionalOut, Out, StudyFile, drives_of_study, with_figures, with_options
-from infinivar.cli.shared import end, loaded_study, naming, of_one_axis
+from infinivar.cli.shared import end, loaded_study, naming
 from infinivar.console import complain, flush, progress_bar, say
 from infinivar.errors import InputError
 from infinivar.sizing.options import SizeOptions
@@ -216,7 +216,6 @@ def size(
     from infinivar.sizing.size import size as run
 
     loaded = loaded_study(study)
-    of_one_axis(study, loaded.drives, "size")
     keep_inputs(loaded, out, options.sets)
     with claimed(out):
         with progress_bar() as progress, naming(study):

@@ -28,6 +28,7 @@ from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import (
     AXLE_BEARING,
     CYLINDER_BEARING,
+    INNER,
     ROLES,
     SCALES,
     STEERING_MOTOR,
@@ -42,6 +43,7 @@ from infinivar.sizing.design import (
     path_words,
     role_words,
     shown,
+    unit_of,
 )
 from infinivar.sizing.margins import TaskDemand
 from infinivar.sizing.measures import Measure
@@ -394,7 +396,7 @@ def _missed(search: SearchRecord | WheelRecord) -> Iterator[str]:
 
 def _ranges(search: SearchRecord | WheelRecord) -> str:
     found = [
-        f"{path_words(path)} {_without_unit(low, UNITS[path])} to {shown(high, UNITS[path], 3)}"
+        f"{path_words(path)} {_without_unit(low, unit_of(path))} to {shown(high, unit_of(path), 3)}"
         for path, (low, high) in search.ranges.items()
     ]
     return f", {', '.join(found)}" if found else ""
@@ -417,8 +419,9 @@ def html(sizing: Sizing, masses: Mapping[str, WholeMass], image: str, sheets: Ma
         "sizing.html",
         sizing=sizing,
         study=sizing.study,
+        motions=[*sizing.study.duty.values(), *sizing.study.tasks.values(), *sizing.study.paths.values()],
         image=image,
-        beside_mass=sizing.measure.words if sizing.measure else "power" if sizing.study.duty else "margin",
+        beside_mass=sizing.measure.words if sizing.measure else "power" if sizing.study.moves else "margin",
         notes=[f"{capitalise(one)}." for one in (*sizing.cautions, *_refused(sizing))],
         groups=[
             (group, title, designs, _limits(designs))
@@ -446,8 +449,8 @@ def html(sizing: Sizing, masses: Mapping[str, WholeMass], image: str, sheets: Ma
         tried_of=tried_of,
         tried_cells=tried_cells,
         tried_end=tried_end,
-        roles=[role for role in ROLES if any(role in one.parts for one in known)],
-        frees=dict.fromkeys(path for path in (*UNITS, *tried) if any(path in one.free for one in known)),
+        roles=[role for role in ROLES if any(role in one.inner_parts for one in known)],
+        frees=dict.fromkeys(path for path in (*UNITS, *tried) if any(path in one.inner_free for one in known)),
         role_words=role_words,
         part_in=_part_in,
         tightest=_tightest,
@@ -473,10 +476,12 @@ def _refused(sizing: Sizing) -> Iterator[str]:
 
 def _part_in(design: SizedDrive, role: str) -> str | None:
     """Name of a part that a design keeps from its template; None if the drive has no such part."""
-    try:
-        return str(getattr(value_at(design.drive, role), "name", None) or "not named")
-    except AttributeError:
-        return None
+    for lead in INNER:
+        try:
+            return str(getattr(value_at(design.drive, f"{lead}{role}"), "name", None) or "not named")
+        except AttributeError:
+            continue
+    return None
 
 
 def _tightest(design: SizedDrive) -> list[tuple[str, str]]:

@@ -42,6 +42,9 @@ UNITS = {
 ROLES = ("motor", "gearhead", STEERING_MOTOR, AXLE_BEARING, CYLINDER_BEARING)
 """Roles of parts that are searched."""
 
+INNER = ("", "leg.", "separate.")
+"""What precedes the path of a part in a drive of one axis, and in the machines whose links such drives move."""
+
 SCALES = ("motor.scale", f"{STEERING_MOTOR}.scale")
 """Numbers of motors on one shaft, which are no fields of a drive."""
 
@@ -143,13 +146,25 @@ class SizedDrive(Frozen):
     @derived()
     def title(self) -> str:
         """The parts by name; a wheel that slips has no motors chosen."""
-        own = [] if "motor" in self.parts else ["wheel with any motors"]
-        return ", ".join([*own, *(f"{_LEAD.get(role, '')}{part.title}" for role, part in self.parts.items())])
+        own = [] if any(short_path(role) == "motor" for role in self.parts) else ["wheel with any motors"]
+        return ", ".join(
+            [*own, *(f"{_LEAD.get(short_path(role), '')}{part.title}" for role, part in self.parts.items())]
+        )
 
     @derived("kg")
     def motor_mass(self) -> float:
         """Of motors and gearheads; nan if one is not known. [kg]"""
         return float(total(body for body in self.drive.bodies(NO_SERVICE) if body.chosen))  # type: ignore[attr-defined]
+
+    @property
+    def inner_parts(self) -> dict[str, ChosenPart]:
+        """Parts by role within the drive of a machine's links."""
+        return {short_path(role): part for role, part in self.parts.items()}
+
+    @property
+    def inner_free(self) -> dict[str, FreeValue]:
+        """Values by path within the drive of a machine's links."""
+        return {short_path(path): value for path, value in self.free.items()}
 
     @property
     def architecture(self) -> str:
@@ -263,11 +278,23 @@ def at_end(path: str, free: FreeValue) -> bool:
     return len(free.tried) > 1 and free.value in ends
 
 
+def short_path(path: str) -> str:
+    """Path within the drive of a machine's links, such as that of its leg; of a drive of one axis the path itself."""
+    return next((path.removeprefix(lead) for lead in INNER if lead and path.startswith(lead)), path)
+
+
+def unit_of(path: str) -> str:
+    """SI unit of a free value, by path."""
+    return UNITS[short_path(path)]
+
+
 def path_words(path: str) -> str:
     """Path of a value in a drive, in words."""
     if path in SCALES:
         return f"{role_words(path.removesuffix('.scale'))}s on one shaft"
-    short = path.removeprefix("transmission.").removeprefix("geometry.").replace("bearings.bearing", "bearing")
+    short = (
+        short_path(path).removeprefix("transmission.").removeprefix("geometry.").replace("bearings.bearing", "bearing")
+    )
     return short.replace(".", " ").replace("_", " ")
 
 
@@ -278,4 +305,4 @@ def role_words(role: str) -> str:
 
 def architecture_of(drive: Drive) -> str:
     """Geared or cobotic."""
-    return "cobotic" if isinstance(drive, CoboticDrive) else "geared"
+    return "cobotic" if isinstance(drive, CoboticDrive) or getattr(drive, "leg", None) is not None else "geared"

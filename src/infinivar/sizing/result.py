@@ -10,6 +10,7 @@ from infinivar._core.described import derived, named, reported
 from infinivar._core.result import Result, result
 from infinivar.analysis.hanging import Hanging
 from infinivar.analysis.whole_mass import WholeMass, mass_of
+from infinivar.drivetrain.drive import is_machine
 from infinivar.drivetrain.masses import tube_as_of
 from infinivar.drivetrain.uncounted import not_counted
 from infinivar.sizing.builds.result import Doubt
@@ -80,9 +81,11 @@ class Sizing(Result):
 
     @property
     def masses(self) -> dict[str, WholeMass]:
-        """What the best design like each template weighs, by template."""
+        """What the best design like each template weighs, by template; of drives of one axis."""
         study, found = self.study, {}
         for name, design in self.best_of.items():
+            if is_machine(design.drive):
+                continue
             drive = tube_as_of(design.drive, study.drives[name])  # so that its wall follows the factors
             found[name] = mass_of(drive, study.service(drive))
         return found
@@ -172,7 +175,7 @@ class Sizing(Result):
             said.append("prices are those of motors and gearheads; the structure has none")
         if "space" in self.objective and any(one.architecture == "cobotic" for one in self.best_of.values()):
             said.append("the motors of a cobotic drive are the lightest behind its wheel; others may need less space")
-        if self.best is not None and not self.study.duty:
+        if self.best is not None and not self.study.moves:
             said.append(
                 "without a motion every point of the requirement counts as continuous; energy and heat are open"
             )

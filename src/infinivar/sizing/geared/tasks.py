@@ -124,6 +124,11 @@ class RegionTask:
         """Continuous torques bound every point."""
         return False
 
+    @property
+    def coldest(self) -> float:
+        """Windings count as at 25 °C."""
+        return float("nan")
+
     def signals(self, template: ConventionalDrive, stage: OutputStage) -> StageSignals:
         """What the region asks of the gear's output at a stage."""
         drive = with_stage(replace(template, motor=_PROBE, gearhead=_DIRECT), stage)
@@ -196,7 +201,7 @@ def without_travel(tasks: Sequence[Task]) -> tuple[Task, ...]:
     return tuple(replace(task, travel=None) if isinstance(task, MotionTask) else task for task in tasks)
 
 
-def heat_counts(task: Task) -> bool:
+def heat_counts(task: object) -> bool:
     """Whether a winding temperature replaces the continuous torque where the motor's thermal data are known: in a run."""
     return isinstance(task, MotionTask) and not task.duty.closed
 
