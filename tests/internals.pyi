@@ -58,9 +58,9 @@ from infinivar.analysis.machines import compare_machines, evaluate_machine, task
 from infinivar.analysis.marching import March
 from infinivar.analysis.motion_summary import advice as motion_advice
 from infinivar.analysis.moving_parts import STICK_SPEED as DRAWN_STICK_SPEED
-from infinivar.analysis.performing import Prepared, power_and_margin
 from infinivar.analysis.moving_parts import parts_of
 from infinivar.analysis.options import CompareOptions, MotionOptions, SensitivityOptions, StepOptions
+from infinivar.analysis.performing import Prepared, power_and_margin
 from infinivar.analysis.plane import MAP_REACH, of_drives, of_study
 from infinivar.analysis.plane import path as plane_path
 from infinivar.analysis.pose_map import pose_map

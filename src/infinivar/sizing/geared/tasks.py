@@ -36,10 +36,10 @@ _INSIDE = 10_000
 REQUIREMENT = "requirement"
 """Name of the required region among the tasks."""
 
-_PROBE = Motor(
+PROBE = Motor(
     voltage=1.0, resistance=1.0, torque_constant=1.0, no_load_current=0.0, continuous_torque=1.0, rotor_inertia=1.0
 )
-_DIRECT = Gearhead(ratio=1.0, efficiency=1.0)
+DIRECT = Gearhead(ratio=1.0, efficiency=1.0)
 _OF_CANDIDATES = ("motor", "gearhead")
 
 
@@ -90,7 +90,7 @@ class MotionTask:
 
     def signals(self, template: ConventionalDrive, stage: OutputStage) -> StageSignals:
         """What the motion asks of the gear's output at a stage."""
-        drive = with_stage(replace(template, motor=_PROBE, gearhead=_DIRECT), stage)
+        drive = with_stage(replace(template, motor=PROBE, gearhead=DIRECT), stage)
         course, mass = self.instants.course, self.duty.moved_mass
         point = drive.follow(course, load_mass=mass)
         inner = chain.inward(drive.chain, course, mass, drive.axis, (2, 0)).course
@@ -131,7 +131,7 @@ class RegionTask:
 
     def signals(self, template: ConventionalDrive, stage: OutputStage) -> StageSignals:
         """What the region asks of the gear's output at a stage."""
-        drive = with_stage(replace(template, motor=_PROBE, gearhead=_DIRECT), stage)
+        drive = with_stage(replace(template, motor=PROBE, gearhead=DIRECT), stage)
         point = operated(drive, speed=self.speed, force=self.force)
         torque, speed = (
             np.broadcast_to(point.states[name], self.speed.shape) for name in ("motor_torque_Nm", "motor_speed_rad_s")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from infinivar._core.pareto import spread_front
 from infinivar.drivetrain.body import own_mass
 from infinivar.drivetrain.masses import with_tube
-from infinivar.limits import ROOT_MEAN_SQUARE, Limit
+from infinivar.limits import Limit
 from infinivar.machines.kinds.linked import bodies_of_links
 from infinivar.machines.links import rolled_legs
 from infinivar.machines.many_legs import LeggedDrive
@@ -25,13 +25,10 @@ from infinivar.sizing.cobotic.bounds import (
     STEERING,
     MotorBounds,
     Side,
-    cylinder_signals,
-    lower_bounds,
-    steering_signals,
 )
 from infinivar.sizing.cobotic.evaluation import Evaluation
 from infinivar.sizing.cobotic.evolution import Hunt, Record, Stage, fill_front, find_least, find_lightest
-from infinivar.sizing.cobotic.sampled import SideLaws, SideSampled
+from infinivar.sizing.cobotic.sampled import SideSampled
 from infinivar.sizing.cobotic.search import box_of, excluded_of, fast_enough, steered_pairs, unchecked_of
 from infinivar.sizing.cobotic.space import Points, Space, heads_of
 from infinivar.sizing.cobotic.wheels import Shaft, Wheels
@@ -46,6 +43,7 @@ from infinivar.sizing.design import (
     SizedDrive,
 )
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS, pairs_of
+from infinivar.sizing.machines.behind import Asked, asked_of, bounds_behind, sampled_behind
 from infinivar.sizing.machines.work import MachineWork
 from infinivar.sizing.margins import TaskDemand
 from infinivar.sizing.of_cobotic import POPULATION, bearings_of, ratios_of
@@ -57,46 +55,20 @@ from infinivar.sizing.tables import CoboticRequest
 _CYLINDER, _STEERED = "cylinder", "steered"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Asked:
-    """Some instants of a shaft that are judged together."""
-
-    name: str
-    root_mean_square: bool
-    """Whether heating and fatigue count by their root mean square, on a path."""
-    share: float
-    """At which the mean power over them counts."""
-    columns: np.ndarray
-    coldest: float = math.nan
-
-
 class Legs:
     """Wheel designs as those of all legs of a machine; see `infinivar.sizing.cobotic.evaluation.Rolls`."""
 
     def __init__(self, work: MachineWork, space: Space) -> None:
         """What each task and path asks of both motors."""
         self.work, self.space = work, space
-        links, instants = work.machine.links, np.arange(work.carried.force.shape[1])
-        turned, steered = list[_Asked](), list[_Asked]()
-        for key, place in work.places.items():
-            own, name, share, lasts = instants[place], work.name_of(key), work.shares[key], work.lasts(key)
-            # The power in a task is that of its own wrench, its first corner.
-            drawn = own if lasts else own[:1]
-            some = [(own, share if len(drawn) == len(own) else 0.0)]
-            some += [(drawn, share)] if len(drawn) < len(own) else []
-            turned += [_Asked(name=name, root_mean_square=lasts, share=part, columns=row) for row, part in some]
-            for row, part in some:
-                if lasts:
-                    each = [row * links + leg for leg in range(links)]
-                    steered += [_Asked(name=name, root_mean_square=True, share=part, columns=one) for one in each]
-                else:
-                    every = (row[:, None] * links + np.arange(links)).ravel()
-                    steered.append(_Asked(name=name, root_mean_square=False, share=links * part, columns=every))
+        links, turned, steered = work.machine.links, asked_of(work), list[Asked]()
+        for one in turned:
+            row = one.columns[:, None] * links + np.arange(links)
+            # On a path each leg is judged by its own root mean square; in a task all legs at once, and their powers add up.
+            each = row.T if one.root_mean_square else [row.ravel()]
+            share = one.share * (links if len(each) == 1 else 1)
+            steered += [replace(one, share=share, columns=columns) for columns in each]
         self._asked = {MOTOR: (_CYLINDER, turned), STEERING: (_STEERED, steered)}
-
-    def at(self, space: Space) -> Legs:
-        """The same with a space of another template."""
-        return Legs(self.work, space)
 
     def wheels(self, points: Points, tasks: Any) -> Wheels:
         """See `Rolls.wheels`."""
@@ -149,47 +121,20 @@ class Legs:
 
     def bounds(self, side: Side, shafts: Mapping[str, Shaft], tasks: Any) -> list[tuple[float, MotorBounds]]:
         """See `Rolls.bounds`."""
-        (name, every), plant = self._asked[side.name], self.space.template.steering
-        assert plant is not None
-        found = []
-        for asked in every:
-            shaft = _cut(shafts[name], asked.columns)
-            signals = cylinder_signals(asked, shaft) if side.name == MOTOR else steering_signals(plant, shaft)
-            found.append((asked.share, lower_bounds(side, asked, signals)))
-        return found
+        name, every = self._asked[side.name]
+        return bounds_behind(side, every, shafts[name], self.space.template.steering)
 
     def sample(
         self, side: Side, rows: np.ndarray, places: np.ndarray, shafts: Mapping[str, Shaft], tasks: Any
     ) -> SideSampled:
         """See `Rolls.sample`."""
         name, every = self._asked[side.name]
-        laws = SideLaws(side, rows, {name: shafts[name].of(places)}, self.space.template.steering)
-        (motor,) = laws.motors.values()
-        point = laws.run(motor, name)
-        demands, power = {}, np.zeros(len(rows))
-        shape = len(rows), shafts[name].torque.shape[-1]
-        drawn = np.broadcast_to(point.power_in, shape)
-        for asked in every:
-            power = power + asked.share * np.mean(drawn[:, asked.columns], axis=-1)
-            for (limit, part), demand in point.utilisation.items():
-                row = np.broadcast_to(demand, shape)[:, asked.columns]
-                root = asked.root_mean_square and limit in ROOT_MEAN_SQUARE
-                most = np.sqrt(np.mean(row * row, axis=-1)) if root else np.max(row, axis=-1)
-                key = asked.name, limit, part
-                demands[key] = np.maximum(demands[key], most) if key in demands else most
-        return SideSampled(demands, power, np.logical_and.reduce([demand <= 1.0 for demand in demands.values()]))
+        return sampled_behind(side, rows, every, shafts[name].of(places), self.space.template.steering)
 
     def structure(self, points: Points) -> np.ndarray:
         """See `Rolls.structure`."""
         bodies = bodies_of_links(self.space.columns(points), self.work.machine.links, self.work.service)
         return np.broadcast_to(np.ravel(own_mass(bodies)), points.head.shape)
-
-
-def _cut(shaft: Shaft, columns: np.ndarray) -> Shaft:
-    """Some instants of a shaft."""
-    rows = ("torque", "rate", "acceleration", "moment")
-    some = {name: row[:, columns] for name in rows if (row := getattr(shaft, name)) is not None and row.shape[-1]}
-    return shaft._replace(**some)
 
 
 def legged(request: StudyRequest, progress: Progress | None) -> Found:

@@ -70,6 +70,11 @@ class MachineWork:
         """Instants of each task and path in it."""
         return self.prepared.carried[1]
 
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Instants of each path, and corners of each task."""
+        return {key: one.size for key, one in self.prepared.placed.items()}
+
     def lasts(self, key: str) -> bool:
         """Whether it is a path, over which heating and fatigue count by their root mean square."""
         return self.prepared.placed[key].time is not None
@@ -77,7 +82,7 @@ class MachineWork:
     def name_of(self, key: str) -> str:
         """Of a task or path without its group, unless both groups have it."""
         short = key.partition(".")[2]
-        return short if sum(other.partition(".")[2] == short for other in self.places) == 1 else key
+        return short if sum(other.partition(".")[2] == short for other in self.shares) == 1 else key
 
     def judged(self, machine: Any) -> tuple[float, dict[TaskDemand, float]]:
         """Mean power of a design [W], and demands over allowances, of links that are alike the worst."""
