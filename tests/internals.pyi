@@ -395,6 +395,7 @@ from infinivar.sizing.geared.tasks import REQUIREMENT, MotionTask, RegionTask, j
 from infinivar.sizing.geared.tasks import outer as outer_region
 from infinivar.sizing.levers import levers
 from infinivar.sizing.machine_changes import sufficient_changes, with_changes
+from infinivar.sizing.machines.work import MachineWork
 from infinivar.sizing.margins import margin_of, shortfalls
 from infinivar.sizing.margins import nearest_of as nearest_of_margins
 from infinivar.sizing.margins import tightest_of as tightest_of_margins

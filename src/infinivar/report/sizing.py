@@ -450,7 +450,7 @@ def html(sizing: Sizing, masses: Mapping[str, WholeMass], image: str, sheets: Ma
         tried_cells=tried_cells,
         tried_end=tried_end,
         roles=[role for role in ROLES if any(role in one.inner_parts for one in known)],
-        frees=dict.fromkeys(path for path in (*UNITS, *tried) if any(path in one.inner_free for one in known)),
+        frees=_frees(known, tried),
         role_words=role_words,
         part_in=_part_in,
         tightest=_tightest,
@@ -464,6 +464,13 @@ def html(sizing: Sizing, masses: Mapping[str, WholeMass], image: str, sheets: Ma
         counted=counted,
         rounded=_rounded,
     )
+
+
+def _frees(known: Iterable[SizedDrive], tried: Iterable[str]) -> list[str]:
+    """Paths of the values of designs, in the order in which reports list them."""
+    found = dict.fromkeys(path for one in known for path in one.inner_free)
+    listed = [path for path in dict.fromkeys((*UNITS, *tried)) if path in found]
+    return [*listed, *(path for path in found if path not in listed)]
 
 
 def _refused(sizing: Sizing) -> Iterator[str]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from infinivar._core.described import derived, reported, rows
 from infinivar._core.result import Frozen, result
 from infinivar.drivetrain.body import total
-from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.service import NO_SERVICE
 from infinivar.limits import Demand, Limit
@@ -30,9 +30,13 @@ COBOTIC_PATHS = {
 }
 """Paths of the free values of a wheel design, by name."""
 
+RANGED = {**COBOTIC_PATHS, "input_speed": "input_speed"}
+"""Paths of the values whose range can be stated, by name; the last is that of the motor of a sphere."""
+
 UNITS = {
     "pulley.radius": "m",
     "screw.lead": "m",
+    "input_speed": "rad/s",
     **dict(zip(COBOTIC_PATHS.values(), ("m", "rad/s", "m", "m", "N"), strict=True)),
     STEERING_RATIO: "1",
     WHEELS: "1",
@@ -154,6 +158,8 @@ class SizedDrive(Frozen):
     @derived("kg")
     def motor_mass(self) -> float:
         """Of motors and gearheads; nan if one is not known. [kg]"""
+        if not hasattr(self.drive, "bodies"):
+            return math.nan
         return float(total(body for body in self.drive.bodies(NO_SERVICE) if body.chosen))  # type: ignore[attr-defined]
 
     @property
@@ -285,16 +291,15 @@ def short_path(path: str) -> str:
 
 def unit_of(path: str) -> str:
     """SI unit of a free value, by path."""
-    return UNITS[short_path(path)]
+    return next(unit for known, unit in UNITS.items() if known.rpartition(".")[2] == path.rpartition(".")[2])
 
 
 def path_words(path: str) -> str:
     """Path of a value in a drive, in words."""
     if path in SCALES:
         return f"{role_words(path.removesuffix('.scale'))}s on one shaft"
-    short = (
-        short_path(path).removeprefix("transmission.").removeprefix("geometry.").replace("bearings.bearing", "bearing")
-    )
+    short = short_path(path).removeprefix("transmission.").replace("geometry.", "")
+    short = short.replace("bearings.bearing", "bearing").replace("wheel.wheel_", "wheel.")
     return short.replace(".", " ").replace("_", " ")
 
 
@@ -305,4 +310,5 @@ def role_words(role: str) -> str:
 
 def architecture_of(drive: Drive) -> str:
     """Geared or cobotic."""
-    return "cobotic" if isinstance(drive, CoboticDrive) or getattr(drive, "leg", None) is not None else "geared"
+    geared = isinstance(drive, ConventionalDrive) or getattr(drive, "separate", None) is not None
+    return "geared" if geared else "cobotic"

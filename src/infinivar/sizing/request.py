@@ -17,9 +17,9 @@ from infinivar.parts.linear import Pulley
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.cobotic.space import FREE
 from infinivar.sizing.cobotic.wheels import check_template
-from infinivar.sizing.design import SizedDrive
+from infinivar.sizing.design import RANGED, SizedDrive
 from infinivar.sizing.found import FoundDesign
-from infinivar.sizing.machine_templates import check_machine_options, machine_templates, of_machines
+from infinivar.sizing.machine_templates import check_machine_options, machine_templates, of_machines, weighed
 from infinivar.sizing.measures import MEASURES
 from infinivar.sizing.options import BOTH, GENERATIONS, OBJECTIVES, SLIP_MARGIN, Aim, SizeOptions, fine_aims
 from infinivar.sizing.pool import PartPool, pool_of
@@ -156,6 +156,8 @@ def request_of(
     for name, one in study.drives.items() if kind is not None else ():
         refuse_machine(one, "sweep", f"drives.{name}")
     templates, notes = _templates(study, drive)
+    if objective is None and of_machines(study) and not all(weighed(study.drives[name]) for name in templates):
+        aims = ("energy",)
     if kind is not None:
         templates, notes = [_first(study, templates, notes, kind)], ()
     require(isinstance(top, int) and not isinstance(top, bool) and top >= 1, "top", top, ">= 1")
@@ -278,9 +280,10 @@ def _check_options(study: Study, names: Sequence[str], given: Mapping[str, Any])
     said = ", ".join(f"{one:g}" for one in numbers) or "none"
     require(fine, "wheels", said, "one or several of 1, 2 and 3, each once")
     for name, ends in given.get("ranges", {}).items():
-        if name not in FREE:
+        known = RANGED if of_machines(study) else FREE
+        if name not in known:
             raise InputError(
-                f"ranges has an unknown entry {name!r}{nearest(name, FREE)}; known entries: {', '.join(FREE)}"
+                f"ranges has an unknown entry {name!r}{nearest(name, known)}; known entries: {', '.join(known)}"
             )
         fine = len(ends) == 2 and 0.0 < ends[0] <= ends[1] < math.inf
         require(fine, f"ranges[{name!r}]", tuple(ends), "a range above 0, least first")

@@ -34,6 +34,7 @@ from infinivar.sizing.geared.tally import SPARE
 from infinivar.sizing.machine_changes import change_words
 from infinivar.sizing.machine_templates import of_machines
 from infinivar.sizing.machines.legged import legged
+from infinivar.sizing.machines.rolling import rolling
 from infinivar.sizing.machines.separate import separate
 from infinivar.sizing.measures import MEASURES
 from infinivar.sizing.of_cobotic import cobotic
@@ -51,7 +52,7 @@ from infinivar.study.choices import Variant, variants
 from infinivar.study.study import Study
 from infinivar.units import show
 
-_WORK = {geared: 1.0, cobotic: 4.0, separate: 1.0, legged: 3.0}
+_WORK = {geared: 1.0, cobotic: 4.0, separate: 1.0, legged: 3.0, rolling: 3.0}
 """Parts of the time that the searches take, for the progress."""
 
 
@@ -245,7 +246,8 @@ def _searched(request: StudyRequest, progress: Progress | None) -> dict[str, Fou
 def _search_of(template: Any) -> Search:
     """The search over drives, or machines, like a template."""
     if is_machine(template):
-        return separate if template.leg is None else legged
+        kinds = (("leg", legged), ("separate", separate))
+        return next((search for kind, search in kinds if getattr(template, kind, None) is not None), rolling)
     return cobotic if isinstance(template, CoboticDrive) else geared
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from infinivar._core.fields import given
 from infinivar.analysis.machines import tasks_and_paths
 from infinivar.analysis.performing import Prepared, power_and_demands
-from infinivar.drivetrain.service import Service
+from infinivar.drivetrain.service import NO_SERVICE, Service
 from infinivar.limits import LEADING, Limit
 from infinivar.machines.links import Carried
 from infinivar.sizing.design import FreeValue, SizedDrive
@@ -52,11 +52,12 @@ class MachineWork:
         machine, wanted = study.drives[name], tasks_and_paths(study)
         prepared = Prepared(machine, wanted)
         shares = study.machine_shares or dict.fromkeys(wanted, 1.0 / len(wanted))
+        service = _service(machine, prepared) if hasattr(machine, "carried") else NO_SERVICE
         return cls(
             machine=machine,
             prepared=prepared,
             shares=shares,
-            service=_service(machine, prepared),
+            service=service,
             slip_margin=slip_margin,
         )
 
@@ -126,10 +127,11 @@ class MachineWork:
 
 def price_of(machine: Any) -> float | None:
     """Price of all motors and gearheads of a machine, in the currency in which they state it; None if one does not."""
-    leg, own = machine.leg, machine.leg or machine.separate
-    each = [(part, 1 if leg is not None else machine.links) for part in (own.motor, own.gearhead)]
+    leg, separate = getattr(machine, "leg", None), getattr(machine, "separate", None)
+    own, count = leg or separate or machine, 1 if separate is None else machine.links
+    each = [(part, count) for name in ("motor", "gearhead") if (part := getattr(own, name, None)) is not None]
     each += [(leg.steering.motor, machine.links)] if leg is not None and leg.steering is not None else []
-    if any(part.price is None for part, _ in each):
+    if not each or any(part.price is None for part, _ in each):
         return None
     return float(sum(count * part.price for part, count in each))
 
