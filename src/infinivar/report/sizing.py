@@ -79,12 +79,13 @@ def save(sizing: Sizing, directory: Path) -> list[Path]:
         for name, text_of in studies.items():
             (scratch / name).write_text(text_of, "utf-8", newline="\n")
         masses = sizing.masses
-        bills = {bill_file(name): (mass, sizing.best_of[name].parts) for name, mass in masses.items()}
+        bills = {bill_file(name): (mass, sizing.best_of[name].inner_parts) for name, mass in masses.items()}
         for name, (mass, parts) in bills.items():
             write_bill(mass, parts, scratch / name)
         sheets = {
             name: style.write(sheet.draw_all(mass, _loads(sizing, name), f"like {name}"), scratch / sheet_file(name))
             for name, mass in masses.items()
+            if mass.layout.solids
         }
         solids = [
             save_step(mass.layout.solids, scratch / step_file(name), f"{sizing.study.name}, like {name}")
@@ -359,10 +360,8 @@ def _searched(sizing: Sizing) -> Iterator[str]:
 
 def _fates(name: str, search: SearchRecord) -> Iterator[str]:
     """Lines on what became of the candidates for a geared template."""
-    yield (
-        f"Template {name}: {search.words}{_ranges(search)}; {search.left:,} left by closed forms, "
-        f"{search.evaluated:,} evaluated at every instant"
-    )
+    left = f"{search.left:,} left by closed forms, " if search.closed else ""
+    yield f"Template {name}: {search.words}{_ranges(search)}; {left}{search.evaluated:,} evaluated at every instant"
     for reason, number in search.excluded.items():
         yield f"  {reason}: {number:,} left out"
     yield from (f"  {line}" for line in limit_lines(search.counts))

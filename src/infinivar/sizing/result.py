@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import field
+from dataclasses import field, replace
 
 from infinivar._core.described import derived, named, reported
 from infinivar._core.result import Result, result
@@ -16,6 +16,8 @@ from infinivar.drivetrain.uncounted import not_counted
 from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.carrying import Carried, carried_lines
 from infinivar.sizing.design import SizedDrive, at_end, demand_words, exceeded_words, path_words
+from infinivar.sizing.machine_templates import weighed
+from infinivar.sizing.machines.work import MachineWork
 from infinivar.sizing.margins import nearest_among
 from infinivar.sizing.measures import MEASURES, Measure
 from infinivar.sizing.options import BOTH, SizeOptions
@@ -81,12 +83,16 @@ class Sizing(Result):
 
     @property
     def masses(self) -> dict[str, WholeMass]:
-        """What the best design like each template weighs, by template; of drives of one axis."""
+        """What the best design like each template weighs, by template; without machines whose structure is not known."""
         study, found = self.study, {}
         for name, design in self.best_of.items():
-            if is_machine(design.drive):
+            drive, template = design.drive, study.drives[name]
+            if is_machine(drive):
+                if weighed(drive):
+                    own = {"leg": tube_as_of(drive.leg, template.leg)} if drive.leg is not None else {}
+                    found[name] = mass_of(replace(drive, **own), MachineWork.of(study, name).service)
                 continue
-            drive = tube_as_of(design.drive, study.drives[name])  # so that its wall follows the factors
+            drive = tube_as_of(drive, template)  # so that its wall follows the factors
             found[name] = mass_of(drive, study.service(drive))
         return found
 

@@ -84,6 +84,9 @@ def size(
     the five values of `ranges`.
     All else stays. Candidates are judged by the requirement and all duty cycles of the study.
 
+    Of a study with tasks and paths, machines are searched: all links of one with separate drives have the same motor, gearhead
+    and pulley, and all legs of one on a common cylinder the same wheel and steering motor.
+
     Parameters
     ----------
     study : Study

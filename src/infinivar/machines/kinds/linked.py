@@ -14,6 +14,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.control import CoboticControl, ConventionalControl
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
+from infinivar.drivetrain.layout import Layout
 from infinivar.drivetrain.service import Service
 from infinivar.errors import ParameterError
 from infinivar.machines.control.loops import following_pose, standing
@@ -197,6 +198,10 @@ class Linked(MachineDrive):
         """
         own = self.separate if self.leg is None else self.leg
         return bodies_of_links(own, self.links, service)
+
+    def layout(self, service: Service) -> Layout:
+        """Nothing is placed: where the links are is the machine's own affair."""
+        return Layout((), ("links of a machine",))
 
     @property
     def link_lever(self) -> float:

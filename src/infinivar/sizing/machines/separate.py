@@ -21,7 +21,7 @@ from infinivar.sizing.machines.work import LINKS, MachineWork
 from infinivar.sizing.margins import TaskDemand, nearest_of
 from infinivar.sizing.of_geared import RANGE
 from infinivar.sizing.progress import Progress
-from infinivar.sizing.records import SearchRecord
+from infinivar.sizing.records import OF_FRONT, SearchRecord
 from infinivar.sizing.request import Found, StudyRequest
 from infinivar.sizing.tables import Objective
 
@@ -131,7 +131,7 @@ def separate(request: StudyRequest, progress: Progress | None) -> Found:
         parts.pairs,
         loss_model=request.loss_model or drive.gearhead.loss_model,
         moving=True,
-        stated=[aim for aim in request.aims if aim != "energy"],
+        stated=[aim for aim in request.aims[:1] if aim != "energy"],
         service=work.service,
     )
     others = {key: one for key, one in work.judged(work.machine)[1].items() if key[2] not in LINKS}
@@ -146,11 +146,12 @@ def separate(request: StudyRequest, progress: Progress | None) -> Found:
         candidates=len(found.pairs),
         left=len(rows),
         evaluated=len(rows),
-        excluded=found.excluded,
+        excluded={**found.excluded, **_unweighed(request, found)},
         counts=tuple(_counts(grid)),
         unchecked={of: number for of in LIMIT_FIELDS if (number := int(np.sum(~found.stated(of, rows))))},
         ranges={RADIUS: (float(radii[0]), float(radii[-1]))} if len(radii) > 1 else {},
         cloud=np.empty((0, 2)),
+        closed=False,
     )
     if not grid:
         return Found([], [], record)
@@ -166,7 +167,8 @@ def separate(request: StudyRequest, progress: Progress | None) -> Found:
     order = np.lexsort((able.mass, able.value(request.aims[0])))
     _, first = np.unique(able.row[order], return_index=True)
     best = order[np.sort(first)][: request.top]
-    along = spread_front(able.mass, able.power) if len(request.aims) > 1 else []
+    known = np.flatnonzero(np.isfinite(able.mass))
+    along = known[spread_front(able.mass[known], able.power[known])] if len(request.aims) > 1 and len(known) else []
     designs, front = ([_design(request, search, able, int(place)) for place in some] for some in (best, along))
     return Found(designs, front, replace(record, cloud=np.stack([able.mass, able.power], axis=-1)))
 
@@ -190,8 +192,8 @@ class _Tried(NamedTuple):
         return _Tried(*(one[places] for one in self))
 
     def value(self, aim: str) -> np.ndarray:
-        """What an objective makes small."""
-        return self.power if aim == "energy" else self.mass
+        """What an objective makes small; inf where it is not known."""
+        return self.power if aim == "energy" else np.where(np.isnan(self.mass), np.inf, self.mass)
 
 
 def _joined(some: Sequence[_Judged]) -> Iterator[np.ndarray]:
@@ -267,6 +269,14 @@ def _design(request: StudyRequest, search: _Search, tried: _Tried, place: int) -
         free,
         [of for of in LIMIT_FIELDS if not found.stated(of, np.array([row]))[0]],
     )
+
+
+def _unweighed(request: StudyRequest, found: Candidates) -> dict[str, int]:
+    """Pairs that the front leaves out, as their mass is not stated."""
+    number = (
+        int(np.sum(np.isnan(found.mass(found.usable)))) if len(request.aims) > 1 and request.aims[0] == "energy" else 0
+    )
+    return {f"mass not stated{OF_FRONT}": number} if number else {}
 
 
 def _counts(grid: Sequence[_Judged]) -> Iterator[LimitCount]:
