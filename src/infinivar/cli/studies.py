@@ -208,7 +208,7 @@ def size(
 
     Judge motors, gearheads and pulley radii, or motors, gearhead, bearing and values of the wheel, by the requirement and the
     duty cycles of the study; of machines by its tasks and paths. Write a report, and each design as a study file that the other
-    commands read. Exit with code 1 if no design is feasible; the result then names what excluded how many, and the nearest misses.
+    commands read. Exit with code 1 if no design is feasible; the result then names what excluded how many, and nearest misses.
     """
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
