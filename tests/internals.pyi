@@ -54,12 +54,13 @@ from infinivar.analysis.design_trends import sweep as swept_design
 from infinivar.analysis.machine_motion import _Run as run_setup
 from infinivar.analysis.machine_sensitivity import machine_sensitivity
 from infinivar.analysis.machine_study import simulated
-from infinivar.analysis.machines import compare_machines, evaluate_machine
+from infinivar.analysis.machines import compare_machines, evaluate_machine, tasks_and_paths
 from infinivar.analysis.marching import March
 from infinivar.analysis.motion_summary import advice as motion_advice
 from infinivar.analysis.moving_parts import STICK_SPEED as DRAWN_STICK_SPEED
 from infinivar.analysis.moving_parts import parts_of
 from infinivar.analysis.options import CompareOptions, MotionOptions, SensitivityOptions, StepOptions
+from infinivar.analysis.performing import Prepared, power_and_margin
 from infinivar.analysis.plane import MAP_REACH, of_drives, of_study
 from infinivar.analysis.plane import path as plane_path
 from infinivar.analysis.pose_map import pose_map
@@ -394,6 +395,7 @@ from infinivar.sizing.geared.tasks import REQUIREMENT, MotionTask, RegionTask, j
 from infinivar.sizing.geared.tasks import outer as outer_region
 from infinivar.sizing.levers import levers
 from infinivar.sizing.machine_changes import sufficient_changes, with_changes
+from infinivar.sizing.machines.work import MachineWork
 from infinivar.sizing.margins import margin_of, shortfalls
 from infinivar.sizing.margins import nearest_of as nearest_of_margins
 from infinivar.sizing.margins import tightest_of as tightest_of_margins

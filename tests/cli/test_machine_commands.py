@@ -8,6 +8,7 @@ from folders import results
 from machine_studies import EVERY, PLATFORM
 from pages import needs_no_network
 from sampled import sampled
+from small_catalogue import SLOW
 
 FIGURES = {
     "platform": ["losses", "path-circle", "positions", "machine-cobotic", "wrenches-cobotic"],
@@ -92,7 +93,6 @@ def test_a_cart_is_not_simulated(write, infinivar):
 @pytest.mark.parametrize(
     "command",
     [
-        ("size",),
         ("graph",),
         ("export", "--as", "mujoco"),
         ("rig",),
@@ -120,3 +120,27 @@ def test_one_message_where_a_command_does_not_work(name, command, write, infiniv
     works = line.split("commands for this machine: check, compare")[1].split(", ")
     assert ("session" in works) == (name != "sphere")
     assert command[0] not in works
+
+
+def test_machines_are_sized_to_study_files_or_the_nearest_miss_with_exit_code_1(write, infinivar, tmp_path):
+    write(EVERY["arm"])
+    (tmp_path / "parts.toml").write_text(SLOW, "utf-8")
+    arguments = ("size", "mine.toml", "--drive", "separate", "--set", "parts.toml", "--out", "out", "--json")
+    outcome = infinivar(*arguments)
+    assert outcome.code == 0, outcome
+    found = json.loads(outcome.out)
+    assert set(found["designs"][0]["parts"]) == {"separate.motor", "separate.gearhead"}
+    compared = infinivar("compare", "out/design-01.toml", "--json", "--quick")
+    assert compared.code == 0, compared
+    power = found["designs"][0]["power_W"]
+    there = json.loads(compared.out)["drives"]["separate"]
+    # Without shares of time both count alike.
+    both = there["tasks"]["push"]["power_in_W"], there["paths"]["reach"]["mean_power_W"]
+    assert sum(both) / 2 == pytest.approx(power, rel=1e-9)
+    page = (tmp_path / "out" / "sizing.html").read_text("utf-8")
+    assert found["best_of"]["separate"]["parts"]["separate.motor"]["name"] in page
+    write(EVERY["arm"].replace('x = "3 N"', 'x = "3000 N"'))
+    outcome = infinivar(*arguments[:-3], "--out", "none")
+    assert outcome.code == 1, outcome
+    assert "nearest miss" in outcome.out
+    assert "Note: the nearest miss like separate" in outcome.out

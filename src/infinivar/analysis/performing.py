@@ -64,6 +64,13 @@ class Prepared:
         course = together([self.placed[key].course for key in keys])
         return self._machine.carried(course) if counted and hasattr(self._machine, "carried") else course  # type: ignore[attr-defined]
 
+    @property
+    def carried(self) -> tuple[Any, dict[str, slice]]:
+        """What the links of a machine carry in all tasks and on all paths side by side, and the instants of each."""
+        ((keys, _, ahead),) = self._groups
+        ends = np.cumsum([self.placed[key].size for key in keys]).tolist()
+        return ahead, {key: slice(end - self.placed[key].size, end) for key, end in zip(keys, ends, strict=True)}
+
     def points(self, machine: Any) -> dict[str, tuple[TaskPoint, bool]]:
         """Points of each, of such a machine, and whether they count more than steady points do."""
         found: dict[str, tuple[TaskPoint, bool]] = {}
@@ -84,6 +91,19 @@ def power_and_margin(drive: Any, prepared: Prepared) -> dict[str, tuple[float, f
         one = prepared.placed[key]
         _audit(point, one.where)
         found[key] = float(np.mean(point.power_in if one.time is not None else point.power_in[0])), _margin(point, one)
+    return found
+
+
+def power_and_demands(drive: Any, prepared: Prepared) -> dict[str, tuple[float, dict[Demand, float]]]:
+    """Mean power [W] and the largest demand over allowance on each limit, in each task and on each path."""
+    found = {}
+    for key, (point, _) in prepared.points(as_machine(drive)).items():
+        one = prepared.placed[key]
+        _audit(point, one.where)
+        if one.time is not None:
+            found[key] = float(np.mean(point.power_in)), _of_path(point)
+        else:
+            found[key] = float(point.power_in[0]), {of: float(np.max(row)) for of, row in point.demands.items()}
     return found
 
 

@@ -175,8 +175,11 @@ def whole_mass(study: Study, drive: str) -> WholeMass | None:
     return mass_of(made, study.service(made))
 
 
-def mass_of(drive: CoboticDrive | ConventionalDrive, service: Service, *, doubted: bool = True) -> WholeMass:
-    """What a drive weighs, for a service; not `doubted`, without the effect of its factors, which takes most of the time."""
+def mass_of(drive: Any, service: Service, *, doubted: bool = True) -> WholeMass:
+    """What a drive weighs, or what moves the links of a machine, for a service.
+
+    Not `doubted`, it is without the effect of its factors, which takes most of the time.
+    """
     bodies = drive.bodies(service)
     whole, factors = total(bodies), {}
     for name in factor_names() if doubted else ():
@@ -187,7 +190,10 @@ def mass_of(drive: CoboticDrive | ConventionalDrive, service: Service, *, doubte
 
 
 def with_factor(drive: Any, name: str, by: float) -> Any:
-    """A drive with an assumed factor of its structure multiplied."""
+    """A drive, or what moves the links of a machine, with an assumed factor of its structure multiplied."""
+    inner = next((one for one in ("leg", "separate") if getattr(drive, one, None) is not None), None)
+    if inner is not None:
+        return replace(drive, **{inner: with_factor(getattr(drive, inner), name, by)})
     return replace(drive, structure=replace(drive.structure, **{name: by * getattr(drive.structure, name)}))
 
 

@@ -11,7 +11,7 @@ import typer
 
 from infinivar.analysis.options import CompareOptions, StepOptions
 from infinivar.cli.arguments import Json, OptionalOut, Out, StudyFile, drives_of_study, with_figures, with_options
-from infinivar.cli.shared import end, loaded_study, naming, of_one_axis
+from infinivar.cli.shared import end, loaded_study, naming
 from infinivar.console import complain, flush, progress_bar, say
 from infinivar.errors import InputError
 from infinivar.sizing.options import SizeOptions
@@ -197,18 +197,18 @@ def size(
         typer.Option(
             "--drive",
             help="Drive of the study that is a template: its other parts stay; repeat for more. "
-            "[default: the first geared and the first cobotic drive]",
+            "[default: the first geared and the first cobotic drive, or the first machines with a leg and with separate drives]",
             autocompletion=drives_of_study,
         ),
     ] = None,
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
-    """Find the best geared and cobotic drives for a study.
+    """Find the best geared and cobotic drives, or machines, for a study.
 
     Judge motors, gearheads and pulley radii, or motors, gearhead, bearing and values of the wheel, by the requirement and the
-    duty cycles of the study. Write a report, and each design as a study file that the other commands read. Exit with code 1 if
-    no design is feasible; the result then names what excluded how many, and the nearest misses.
+    duty cycles of the study; of machines by its tasks and paths. Write a report, and each design as a study file that the other
+    commands read. Exit with code 1 if no design is feasible; the result then names what excluded how many, and nearest misses.
     """
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
@@ -216,7 +216,6 @@ def size(
     from infinivar.sizing.size import size as run
 
     loaded = loaded_study(study)
-    of_one_axis(study, loaded.drives, "size")
     keep_inputs(loaded, out, options.sets)
     with claimed(out):
         with progress_bar() as progress, naming(study):

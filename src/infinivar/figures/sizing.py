@@ -42,7 +42,7 @@ def data(sizing: Sizing) -> dict[str, Any]:
         ``groups`` by template: the same without the label.
     """
     measure = sizing.measure
-    by_power = measure is None and bool(sizing.study.duty)
+    by_power = measure is None and sizing.study.moves
 
     def places(found: tuple[SizedDrive, ...]) -> np.ndarray:
         if measure is not None:
@@ -75,7 +75,7 @@ def plane(sizing: Sizing) -> str:
     measure = sizing.measure
     if measure is not None:
         return measure.words if measure.unit == "1" else f"{measure.words} [{measure.unit}]"
-    return "mean power from the supply [W]" if sizing.study.duty else "margin of the tightest limit"
+    return "mean power from the supply [W]" if sizing.study.moves else "margin of the tightest limit"
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:

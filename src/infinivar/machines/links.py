@@ -9,13 +9,14 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from infinivar._core.array_namespace import Array
 from infinivar.contact import creep
 from infinivar.contact.friction import STICK_SPEED, coulomb
-from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.cobotic import CoboticDrive, Rolled
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import GEAR_LIMITS, MOTOR_LIMITS, MovingPoint, axis_of, followed
 from infinivar.errors import ParameterError
@@ -200,18 +201,35 @@ def lacking_of_leg(leg: CoboticDrive) -> dict[str, str]:
     return {}
 
 
-def with_legs(
-    carried: Carried,
-    legs: LeggedDrive,
-    leg: CoboticDrive,
-    parts: tuple[str, ...],
-    lever: float,
-    units: tuple[str, str],
-) -> TaskPoint:
-    """Legs on a common cylinder along a course; arguments as for `moved`."""
+class RolledLegs(NamedTuple):
+    """What legs on a common cylinder do along a course, whichever motors turn and steer them."""
+
+    course: Course
+    """Of the links."""
+    legs: Rolled
+    """Without the bearings of the cylinder, which carry all wheels together. (..., n)"""
+    shape: tuple[int, ...]
+    torque: np.ndarray
+    """On the cylinder: of all legs, and of its bearings. (...,) [N m]"""
+    rubbed: Mapping[str, np.ndarray]
+    """Losses in the bearings of the cylinder. (...,) [W]"""
+
+    @property
+    def slip(self) -> np.ndarray:
+        """Demand on the slip force of each leg. (..., n) [-]"""
+        return np.broadcast_to(self.legs.utilisation[Limit.SLIP], self.shape)
+
+    @property
+    def utilisation(self) -> dict[Limit, np.ndarray]:
+        """Demands on the worst wheel. (...,) [-]"""
+        every = {limit: np.broadcast_to(demand, self.shape) for limit, demand in self.legs.utilisation.items()}
+        return {limit: over_links(np.maximum, demand) for limit, demand in every.items()}
+
+
+def rolled_legs(carried: Carried, legs: LeggedDrive, leg: CoboticDrive) -> RolledLegs:
+    """Roll the wheels of legs along a course; below `CREEPING` they count as not steering."""
     course = carried.motion()
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        # The bearings of the common cylinder carry all wheels together.
         rolled = replace(leg, cylinder_bearings=None).roll(course)
         angle = rolled.steering
         turns = np.abs(angle.rate) > CREEPING
@@ -222,26 +240,38 @@ def with_legs(
             )
         )
         shape = np.broadcast_shapes(np.shape(rolled.torque), course.speed.shape)
-        lost, demands = dict(rolled.losses), {}
+        torque = np.broadcast_to(rolled.torque, shape)
+        rubbing, rubbed = legs.turned(
+            np.asarray(legs.cylinder_speed), torque, np.broadcast_to(rolled.force, shape), carried.link_position
+        )
+        return RolledLegs(course, rolled, shape, over_links(np.add, torque) + rubbing, rubbed)
+
+
+def with_legs(
+    carried: Carried,
+    legs: LeggedDrive,
+    leg: CoboticDrive,
+    parts: tuple[str, ...],
+    lever: float,
+    units: tuple[str, str],
+) -> TaskPoint:
+    """Legs on a common cylinder along a course; arguments as for `moved`."""
+    rolled = rolled_legs(carried, legs, leg)
+    course, angle, shape = rolled.course, rolled.legs.steering, rolled.shape
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        lost, demands = dict(rolled.legs.losses), {}
         drawn, turning, slow = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         if "steering" not in lacking_of_leg(leg):
-            steered, lost = leg.steered(rolled)
+            steered, lost = leg.steered(rolled.legs)
             drawn, burnt, returned = leg.steering_amplifier.supply(steered.power)
             turning, lost["steering amplifier"] = steered.stored, burnt
-            slow = np.broadcast_to(leg.slow_friction(rolled), shape)
+            slow = np.broadcast_to(leg.slow_friction(rolled.legs), shape)
             for limit, demand in {**steered.utilisation, **returned}.items():
                 row = np.broadcast_to(demand, shape)
                 demands |= {(limit, f"steering motor {place + 1}"): row[..., place] for place in range(shape[-1])}
-        turned = np.asarray(legs.cylinder_speed)
-        torque = np.broadcast_to(rolled.torque, shape)
-        rubbing, rubbed = legs.turned(turned, torque, np.broadcast_to(rolled.force, shape), carried.link_position)
-        behind = legs.driven(over_links(np.add, torque) + rubbing, turned)
+        behind = legs.driven(rolled.torque, np.asarray(legs.cylinder_speed))
     inertia = leg.mass_of_link * course.acceleration * course.speed  # type: ignore[operator]
     every = {name: np.broadcast_to(loss, shape) for name, loss in lost.items()}
-    slip = np.broadcast_to(rolled.utilisation[Limit.SLIP], shape)
-    others = {
-        limit: over_links(np.maximum, np.broadcast_to(demand, shape)) for limit, demand in rolled.utilisation.items()
-    }
     return TaskPoint(
         power_in=behind.power_in + np.sum(drawn, axis=-1),
         power_out=carried.delivered + 0.0 * behind.power_in,
@@ -249,12 +279,12 @@ def with_legs(
             name: np.broadcast_to(loss, shape[:-1])
             for name, loss in (
                 *behind.losses.items(),
-                *rubbed.items(),
+                *rolled.rubbed.items(),
                 *((name, np.sum(loss, axis=-1)) for name, loss in every.items()),
             )
         },
         demands={
-            **judged_legs(slip, {**others, **behind.utilisation, **legs.legs.pressed}, parts),
+            **judged_legs(rolled.slip, {**rolled.utilisation, **behind.utilisation, **legs.legs.pressed}, parts),
             **demands,
             **carried.kinematic,
         },

@@ -28,6 +28,7 @@ from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import (
     AXLE_BEARING,
     CYLINDER_BEARING,
+    INNER,
     ROLES,
     SCALES,
     STEERING_MOTOR,
@@ -42,6 +43,7 @@ from infinivar.sizing.design import (
     path_words,
     role_words,
     shown,
+    unit_of,
 )
 from infinivar.sizing.margins import TaskDemand
 from infinivar.sizing.measures import Measure
@@ -77,12 +79,13 @@ def save(sizing: Sizing, directory: Path) -> list[Path]:
         for name, text_of in studies.items():
             (scratch / name).write_text(text_of, "utf-8", newline="\n")
         masses = sizing.masses
-        bills = {bill_file(name): (mass, sizing.best_of[name].parts) for name, mass in masses.items()}
+        bills = {bill_file(name): (mass, sizing.best_of[name].inner_parts) for name, mass in masses.items()}
         for name, (mass, parts) in bills.items():
             write_bill(mass, parts, scratch / name)
         sheets = {
             name: style.write(sheet.draw_all(mass, _loads(sizing, name), f"like {name}"), scratch / sheet_file(name))
             for name, mass in masses.items()
+            if mass.layout.solids
         }
         solids = [
             save_step(mass.layout.solids, scratch / step_file(name), f"{sizing.study.name}, like {name}")
@@ -357,10 +360,8 @@ def _searched(sizing: Sizing) -> Iterator[str]:
 
 def _fates(name: str, search: SearchRecord) -> Iterator[str]:
     """Lines on what became of the candidates for a geared template."""
-    yield (
-        f"Template {name}: {search.words}{_ranges(search)}; {search.left:,} left by closed forms, "
-        f"{search.evaluated:,} evaluated at every instant"
-    )
+    left = f"{search.left:,} left by closed forms, " if search.closed else ""
+    yield f"Template {name}: {search.words}{_ranges(search)}; {left}{search.evaluated:,} evaluated at every instant"
     for reason, number in search.excluded.items():
         yield f"  {reason}: {number:,} left out"
     yield from (f"  {line}" for line in limit_lines(search.counts))
@@ -394,7 +395,7 @@ def _missed(search: SearchRecord | WheelRecord) -> Iterator[str]:
 
 def _ranges(search: SearchRecord | WheelRecord) -> str:
     found = [
-        f"{path_words(path)} {_without_unit(low, UNITS[path])} to {shown(high, UNITS[path], 3)}"
+        f"{path_words(path)} {_without_unit(low, unit_of(path))} to {shown(high, unit_of(path), 3)}"
         for path, (low, high) in search.ranges.items()
     ]
     return f", {', '.join(found)}" if found else ""
@@ -417,8 +418,9 @@ def html(sizing: Sizing, masses: Mapping[str, WholeMass], image: str, sheets: Ma
         "sizing.html",
         sizing=sizing,
         study=sizing.study,
+        motions=[*sizing.study.duty.values(), *sizing.study.tasks.values(), *sizing.study.paths.values()],
         image=image,
-        beside_mass=sizing.measure.words if sizing.measure else "power" if sizing.study.duty else "margin",
+        beside_mass=sizing.measure.words if sizing.measure else "power" if sizing.study.moves else "margin",
         notes=[f"{capitalise(one)}." for one in (*sizing.cautions, *_refused(sizing))],
         groups=[
             (group, title, designs, _limits(designs))
@@ -446,8 +448,8 @@ def html(sizing: Sizing, masses: Mapping[str, WholeMass], image: str, sheets: Ma
         tried_of=tried_of,
         tried_cells=tried_cells,
         tried_end=tried_end,
-        roles=[role for role in ROLES if any(role in one.parts for one in known)],
-        frees=dict.fromkeys(path for path in (*UNITS, *tried) if any(path in one.free for one in known)),
+        roles=[role for role in ROLES if any(role in one.inner_parts for one in known)],
+        frees=_frees(known, tried),
         role_words=role_words,
         part_in=_part_in,
         tightest=_tightest,
@@ -463,6 +465,13 @@ def html(sizing: Sizing, masses: Mapping[str, WholeMass], image: str, sheets: Ma
     )
 
 
+def _frees(known: Iterable[SizedDrive], tried: Iterable[str]) -> list[str]:
+    """Paths of the values of designs, in the order in which reports list them."""
+    found = dict.fromkeys(path for one in known for path in one.inner_free)
+    listed = [path for path in dict.fromkeys((*UNITS, *tried)) if path in found]
+    return [*listed, *(path for path in found if path not in listed)]
+
+
 def _refused(sizing: Sizing) -> Iterator[str]:
     """Yield what was refused of each set, with some reasons."""
     for one in sizing.sets:
@@ -473,10 +482,12 @@ def _refused(sizing: Sizing) -> Iterator[str]:
 
 def _part_in(design: SizedDrive, role: str) -> str | None:
     """Name of a part that a design keeps from its template; None if the drive has no such part."""
-    try:
-        return str(getattr(value_at(design.drive, role), "name", None) or "not named")
-    except AttributeError:
-        return None
+    for lead in INNER:
+        try:
+            return str(getattr(value_at(design.drive, f"{lead}{role}"), "name", None) or "not named")
+        except AttributeError:
+            continue
+    return None
 
 
 def _tightest(design: SizedDrive) -> list[tuple[str, str]]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from infinivar._core.described import derived, reported, rows
 from infinivar._core.result import Frozen, result
 from infinivar.drivetrain.body import total
-from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.service import NO_SERVICE
 from infinivar.limits import Demand, Limit
@@ -30,9 +30,13 @@ COBOTIC_PATHS = {
 }
 """Paths of the free values of a wheel design, by name."""
 
+RANGED = {**COBOTIC_PATHS, "input_speed": "input_speed"}
+"""Paths of the values whose range can be stated, by name; the last is that of the motor of a sphere."""
+
 UNITS = {
     "pulley.radius": "m",
     "screw.lead": "m",
+    "input_speed": "rad/s",
     **dict(zip(COBOTIC_PATHS.values(), ("m", "rad/s", "m", "m", "N"), strict=True)),
     STEERING_RATIO: "1",
     WHEELS: "1",
@@ -41,6 +45,9 @@ UNITS = {
 
 ROLES = ("motor", "gearhead", STEERING_MOTOR, AXLE_BEARING, CYLINDER_BEARING)
 """Roles of parts that are searched."""
+
+INNER = ("", "leg.", "separate.")
+"""What precedes the path of a part in a drive of one axis, and in the machines whose links such drives move."""
 
 SCALES = ("motor.scale", f"{STEERING_MOTOR}.scale")
 """Numbers of motors on one shaft, which are no fields of a drive."""
@@ -143,13 +150,27 @@ class SizedDrive(Frozen):
     @derived()
     def title(self) -> str:
         """The parts by name; a wheel that slips has no motors chosen."""
-        own = [] if "motor" in self.parts else ["wheel with any motors"]
-        return ", ".join([*own, *(f"{_LEAD.get(role, '')}{part.title}" for role, part in self.parts.items())])
+        own = [] if any(short_path(role) == "motor" for role in self.parts) else ["wheel with any motors"]
+        return ", ".join(
+            [*own, *(f"{_LEAD.get(short_path(role), '')}{part.title}" for role, part in self.parts.items())]
+        )
 
     @derived("kg")
     def motor_mass(self) -> float:
         """Of motors and gearheads; nan if one is not known. [kg]"""
+        if not hasattr(self.drive, "bodies"):
+            return math.nan
         return float(total(body for body in self.drive.bodies(NO_SERVICE) if body.chosen))  # type: ignore[attr-defined]
+
+    @property
+    def inner_parts(self) -> dict[str, ChosenPart]:
+        """Parts by role within the drive of a machine's links."""
+        return {short_path(role): part for role, part in self.parts.items()}
+
+    @property
+    def inner_free(self) -> dict[str, FreeValue]:
+        """Values by path within the drive of a machine's links."""
+        return {short_path(path): value for path, value in self.free.items()}
 
     @property
     def architecture(self) -> str:
@@ -263,11 +284,22 @@ def at_end(path: str, free: FreeValue) -> bool:
     return len(free.tried) > 1 and free.value in ends
 
 
+def short_path(path: str) -> str:
+    """Path within the drive of a machine's links, such as that of its leg; of a drive of one axis the path itself."""
+    return next((path.removeprefix(lead) for lead in INNER if lead and path.startswith(lead)), path)
+
+
+def unit_of(path: str) -> str:
+    """SI unit of a free value, by path."""
+    return next(unit for known, unit in UNITS.items() if known.rpartition(".")[2] == path.rpartition(".")[2])
+
+
 def path_words(path: str) -> str:
     """Path of a value in a drive, in words."""
     if path in SCALES:
         return f"{role_words(path.removesuffix('.scale'))}s on one shaft"
-    short = path.removeprefix("transmission.").removeprefix("geometry.").replace("bearings.bearing", "bearing")
+    short = short_path(path).removeprefix("transmission.").replace("geometry.", "")
+    short = short.replace("bearings.bearing", "bearing").replace("wheel.wheel_", "wheel.")
     return short.replace(".", " ").replace("_", " ")
 
 
@@ -278,4 +310,5 @@ def role_words(role: str) -> str:
 
 def architecture_of(drive: Drive) -> str:
     """Geared or cobotic."""
-    return "cobotic" if isinstance(drive, CoboticDrive) else "geared"
+    geared = isinstance(drive, ConventionalDrive) or getattr(drive, "separate", None) is not None
+    return "geared" if geared else "cobotic"

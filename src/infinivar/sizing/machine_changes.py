@@ -35,20 +35,20 @@ _OFFERED = 4
 """Changes stated."""
 
 
-def sufficient_changes(study: Study, name: str) -> tuple[Mapping[str, Change], ...]:
+def sufficient_changes(study: Study, machine: Any) -> tuple[Mapping[str, Change], ...]:
     """Changes that bring a machine within all limits, by path of the field: of one value, or where none is enough of two.
 
     Parameters
     ----------
     study : Study   With tasks or paths.
-    name : str      Of one of its machines.
+    machine         One of its machines by name, or another one.
 
     Returns
     -------
     tuple   The smallest change first; empty if the machine is feasible, or nothing tried is enough. Values of wheels, cylinder,
         gears and motors are tried from a fifth to five times the present one.
     """
-    drive, demands = study.drives[name], machine_demands(study)
+    drive, demands = study.drives[machine] if isinstance(machine, str) else machine, machine_demands(study)
     if np.all(demands(drive) <= 1.0):
         return ()
     return mending(drive, _looked_at(drive), demands, TOGETHER)
@@ -91,11 +91,13 @@ def with_changes(comparison: MachineComparison, progress: Any = None) -> Machine
     for place, one in enumerate(missed):
         if progress is not None:
             progress(f"changes that suffice: {one.title}", place / len(missed))
-        drive = comparison.study.drives[one.name]
-        said[one.name] = tuple(
-            _words(drive, each) for each in sufficient_changes(comparison.study, one.name)[:_OFFERED]
-        )
+        said[one.name] = change_words(comparison.study, comparison.study.drives[one.name])
     return replace(comparison, changes=FrozenDict(said))
+
+
+def change_words(study: Study, machine: Any) -> tuple[str, ...]:
+    """The smallest of `sufficient_changes`, in words."""
+    return tuple(_words(machine, each) for each in sufficient_changes(study, machine)[:_OFFERED])
 
 
 def _words(drive: Any, changes: Mapping[str, Change]) -> str:

@@ -13,8 +13,8 @@ from infinivar.units import show
 
 
 def mass_of(drive: Any, service: Service) -> float:
-    """Mass of a whole drive; nan if that of a body is not known. [kg]"""
-    return float(total(drive.bodies(service)))
+    """Mass of a whole drive; nan if that of a body is not known, as of machines without bodies. [kg]"""
+    return float(total(drive.bodies(service))) if hasattr(drive, "bodies") else math.nan
 
 
 def volume_of(drive: Any, service: Service) -> float:

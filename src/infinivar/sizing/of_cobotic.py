@@ -23,7 +23,7 @@ from infinivar.sizing.design import (
     SizedDrive,
 )
 from infinivar.sizing.found import CoboticDesign, CoboticSizing
-from infinivar.sizing.pool import ChosenPart
+from infinivar.sizing.pool import ChosenPart, PartPool
 from infinivar.sizing.progress import Progress
 from infinivar.sizing.records import WheelRecord
 from infinivar.sizing.request import Found, StudyRequest
@@ -82,11 +82,16 @@ def found_of(request: StudyRequest, found: CoboticSizing) -> Found:
 
 
 def _lists(request: StudyRequest) -> dict[str, Bearings]:
+    return bearings_of(request.template, request.parts)
+
+
+def bearings_of(template: CoboticDrive, parts: PartPool) -> dict[str, Bearings]:
     """Bearings to try, by their place in the drive; those of the cylinder where the template states a part for them."""
-    geometry, held = request.template.transmission.geometry, request.template.cylinder_bearings
-    found: dict[str, Bearings] = {AXLE_BEARING: request.parts.bearings_like(geometry.axle_bearing)}
+    geometry, held = template.transmission.geometry, template.cylinder_bearings
+    assert geometry is not None
+    found: dict[str, Bearings] = {AXLE_BEARING: parts.bearings_like(geometry.axle_bearing)}
     if held is not None and held.bearing is not None:
-        found[CYLINDER_BEARING] = request.parts.bearings_like(held.bearing)
+        found[CYLINDER_BEARING] = parts.bearings_like(held.bearing)
     return found
 
 
@@ -102,7 +107,11 @@ def _ratios(request: StudyRequest) -> tuple[float, ...]:
     steering = request.template.steering
     if steering is None or not request.study.duty:
         return ()
-    own = steering.ratio
+    return ratios_of(steering.ratio, request)
+
+
+def ratios_of(own: float, request: StudyRequest) -> tuple[float, ...]:
+    """Ratios to try between steering motor and bell: those stated, or around that of the template."""
     return request.steering_ratios or tuple(own * factor for factor in RATIOS)
 
 

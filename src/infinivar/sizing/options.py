@@ -50,24 +50,24 @@ def _ranges(name: str, said: list[str]) -> dict[str, tuple[float, float]]:
 
 def _named_range(option: str, text: str) -> tuple[str, tuple[float, float]]:
     """Name and ends of a range such as "preload=800 N..3 kN". In SI."""
-    from infinivar.sizing.design import COBOTIC_PATHS, UNITS
+    from infinivar.sizing.design import RANGED, UNITS
 
     name, equals, ends = text.partition("=")
     name, (low, dots, high) = name.strip(), ends.partition("..")
     if not equals or not dots:
         raise InputError(f'{option} {text!r} must be NAME=LOW..HIGH, such as "preload=800 N..3 kN"')
-    if name not in COBOTIC_PATHS:
-        known = ", ".join(COBOTIC_PATHS)
-        raise InputError(f"{option} {text!r}: {name!r} is not searched{nearest(name, COBOTIC_PATHS)}; names: {known}")
-    return name, span(f"{option} {name}", f"{option} {text!r}", low, high, UNITS[COBOTIC_PATHS[name]])
+    if name not in RANGED:
+        known = ", ".join(RANGED)
+        raise InputError(f"{option} {text!r}: {name!r} is not searched{nearest(name, RANGED)}; names: {known}")
+    return name, span(f"{option} {name}", f"{option} {text!r}", low, high, UNITS[RANGED[name]])
 
 
 def _ranges_shown(ranges: Mapping[str, tuple[float, float]]) -> str:
-    from infinivar.sizing.design import COBOTIC_PATHS, UNITS, shown
+    from infinivar.sizing.design import RANGED, UNITS, shown
 
     def words() -> Iterator[str]:
         for name, ends in ranges.items():
-            low, high = (shown(end, UNITS[COBOTIC_PATHS[name]], 3) for end in ends)
+            low, high = (shown(end, UNITS[RANGED[name]], 3) for end in ends)
             yield f"{name.replace('_', ' ')} from {low} to {high}"
 
     return ", ".join(words())
@@ -135,8 +135,8 @@ class SizeOptions(Options):
         show=_tries_shown,
     )
     ranges: Mapping[str, tuple[float, float]] | None = option(
-        "Cobotic drives: range of cylinder_radius, cylinder_speed, wheel_radius, crown_radius or preload, such as "
-        '"preload=800 N..3 kN"; repeat for more.',
+        "Cobotic drives: range of cylinder_radius, cylinder_speed, wheel_radius, crown_radius or preload, of a sphere's motor of "
+        'input_speed, such as "preload=800 N..3 kN"; repeat for more.',
         list[str],
         _ranges,
         name="range",

@@ -78,6 +78,7 @@ class SearchRecord(Frozen):
     stages         Number of output stages, or combinations of values, tried with every pair.
     stage_words    What they differ in: radii, leads, or "output stages".
     tried          Values of the template that were tried, each with the best design.
+    closed         Whether closed forms left out candidates; of machines, every one is evaluated.
     """
 
     candidates: int = reported()
@@ -92,6 +93,7 @@ class SearchRecord(Frozen):
     stages: int = reported(default=1)
     stage_words: str = "output stages"
     tried: tuple[TriedValue, ...] = reported(default=(), optional=True)
+    closed: bool = True
 
     @property
     def counted_as(self) -> str:

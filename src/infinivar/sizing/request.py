@@ -17,8 +17,9 @@ from infinivar.parts.linear import Pulley
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.cobotic.space import FREE
 from infinivar.sizing.cobotic.wheels import check_template
-from infinivar.sizing.design import SizedDrive
+from infinivar.sizing.design import RANGED, SizedDrive
 from infinivar.sizing.found import FoundDesign
+from infinivar.sizing.machine_templates import check_machine_options, machine_templates, of_machines, weighed
 from infinivar.sizing.measures import MEASURES
 from infinivar.sizing.options import BOTH, GENERATIONS, OBJECTIVES, SLIP_MARGIN, Aim, SizeOptions, fine_aims
 from infinivar.sizing.pool import PartPool, pool_of
@@ -152,7 +153,11 @@ def request_of(
     """
     check_study(study)
     aims = _aims(study, objective)
+    for name, one in study.drives.items() if kind is not None else ():
+        refuse_machine(one, "sweep", f"drives.{name}")
     templates, notes = _templates(study, drive)
+    if objective is None and of_machines(study) and not all(weighed(study.drives[name]) for name in templates):
+        aims = ("energy",)
     if kind is not None:
         templates, notes = [_first(study, templates, notes, kind)], ()
     require(isinstance(top, int) and not isinstance(top, bool) and top >= 1, "top", top, ">= 1")
@@ -162,7 +167,10 @@ def request_of(
         require(whole, word, number, f"a whole number >= {least}")
     ranges, tries = options.pop("ranges", None) or {}, options.pop("tries", None)
     stated = {name: value for name, value in options.items() if value is not None}
-    _check_options(study, templates, stated | ({"ranges": ranges} if ranges else {}))
+    given = stated | ({"ranges": ranges} if ranges else {}) | ({} if tries is None else {"tries": tries})
+    if of_machines(study):
+        check_machine_options(study, templates, aims, given)
+    _check_options(study, templates, given)
     kinds = {"steering_ratios": float, "wheels": int}
     several = {name: tuple(map(kind, stated[name])) for name, kind in kinds.items() if name in stated}
     request = StudyRequest(
@@ -192,11 +200,11 @@ def _first(study: Study, names: Sequence[str], notes: Sequence[str], kind: str) 
 def _aims(study: Study, objective: Aim | Iterable[Aim] | None) -> tuple[str, ...]:
     """Objectives of a search for a study, those by default if none is given."""
     if objective is None:
-        return BOTH if study.duty else ("mass",)
+        return BOTH if study.moves else ("mass",)
     aims = (objective,) if isinstance(objective, str) else tuple(objective)
     if not fine_aims(aims):
         raise ParameterError(f"objective must be {OBJECTIVES}, got {', '.join(map(str, aims)) or 'none'}")
-    if "energy" in aims and not study.duty:
+    if "energy" in aims and not study.moves:
         raise InputError(
             "objective = energy needs a motion: add a table [duty.NAME] to the study, or use the objective mass"
         )
@@ -205,12 +213,13 @@ def _aims(study: Study, objective: Aim | Iterable[Aim] | None) -> tuple[str, ...
 
 def _templates(study: Study, drive: str | Sequence[str] | None) -> tuple[list[str], tuple[str, ...]]:
     """Names of the templates, and why the study's only drive of an architecture is none."""
-    for name, one in study.drives.items():
-        refuse_machine(one, "size", f"drives.{name}")
-    if drive is not None:
-        names = [drive] if isinstance(drive, str) else list(dict.fromkeys(drive))
-        if not names:
-            raise InputError("drive must name at least one drive of the study")
+    stated = [drive] if isinstance(drive, str) else None if drive is None else list(dict.fromkeys(drive))
+    if stated == []:
+        raise InputError("drive must name at least one drive of the study")
+    if of_machines(study):
+        return machine_templates(study, stated)
+    if stated is not None:
+        names = stated
         for name in names:
             fault = _fault(study, name)
             if fault is not None:
@@ -248,9 +257,8 @@ def _fault(study: Study, name: str) -> str | None:
     return None
 
 
-def _check_options(study: Study, names: Sequence[str], given: Mapping[str, Any]) -> None:
-    """Raise InputError for an option that no template has a use for, or that is out of range; `given` has the options stated."""
-    drives = [study.drives[name] for name in names]
+def _check_useful(drives: Sequence[Any], given: Mapping[str, Any]) -> None:
+    """Raise InputError for an option that no template has a use for."""
     for kind, one in _KINDS.items():
         useless = [name for name in _OPTIONS[kind] if name in given]
         if useless and not any(isinstance(drive, one) for drive in drives):
@@ -258,6 +266,12 @@ def _check_options(study: Study, names: Sequence[str], given: Mapping[str, Any])
     stages = [drive.stage for drive in drives if isinstance(drive, ConventionalDrive)]
     if "radius" in given and not any(isinstance(one, Pulley) for one in stages):
         raise InputError(f"radius: the template has no pulley, but a {stages[0].title}, which stays as it is")
+
+
+def _check_options(study: Study, names: Sequence[str], given: Mapping[str, Any]) -> None:
+    """Raise InputError for an option that no template has a use for, or that is out of range; `given` has the options stated."""
+    if not of_machines(study):
+        _check_useful([study.drives[name] for name in names], given)
     ratios = tuple(given.get("steering_ratios", (1.0,)))
     fine = len(ratios) > 0 and all(0.0 < one < math.inf for one in ratios) and len({*ratios}) == len(ratios)
     require(fine, "steering_ratios", ratios, "one ratio or several different ones, each > 0")
@@ -266,9 +280,10 @@ def _check_options(study: Study, names: Sequence[str], given: Mapping[str, Any])
     said = ", ".join(f"{one:g}" for one in numbers) or "none"
     require(fine, "wheels", said, "one or several of 1, 2 and 3, each once")
     for name, ends in given.get("ranges", {}).items():
-        if name not in FREE:
+        known = RANGED if of_machines(study) else FREE
+        if name not in known:
             raise InputError(
-                f"ranges has an unknown entry {name!r}{nearest(name, FREE)}; known entries: {', '.join(FREE)}"
+                f"ranges has an unknown entry {name!r}{nearest(name, known)}; known entries: {', '.join(known)}"
             )
         fine = len(ends) == 2 and 0.0 < ends[0] <= ends[1] < math.inf
         require(fine, f"ranges[{name!r}]", tuple(ends), "a range above 0, least first")

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import field
+from dataclasses import field, replace
 
 from infinivar._core.described import derived, named, reported
 from infinivar._core.result import Result, result
 from infinivar.analysis.hanging import Hanging
 from infinivar.analysis.whole_mass import WholeMass, mass_of
+from infinivar.drivetrain.drive import is_machine
 from infinivar.drivetrain.masses import tube_as_of
 from infinivar.drivetrain.uncounted import not_counted
 from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.carrying import Carried, carried_lines
 from infinivar.sizing.design import SizedDrive, at_end, demand_words, exceeded_words, path_words
+from infinivar.sizing.machine_templates import weighed
+from infinivar.sizing.machines.work import MachineWork
 from infinivar.sizing.margins import nearest_among
 from infinivar.sizing.measures import MEASURES, Measure
 from infinivar.sizing.options import BOTH, SizeOptions
@@ -80,10 +83,16 @@ class Sizing(Result):
 
     @property
     def masses(self) -> dict[str, WholeMass]:
-        """What the best design like each template weighs, by template."""
+        """What the best design like each template weighs, by template; without machines whose structure is not known."""
         study, found = self.study, {}
         for name, design in self.best_of.items():
-            drive = tube_as_of(design.drive, study.drives[name])  # so that its wall follows the factors
+            drive, template = design.drive, study.drives[name]
+            if is_machine(drive):
+                if weighed(drive):
+                    own = {"leg": tube_as_of(drive.leg, template.leg)} if drive.leg is not None else {}
+                    found[name] = mass_of(replace(drive, **own), MachineWork.of(study, name).service)
+                continue
+            drive = tube_as_of(drive, template)  # so that its wall follows the factors
             found[name] = mass_of(drive, study.service(drive))
         return found
 
@@ -172,7 +181,7 @@ class Sizing(Result):
             said.append("prices are those of motors and gearheads; the structure has none")
         if "space" in self.objective and any(one.architecture == "cobotic" for one in self.best_of.values()):
             said.append("the motors of a cobotic drive are the lightest behind its wheel; others may need less space")
-        if self.best is not None and not self.study.duty:
+        if self.best is not None and not self.study.moves:
             said.append(
                 "without a motion every point of the requirement counts as continuous; energy and heat are open"
             )

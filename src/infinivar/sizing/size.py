@@ -17,11 +17,13 @@ import numpy as np
 from infinivar._core.fields import value_at
 from infinivar._core.pareto import front
 from infinivar.analysis.cycles.duty_cycle import energy_and_feasibility
-from infinivar.analysis.deciding import best_speeds
+from infinivar.analysis.deciding import best_speeds, hanging_machines
 from infinivar.analysis.hanging import Hanging, Judged, hang
+from infinivar.analysis.machines import compare_machines
 from infinivar.analysis.region import covers
 from infinivar.analysis.whole_mass import doubts, with_factor
 from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.drive import is_machine
 from infinivar.drivetrain.masses import tube_as_of
 from infinivar.errors import InputError, require
 from infinivar.parts.gearhead import LossModel
@@ -29,6 +31,11 @@ from infinivar.parts.structure.structure import Structure
 from infinivar.sizing.carrying import best_carried
 from infinivar.sizing.design import SizedDrive, shown
 from infinivar.sizing.geared.tally import SPARE
+from infinivar.sizing.machine_changes import change_words
+from infinivar.sizing.machine_templates import of_machines
+from infinivar.sizing.machines.legged import legged
+from infinivar.sizing.machines.rolling import rolling
+from infinivar.sizing.machines.separate import separate
 from infinivar.sizing.measures import MEASURES
 from infinivar.sizing.of_cobotic import cobotic
 from infinivar.sizing.of_geared import geared
@@ -39,13 +46,13 @@ from infinivar.sizing.result import Sizing
 from infinivar.sizing.robustness import check_builds, with_builds
 from infinivar.sizing.studies import not_simulated, not_taken_over, study_of
 from infinivar.sizing.tables import equal_shares
-from infinivar.sizing.tried import search_tries
+from infinivar.sizing.tried import Search, search_tries
 from infinivar.sizing.what_if import what_if
 from infinivar.study.choices import Variant, variants
 from infinivar.study.study import Study
 from infinivar.units import show
 
-_WORK = {geared: 1.0, cobotic: 4.0}
+_WORK = {geared: 1.0, cobotic: 4.0, separate: 1.0, legged: 3.0, rolling: 3.0}
 """Parts of the time that the searches take, for the progress."""
 
 
@@ -76,6 +83,9 @@ def size(
     searched; of a cobotic one both motors, the gearhead, axle and cylinder bearings, the number of wheels, the steering ratio and
     the five values of `ranges`.
     All else stays. Candidates are judged by the requirement and all duty cycles of the study.
+
+    Of a study with tasks and paths, machines are searched: all links of one with separate drives have the same motor, gearhead
+    and pulley, and all legs of one on a common cylinder the same wheel and steering motor.
 
     Parameters
     ----------
@@ -119,6 +129,7 @@ def size(
     """
     if builds:
         check_builds(builds)
+        builds = 0 if of_machines(study) else builds
     options = SizeOptions(
         objective=objective,
         top=top,
@@ -169,9 +180,10 @@ def sizing_of(request: StudyRequest, found: Mapping[str, Found]) -> Sizing:
         carried=best_carried(
             [one for each in found.values() for one in (*each.designs, *each.front)] if len(request.aims) > 1 else []
         ),
-        what_if=what_if(study, aims[0], best_of, missed, request.slip_margin),
+        what_if={} if of_machines(study) else what_if(study, aims[0], best_of, missed, request.slip_margin),
         notes=(
             *request.notes,
+            *(_changed(study, missed) if of_machines(study) else ()),
             *_left_out(request, found),
             *_coupled(best_of),
             *not_taken_over(study, best_of),
@@ -180,6 +192,14 @@ def sizing_of(request: StudyRequest, found: Mapping[str, Found]) -> Sizing:
             *parts.contradictions(chosen_parts),
         ),
     )
+
+
+def _changed(study: Study, missed: Mapping[str, SizedDrive]) -> Iterator[str]:
+    """What would make the nearest miss like each machine feasible."""
+    for name, design in missed.items():
+        found = change_words(study, design.drive)
+        said = f"would be feasible with {', or with '.join(found)}" if found else "has no change tried that is enough"
+        yield f"the nearest miss like {name} {said}"
 
 
 def _left_out(request: StudyRequest, found: Mapping[str, Found]) -> Iterator[str]:
@@ -216,7 +236,7 @@ def _not_simulated(study: Study, best_of: Mapping[str, SizedDrive]) -> Iterator[
 def _searched(request: StudyRequest, progress: Progress | None) -> dict[str, Found]:
     """What the search over drives like each template found."""
     names = request.templates
-    searches = [cobotic if isinstance(request.study.drives[name], CoboticDrive) else geared for name in names]
+    searches = [_search_of(request.study.drives[name]) for name in names]
     work = [_WORK[search] for search in searches]
     ends = np.cumsum([0.0, *work]) / sum(work)
     found: dict[str, Found] = {}
@@ -224,6 +244,14 @@ def _searched(request: StudyRequest, progress: Progress | None) -> dict[str, Fou
         said = part_of(progress, float(ends[place]), float(ends[place + 1]), f"{name}: " if len(names) > 1 else "")
         found[name] = search_tries(request.like(name), search, said)
     return found
+
+
+def _search_of(template: Any) -> Search:
+    """The search over drives, or machines, like a template."""
+    if is_machine(template):
+        kinds = (("leg", legged), ("separate", separate))
+        return next((search for kind, search in kinds if getattr(template, kind, None) is not None), rolling)
+    return cobotic if isinstance(template, CoboticDrive) else geared
 
 
 def _ordered(designs: list[SizedDrive], request: StudyRequest) -> list[SizedDrive]:
@@ -241,7 +269,8 @@ def _front(designs: list[SizedDrive]) -> list[SizedDrive]:
 
 def with_hanging(sizing: Sizing) -> Sizing:
     """The result with what its verdict hangs on, if it has designs."""
-    return replace(sizing, hangs_on=hanging_designs(sizing)) if sizing.best_of else sizing
+    of_power = sizing.objective[0] == "energy" or not of_machines(sizing.study)
+    return replace(sizing, hangs_on=hanging_designs(sizing)) if sizing.best_of and of_power else sizing
 
 
 def hanging_designs(sizing: Sizing) -> Hanging:
@@ -251,6 +280,8 @@ def hanging_designs(sizing: Sizing) -> Hanging:
     by whether it is still feasible.
     """
     study = _designs(sizing)
+    if of_machines(study):
+        return hanging_machines(compare_machines(study))
     measure = MEASURES[sizing.objective[0]]
     shares = equal_shares(study.duty)
     services = {name: study.service(one.drive) for name, one in sizing.best_of.items()} if measure.built else {}

@@ -15,7 +15,7 @@ from infinivar._core.array_namespace import bisect
 from infinivar._core.fields import described, value_at
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.text import joined
-from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.drive import Drive, is_machine
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.motion.waypoints import RecordedForce, Waypoints
@@ -30,12 +30,15 @@ from infinivar.sizing.design import (
     SizedDrive,
     path_words,
     role_words,
+    short_path,
     tried_words,
 )
 from infinivar.study.provenance import DEFAULT, Provenance, recorded, same, text_of
 from infinivar.study.spreads import Uncertainty
 from infinivar.study.study import Study
 
+_OF_STUDY, _OF_TASKS = ("requirement", "envelope", "rig"), ("tasks.", "paths.")
+"""Whose values a design's study states as that of the search does, besides those of its template."""
 _NODES = 400
 """Points of a file over one cycle."""
 _TITLE = 120
@@ -56,7 +59,7 @@ def study_of(study: Study, design: SizedDrive, name: str, scenarios: Mapping[str
     kept = tuple(
         row
         for row in study.provenance
-        if row.owner in (owner, "requirement", "envelope", "rig") and not _replaced(design, row)
+        if (row.owner in (owner, *_OF_STUDY) or row.owner.startswith(_OF_TASKS)) and not _replaced(design, row)
     )
     spreads = tuple(one for one in study.uncertainty.spreads.get(owner, ()) if not _within(design, one.path))
     paths = {one.path for one in spreads}
@@ -100,7 +103,8 @@ def _description(study: Study, design: SizedDrive) -> str:
     """What a design is: that of the study describes its drives as they were."""
     chosen = [*map(role_words, design.parts), *map(path_words, design.free)]
     named = joined(chosen) if chosen else "nothing"
-    kept = " and ".join(["requirement"] * (study.requirement is not None) + ["motions"] * bool(study.duty))
+    stated = {"requirement": study.requirement, "motions": study.duty, "tasks": study.tasks, "paths": study.paths}
+    kept = " and ".join(name for name, one in stated.items() if one)
     return (
         f"Result of a search over parts for the study {study.name}, with its drive {design.template} as the template. Searched: "
         f"{named}. All else in the drive is the template's; {kept} as in the study."
@@ -153,7 +157,7 @@ def _replaced(design: SizedDrive, row: Provenance) -> bool:
     if row.owner == design.template and row.field in _following_of(design):
         value = _of_path(design.drive, row.field)
         return value is None or not same(row.value, value)
-    return row.owner == design.template and name not in _KEPT.get(role, ()) and _within(design, row.field)
+    return row.owner == design.template and name not in _KEPT.get(short_path(role), ()) and _within(design, row.field)
 
 
 def _sources(owner: str, design: SizedDrive) -> Iterator[Provenance]:
@@ -161,7 +165,11 @@ def _sources(owner: str, design: SizedDrive) -> Iterator[Provenance]:
         instance = value_at(design.drive, role)
         for field in described(type(instance)):
             value = getattr(instance, field.name)
-            if value is not None and not dataclasses.is_dataclass(value) and field.name not in _KEPT.get(role, ()):
+            if (
+                value is not None
+                and not dataclasses.is_dataclass(value)
+                and field.name not in _KEPT.get(short_path(role), ())
+            ):
                 several = part.number != 1.0 and field.name in SCALED
                 kind = "derived" if field.name in part.derived or several else part.kind
                 where = f"{part.number:g} on one shaft of {part.where}" if several else part.where
@@ -179,7 +187,8 @@ def _sources(owner: str, design: SizedDrive) -> Iterator[Provenance]:
 
 def _following_of(design: SizedDrive) -> dict[str, tuple[str, str]]:
     """Values of a design that follow from what was searched, and where they come from."""
-    found = dict(FOLLOWING) if design.architecture == "cobotic" else {}
+    lead = "leg." if is_machine(design.drive) else ""
+    found = {f"{lead}{path}": said for path, said in FOLLOWING.items()} if design.architecture == "cobotic" else {}
     if any(path in SCALES for path in design.free) and STANDBY not in design.free:
         found[STANDBY] = "derived", "an amplifier for each motor, like those of the template"
     return found
@@ -221,7 +230,9 @@ def not_taken_over(study: Study, best_of: Mapping[str, SizedDrive]) -> Iterator[
     for template, design in best_of.items():
         for role in design.parts:
             own, other = value_at(study.drives[template], role), value_at(design.drive, role)
-            lost = [name for name in _COUNTED.get(role, ()) if _stated(own, name) and not _stated(other, name)]
+            lost = [
+                name for name in _COUNTED.get(short_path(role), ()) if _stated(own, name) and not _stated(other, name)
+            ]
             more = {one.name for one in dataclasses.fields(own)} - {one.name for one in dataclasses.fields(other)}
             if lost or more:
                 yield (

@@ -104,6 +104,11 @@ class Study(Frozen):
         return shares_of(self.duty)
 
     @property
+    def moves(self) -> bool:
+        """Whether it has motions: duty cycles, or tasks and paths of machines."""
+        return bool(self.duty or self.tasks or self.paths)
+
+    @property
     def machine_shares(self) -> dict[str, float]:
         """Share of the time spent in each task and path, such as "tasks.lift", adding up to 1; empty if none is stated. [-]"""
         return machine_shares(self.tasks, self.paths)

@@ -63,6 +63,15 @@ class Jointed(Linked):
         """Masses of the arm with its payload, an `infinivar.machines.linkage.Load` with a method ``inertia``."""
         raise NotImplementedError
 
+    @property
+    def link_lever(self) -> float:
+        """Radius of the pulley of a joint. [m]"""
+        return self.pulley_radius
+
+    def link_positions(self, pose: np.ndarray) -> np.ndarray:
+        """See `Linked.link_positions`: along the rims of the pulleys."""
+        return self.pulley_radius * np.unwrap(self._solved(pose)[0], axis=0)
+
     def part_speeds(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
         """Of the links, or of belts at the joints' pulleys; nan beyond reach. (..., n) [m s^-1]"""
         return self.pulley_radius * self._placed(pose, twist, 0.0 * twist)[1]

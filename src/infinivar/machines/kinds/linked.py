@@ -9,10 +9,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from infinivar.drivetrain.body import Body
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.control import CoboticControl, ConventionalControl
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
+from infinivar.drivetrain.layout import Layout
+from infinivar.drivetrain.service import Service
 from infinivar.errors import ParameterError
 from infinivar.machines.control.loops import following_pose, standing
 from infinivar.machines.control.tasks import guide_of_legs, guide_of_motors
@@ -170,7 +173,7 @@ class Linked(MachineDrive):
     @property
     def commands(self) -> tuple[str, ...]:
         """Commands that work besides those of all machines."""
-        return ("contact", "simulate") if self.leg is not None else ("simulate",)
+        return ("contact", "simulate", "size") if self.leg is not None else ("simulate", "size")
 
     @property
     def lacking(self) -> Mapping[str, str]:
@@ -185,6 +188,34 @@ class Linked(MachineDrive):
         if self.leg is None or "steering" in lacking_of_leg(self.leg):
             return float("nan")
         return float(self.leg.steering.coulomb_torque(self.leg.transmission))  # type: ignore[union-attr]
+
+    def bodies(self, service: Service) -> tuple[Body, ...]:
+        """What moves the links: of legs one cylinder with its bearings and motor, of all else as much as there are links.
+
+        Parameters
+        ----------
+        service : Service   Of one link.
+        """
+        own = self.separate if self.leg is None else self.leg
+        return bodies_of_links(own, self.links, service)
+
+    def layout(self, service: Service) -> Layout:
+        """Nothing is placed: where the links are is the machine's own affair."""
+        return Layout((), ("links of a machine",))
+
+    @property
+    def link_lever(self) -> float:
+        """Radius over which a link along a line moves a joint; 1 for links that move nothing else. [m]"""
+        return 1.0
+
+    @property
+    def link_travel(self) -> float | None:
+        """Travel that the links must have, whatever a task asks; None if it follows from the tasks. [m]"""
+        return None
+
+    def link_positions(self, pose: np.ndarray) -> np.ndarray | None:
+        """Positions of the links at poses (..., d); None where they do not follow from the pose. (..., n) [m]"""
+        return None
 
     def carried(self, course: MachineCourse) -> Carried:
         """What the links carry along a course; it does not depend on what moves them."""
@@ -250,6 +281,21 @@ class Linked(MachineDrive):
             return LeggedDrive.of(self.leg, count)
         except ParameterError as problem:
             raise ParameterError(f"leg.{problem}") from None
+
+
+_ONCE = ("cylinder motor", "gearhead", "cylinder", "cylinder bearings")
+"""Bodies of a leg of which a machine has one."""
+
+
+def bodies_of_links(own: Any, links: int, service: Service) -> tuple[Body, ...]:
+    """Bodies of as many legs on one cylinder, or drives, whose values may be arrays of many designs; see `Linked.bodies`."""
+    once = _ONCE if isinstance(own, CoboticDrive) else ()
+    return tuple(
+        body
+        if body.name in once or body.mass is None
+        else body._replace(mass=links * body.mass, basis=f"{links} times {body.basis}")
+        for body in own.bodies(service)
+    )
 
 
 def motor_mass(drive: Any) -> float:

@@ -241,7 +241,7 @@ class OmniwheelDrive(Linked):
         return (0.0, 0.0, 0.0)
 
     @property
-    def lever(self) -> float:
+    def link_lever(self) -> float:
         """Radius over which a linear drive turns an axle. [m]"""
         return given(self.pulley_radius, self.wheel_radius)
 
@@ -252,7 +252,7 @@ class OmniwheelDrive(Linked):
 
     def configuration(self, pose: Array) -> Configuration:
         """The kinematic map from twists to links over the pulleys, at poses (..., 3)."""
-        return self.wheels.at(np.asarray(pose, dtype=float)[..., 2], self.lever / self.wheel_radius)
+        return self.wheels.at(np.asarray(pose, dtype=float)[..., 2], self.link_lever / self.wheel_radius)
 
     def part_speeds(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
         """Of the rims. (..., n) [m s^-1]"""
@@ -268,7 +268,7 @@ class OmniwheelDrive(Linked):
             self.separate,
             twist,
             load,
-            lever=self.lever,
+            lever=self.link_lever,
             words="wheel",
             units=_UNITS,
         )
@@ -293,7 +293,7 @@ class OmniwheelDrive(Linked):
 
     def along(self, carried: Carried) -> TaskPoint:
         """See `infinivar.machines.links`."""
-        point = self._along(carried, self.lever, "wheel", _UNITS)
+        point = self._along(carried, self.link_lever, "wheel", _UNITS)
         course = carried.course
         rims = self.wheels.at(course.pose[..., 2]).link_speeds(course.twist)
         pushed = (
@@ -328,7 +328,7 @@ class OmniwheelDrive(Linked):
         turns = self.separate is not None and axis_of(self.separate).rotary
         return OmniwheelLoad(
             wheels=self.wheels,
-            ratio=(1.0 if turns else self.lever) / self.wheel_radius,
+            ratio=(1.0 if turns else self.link_lever) / self.wheel_radius,
             mass=self.mass + load_mass,  # type: ignore[operator]
             inertia=self.inertia + load_inertia,  # type: ignore[operator]
             rim_mass=self.wheel_inertia / self.wheel_radius**2,

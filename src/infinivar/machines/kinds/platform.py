@@ -295,6 +295,16 @@ class PlatformDrive(Linked):
         demand = np.where(singular, np.inf, found.utilisation[Limit.LINKAGE])
         return replace(found, utilisation={**found.utilisation, Limit.LINKAGE: demand})
 
+    @property
+    def link_travel(self) -> float | None:
+        """See `Linked.link_travel`: the stroke."""
+        ends = self.platform.stroke
+        return None if ends is None else ends[1] - ends[0]
+
+    def link_positions(self, pose: np.ndarray) -> np.ndarray:
+        """See `Linked.link_positions`."""
+        return np.asarray(self.configuration(pose).link_position)
+
     def part_speeds(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
         """Of the links. (..., n) [m s^-1]"""
         return self.configuration(pose).link_speeds(twist)

@@ -32,7 +32,8 @@ def crown_height(crown: Array, width: Array) -> Array:
     xp = namespace(crown, width)
     crown, width = as_floats(xp, crown, width)
     half = xp.minimum(0.5 * width, crown)
-    return crown - xp.sqrt(crown**2 - half**2)
+    # As a product, which rounding does not make negative where the crown is half as wide as the wheel.
+    return crown - xp.sqrt((crown - half) * (crown + half))
 
 
 def crowned_volume(radius: Array, crown: Array, width: Array) -> Array:

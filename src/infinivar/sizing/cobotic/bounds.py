@@ -13,7 +13,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from infinivar.sizing.cobotic.wheels import Shaft
 from infinivar.sizing.geared.candidates import Pairs
 from infinivar.sizing.geared.closed_form import linear_of, supplied, warmth
 from infinivar.sizing.geared.sampled import HOT
-from infinivar.sizing.geared.tasks import MotionTask, Task, heat_counts
+from infinivar.sizing.geared.tasks import MotionTask, RegionTask, heat_counts
 
 MOTOR, STEERING = "motor", "steering motor"
 
@@ -36,6 +36,20 @@ _LEVELS = (0.0, 0.25, 0.5, 0.75)
 _NO_INERTIA = Motor(
     voltage=1.0, resistance=1.0, torque_constant=1.0, no_load_current=0.0, continuous_torque=1.0, rotor_inertia=1e-300
 )
+
+
+class Judging(Protocol):
+    """How a task judges motors."""
+
+    @property
+    def root_mean_square(self) -> bool:
+        """Whether continuous torques bound the root mean square."""
+        ...
+
+    @property
+    def coldest(self) -> float:
+        """Lowest temperature that a winding can have; nan where it counts as at 25 °C. [K]"""
+        ...
 
 
 class MotorSignals(NamedTuple):
@@ -80,7 +94,7 @@ class MotorBounds(NamedTuple):
     """Mean power from the supply; 0 for a required region. [W]"""
 
 
-def cylinder_signals(task: Task, shaft: Shaft) -> MotorSignals:
+def cylinder_signals(task: Judging, shaft: Shaft) -> MotorSignals:
     """What a task asks of the cylinder motor of wheel designs."""
     turning = shaft.turning[:, 0]
     along = shaft.torque * np.sign(turning)[:, None]
@@ -133,7 +147,7 @@ def _moments(signals: np.ndarray, along: np.ndarray) -> np.ndarray:
     return np.stack(found)
 
 
-def lower_bounds(side: Side, task: Task, signals: MotorSignals) -> MotorBounds:
+def lower_bounds(side: Side, task: Judging, signals: MotorSignals) -> MotorBounds:
     """Demands and power of all candidates of a side, each at most the true one.
 
     Exact are speed, torques of the gearhead and, for the cylinder motor, currents; and voltages where the resistance is known.
@@ -141,7 +155,7 @@ def lower_bounds(side: Side, task: Task, signals: MotorSignals) -> MotorBounds:
     """
     found, rows = side.found, side.rows
     motor, gear = found.parts(rows)
-    heated, low, high = found.resistances(rows, task.coldest if isinstance(task, MotionTask) else np.nan)
+    heated, low, high = found.resistances(rows, task.coldest)
     columns: Any = low[:, None]
     motor = motor.with_resistance(columns)
     current = linear_of(motor, gear)
@@ -151,9 +165,10 @@ def lower_bounds(side: Side, task: Task, signals: MotorSignals) -> MotorBounds:
     square = np.maximum(spread @ signals.moments[0].reshape(-1, 16).T, 0.0)
     demands = _of_gear(side, gear, signals)
     demands |= _of_motor(side, task, motor, low, high, heated, factors, current.back_emf, signals, square)
-    if not isinstance(task, MotionTask):
+    if isinstance(task, RegionTask):
         return MotorBounds(demands, np.zeros_like(square))
-    demands |= _temperature(side, task, motor, gear, signals, square)
+    if isinstance(task, MotionTask):
+        demands |= _temperature(side, task, motor, gear, signals, square)
     # Winding loss, and back-emf times current times speed, the third signal.
     weights = low[:, None] * spread
     weights[:, 2::4] += current.back_emf[:, None] * factors
@@ -171,7 +186,7 @@ def _of_gear(side: Side, gear: Gearhead, signals: MotorSignals) -> dict[Demand, 
 
 def _of_motor(
     side: Side,
-    task: Task,
+    task: Judging,
     motor: Motor,
     low: np.ndarray,
     high: np.ndarray,

@@ -5,8 +5,9 @@ from __future__ import annotations
 import copy
 import functools
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from enum import IntEnum, unique
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -110,6 +111,64 @@ class Value(NamedTuple):
         return self.value < NOT_FEASIBLE
 
 
+class Rolls(Protocol):
+    """How wheel designs do what they have to: on one axis, or as the legs of a machine."""
+
+    def wheels(self, points: Points, tasks: Sequence[Task]) -> Wheels:
+        """Evaluate wheel designs, whose heads must be of one kind."""
+        ...
+
+    def bounds(
+        self, side: Side, shafts: Mapping[str, Shaft], tasks: Sequence[Task]
+    ) -> Sequence[tuple[float, MotorBounds]]:
+        """Lower bounds of all candidates of a side, each with the share at which its power counts."""
+        ...
+
+    def sample(
+        self, side: Side, rows: np.ndarray, places: np.ndarray, shafts: Mapping[str, Shaft], tasks: Sequence[Task]
+    ) -> SideSampled:
+        """Candidates of a side behind wheel designs, at every instant."""
+        ...
+
+    def structure(self, points: Points) -> np.ndarray:
+        """Mass of all but motors and gearheads. (k,) [kg]"""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OneAxis:
+    """Wheel designs as drives of one axis; see `Rolls`."""
+
+    space: Space
+    life: float | None
+    shares: Mapping[str, float]
+
+    def wheels(self, points: Points, tasks: Sequence[Task]) -> Wheels:
+        """See `Rolls.wheels`."""
+        return evaluate(self.space, points, tasks, life=self.life)
+
+    def bounds(self, side: Side, shafts: Mapping[str, Shaft], tasks: Sequence[Task]) -> list[tuple[float, MotorBounds]]:
+        """See `Rolls.bounds`; steering rests in a required region."""
+        found, plant = [], self.space.template.steering
+        for task in tasks:
+            share = self.shares.get(task.name, 0.0)
+            if side.name == MOTOR:
+                found.append((share, lower_bounds(side, task, cylinder_signals(task, shafts[task.name]))))
+            elif isinstance(task, MotionTask) and plant is not None:
+                found.append((share, lower_bounds(side, task, steering_signals(plant, shafts[task.name]))))
+        return found
+
+    def sample(
+        self, side: Side, rows: np.ndarray, places: np.ndarray, shafts: Mapping[str, Shaft], tasks: Sequence[Task]
+    ) -> SideSampled:
+        """See `Rolls.sample`."""
+        return sample(side, rows, places, tasks, shafts, self.shares, self.space.template.steering)
+
+    def structure(self, points: Points) -> np.ndarray:
+        """See `Rolls.structure`."""
+        return self.space.structure(points)
+
+
 class Evaluation:
     """Evaluates wheel designs, and counts."""
 
@@ -119,10 +178,12 @@ class Evaluation:
         sides: Sequence[Side],
         tasks: Sequence[Task],
         request: CoboticRequest,
+        rolls: Rolls | None = None,
     ) -> None:
         """Nothing is counted yet."""
         self.space, self.sides, self.request = space, sides, request
         self.objective, self.shares = request.objective, request.shares
+        self.rolls = OneAxis(space, request.life, request.shares) if rolls is None else rolls
         self.structured = not open_structure(space.template, space.service)
         """Whether the mass of the structure is known: where not, only motors and gearheads count."""
         self.look_at(tasks, tasks)
@@ -155,7 +216,9 @@ class Evaluation:
     def _rolled_at_once(self) -> int:
         """Number of wheel designs to evaluate together."""
         points = _POINTS if self.space.compiled is None else _POINTS_COMPILED
-        longest = max(len(task.instants.time if isinstance(task, MotionTask) else task.speed) for task in self.tasks)
+        longest = max(
+            [1, *(len(one.instants.time if isinstance(one, MotionTask) else one.speed) for one in self.tasks)]
+        )
         return max(1, points // longest)
 
     @property
@@ -223,11 +286,7 @@ class Evaluation:
         count = len(points.head)
         self.rolled += count
         parts = list(self.space.batches(points, self._rolled_at_once))
-        wheels = joined(
-            list(
-                in_order(lambda some: evaluate(self.space, points.of(some), self.tasks, life=self.request.life), parts)
-            )
-        )
+        wheels = joined(list(in_order(lambda some: self.rolls.wheels(points.of(some), self.tasks), parts)))
         with_slip_margin = self.with_slip_margin(wheels.demands)
         excess = _excess(with_slip_margin, wheels)
         result = _none(count)
@@ -293,7 +352,7 @@ class Evaluation:
         if not self.structured or not able.size:
             return found
         for some in np.array_split(np.arange(len(able)), -(-len(able) // _BLOCK)):
-            found[some] = self.space.structure(points.of(able[some]))
+            found[some] = self.rolls.structure(points.of(able[some]))
         beyond = able[~np.isfinite(found)]
         result.value[beyond] = State.PRELOAD.value_of(np.full(len(beyond), np.inf))
         if len(beyond):
@@ -320,10 +379,12 @@ class Evaluation:
         chosen, _ = self._best(side, points, wheels, np.array([0]))
         if chosen.row[0] != NOT_CHOSEN:
             return int(chosen.row[0])
-        bounds = [np.max(list(one.demands.values()), axis=0)[:, 0] for _, one in self._bounds(side, shafts)]
+        bounds = [
+            np.max(list(one.demands.values()), axis=0)[:, 0] for _, one in self.rolls.bounds(side, shafts, self.tasks)
+        ]
         first = side.rows[np.argsort(np.max(bounds, axis=0), kind="stable")[:_NEAREST]]
         none = np.zeros(len(first), dtype=int)
-        done = sample(side, first, none, self.tasks, shafts, self.shares, self.space.template.steering)
+        done = self.rolls.sample(side, first, none, shafts, self.tasks)
         return int(first[nearest_of(list(done.demands.values()), side.found.mass(first))])
 
     def _best(self, side: Side, points: Points, wheels: Wheels, able: np.ndarray) -> tuple[ChosenMotors, np.ndarray]:
@@ -345,15 +406,15 @@ class Evaluation:
     def _behind(self, side: Side, points: Points, wheels: Wheels, able: np.ndarray) -> Behind:
         """Candidates of a side behind wheels that roll."""
         shafts = {name: shaft.of(able) for name, shaft in wheels.shafts.items()}
-        bounds = self._bounds(side, shafts)
+        bounds = self.rolls.bounds(side, shafts, self.tasks)
         nothing = np.zeros((len(side.rows), len(able)))
-        drawn = [self.shares[name] * one.power for name, one in bounds if name in self.shares]
+        drawn = [share * one.power for share, one in bounds]
         sized = self._sized(side, points.of(able))
         worst = functools.reduce(np.maximum, (demand for _, one in bounds for demand in one.demands.values()), nothing)
         worst = functools.reduce(np.maximum, sized.values(), worst)
 
         def evaluate_some(tried: np.ndarray, places: np.ndarray) -> SideSampled:
-            done = sample(side, tried, places, self.tasks, shafts, self.shares, self.space.template.steering)
+            done = self.rolls.sample(side, tried, places, shafts, self.tasks)
             rows = np.searchsorted(side.rows, tried)
             own = {key: demand[rows, places] for key, demand in sized.items()}
             fits = [demand <= 1.0 for demand in own.values()]
@@ -381,15 +442,6 @@ class Evaluation:
         shape = len(points.head), len(side.rows)
         found = self.envelope.demands(self.space.box(points, **parts))
         return {(ENVELOPE, *key): np.broadcast_to(demand, shape).T for key, demand in found.items()}
-
-    def _bounds(self, side: Side, shafts: Mapping[str, Shaft]) -> list[tuple[str, MotorBounds]]:
-        found, plant = [], self.space.template.steering
-        for task in self.tasks:
-            if side.name == MOTOR:
-                found.append((task.name, lower_bounds(side, task, cylinder_signals(task, shafts[task.name]))))
-            elif isinstance(task, MotionTask) and plant is not None:
-                found.append((task.name, lower_bounds(side, task, steering_signals(plant, shafts[task.name]))))
-        return found
 
 
 def _none(count: int) -> Value:

@@ -87,22 +87,23 @@ class SideLaws:
     def heat_sources(self, task: MotionTask) -> dict[str, tuple[Array, Array]]:
         """As `Laws.heat_sources`."""
         name = self._side.name
-        return {} if heat.missing(self._motor) else {name: heating(self._run(self._motor, task), name)}
+        return {} if heat.missing(self._motor) else {name: heating(self.run(self._motor, task.name), name)}
 
     def over(self, task: MotionTask, warm: Mapping[str, Any]) -> tuple[dict[Demand, Array], Array]:
         """As `Laws.over`."""
         motor = heat.warm(self._motor, warm[self._side.name]) if warm else self._motor
-        point = self._run(motor, task)
+        point = self.run(motor, task.name)
         drawn = np.broadcast_to(point.power_in, np.shape(point.power_out))
         return performance.demands(point), np.mean(drawn, axis=-1)
 
     def within(self, task: RegionTask) -> dict[Demand, Array]:
         """As `Laws.within`."""
-        point = self._run(self._motor, task)
+        point = self.run(self._motor, task.name)
         return {key: np.max(demand, axis=-1) for key, demand in point.utilisation.items()}
 
-    def _run(self, motor: Motor, task: Task) -> MovingPoint:
-        side, shaft = self._side, self._shafts[task.name]
+    def run(self, motor: Motor, name: str) -> MovingPoint:
+        """Operating points in a task."""
+        side, shaft = self._side, self._shafts[name]
         if side.name == MOTOR:
             made = motor_side(motor, self._gear, output_torque=shaft.torque, output_speed=shaft.turning)
         else:

@@ -299,21 +299,21 @@ def searched_of(request: CoboticRequest) -> Searched:
     """What is searched for a template that was checked; errors as for `size_cobotic`."""
     own, stated = request.template, request.stated
     template = replace(own, gearhead=replace(own.gearhead, stiffness=None, backlash=None))
-    box = _box(
+    box = box_of(
         template, request.ranges, heads_of(template, request.bearings, request.wheels, request.cylinder_bearings)
     )
     found = pairs_of(
         request.motors, request.gearheads, request.pairs, loss_model=request.gear_law, moving=False, stated=stated
     )
-    sides = [Side(name=MOTOR, found=_fast_enough(found, box), amplifier=template.amplifier)]
+    sides = [Side(name=MOTOR, found=fast_enough(found, box), amplifier=template.amplifier)]
     if request.moving:
-        steered = _steered(request.steering_motors, request.steering_ratios, stated)
+        steered = steered_pairs(request.steering_motors, request.steering_ratios, stated)
         sides.append(Side(name=STEERING, found=steered, amplifier=template.steering_amplifier))
     service = service_of(template, request.duty, request.requirement, request.travel)
     return Searched(Space(template, box.heads, service), sides, box)
 
 
-def _steered(motors: Mapping[str, Any], ratios: Sequence[float], stated: Sequence[str]) -> Pairs:
+def steered_pairs(motors: Mapping[str, Any], ratios: Sequence[float], stated: Sequence[str]) -> Pairs:
     """Steering motors, each with every ratio of a gear that the law counts as lossless."""
     count, gears = len(next(iter(motors.values()), ())), len(ratios)
     if not gears:
@@ -323,7 +323,7 @@ def _steered(motors: Mapping[str, Any], ratios: Sequence[float], stated: Sequenc
     return pairs_of(motors, table, grid, loss_model="coulomb", moving=True, stated=stated)
 
 
-def _box(template: CoboticDrive, ranges: Mapping[str, tuple[float, float]], heads: Heads) -> Box:
+def box_of(template: CoboticDrive, ranges: Mapping[str, tuple[float, float]], heads: Heads) -> Box:
     """Ranges of the continuous values, and the heads."""
     unknown = set(ranges) - set(FREE)
     if unknown:
@@ -375,7 +375,7 @@ def _turned(tube: StockTube, stated: tuple[float, float] | None) -> tuple[float,
     return least, largest
 
 
-def _fast_enough(found: Pairs, box: Box) -> Pairs:
+def fast_enough(found: Pairs, box: Box) -> Pairs:
     """Pairs whose motor and gearhead permit the slowest cylinder; a faster one turns them faster."""
     slowest, kept, excluded = box.low[FREE.index("cylinder_speed")], found.usable, dict(found.excluded)
     for limit in (Limit.SPEED, Limit.GEAR_SPEED):

@@ -36,10 +36,10 @@ _INSIDE = 10_000
 REQUIREMENT = "requirement"
 """Name of the required region among the tasks."""
 
-_PROBE = Motor(
+PROBE = Motor(
     voltage=1.0, resistance=1.0, torque_constant=1.0, no_load_current=0.0, continuous_torque=1.0, rotor_inertia=1.0
 )
-_DIRECT = Gearhead(ratio=1.0, efficiency=1.0)
+DIRECT = Gearhead(ratio=1.0, efficiency=1.0)
 _OF_CANDIDATES = ("motor", "gearhead")
 
 
@@ -90,7 +90,7 @@ class MotionTask:
 
     def signals(self, template: ConventionalDrive, stage: OutputStage) -> StageSignals:
         """What the motion asks of the gear's output at a stage."""
-        drive = with_stage(replace(template, motor=_PROBE, gearhead=_DIRECT), stage)
+        drive = with_stage(replace(template, motor=PROBE, gearhead=DIRECT), stage)
         course, mass = self.instants.course, self.duty.moved_mass
         point = drive.follow(course, load_mass=mass)
         inner = chain.inward(drive.chain, course, mass, drive.axis, (2, 0)).course
@@ -124,9 +124,14 @@ class RegionTask:
         """Continuous torques bound every point."""
         return False
 
+    @property
+    def coldest(self) -> float:
+        """Windings count as at 25 °C."""
+        return float("nan")
+
     def signals(self, template: ConventionalDrive, stage: OutputStage) -> StageSignals:
         """What the region asks of the gear's output at a stage."""
-        drive = with_stage(replace(template, motor=_PROBE, gearhead=_DIRECT), stage)
+        drive = with_stage(replace(template, motor=PROBE, gearhead=DIRECT), stage)
         point = operated(drive, speed=self.speed, force=self.force)
         torque, speed = (
             np.broadcast_to(point.states[name], self.speed.shape) for name in ("motor_torque_Nm", "motor_speed_rad_s")
@@ -196,7 +201,7 @@ def without_travel(tasks: Sequence[Task]) -> tuple[Task, ...]:
     return tuple(replace(task, travel=None) if isinstance(task, MotionTask) else task for task in tasks)
 
 
-def heat_counts(task: Task) -> bool:
+def heat_counts(task: object) -> bool:
     """Whether a winding temperature replaces the continuous torque where the motor's thermal data are known: in a run."""
     return isinstance(task, MotionTask) and not task.duty.closed
 
