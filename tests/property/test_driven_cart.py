@@ -12,6 +12,7 @@ from infinivar import Limit
 from infinivar.machines import PlanarDrive, Wheel
 from infinivar.motion import Point
 from internals import power_audit as audit
+from internals import wheeled_picture as wheeled
 from made import loaded
 
 SLIP, STIFFNESS, RADIUS, RESISTANCE = 240.0, 12000.0, 0.05, 6.6
@@ -207,3 +208,29 @@ def test_messages(message):
     with pytest.raises(iv.ParameterError) as caught:
         replace(CARTS["all wheels"], **MESSAGES[message])
     assert str(caught.value) == message
+
+
+def test_drawn_forces_of_a_driven_cart_and_of_omniwheels():
+    """The ground's forces on the wheels are those on the load; tractions drive the wheels that have motors."""
+    cart, twist, wrench = CARTS["rear wheels"], np.array([0.5, 0.0, 0.3]), np.array([150.0, 20.0, 4.0])
+    found = wheeled.steered(cart.machine, cart.operated(twist, wrench), wrench)
+    moments = found.positions[:, 0] * found.force[:, 1] - found.positions[:, 1] * found.force[:, 0]
+    assert_allclose([*found.force.sum(axis=0), moments.sum()], wrench, rtol=0, atol=1e-7)
+    ((look, name, load),) = found.applied
+    assert (look, name) == ("load-force", "force of the load")
+    assert_allclose(load, -wrench, rtol=0, atol=1e-7)
+    assert abs(found.traction[0]) < 1e-7
+    assert_allclose(
+        found.traction[1:], cart.perform(pose=np.zeros(3), twist=twist, wrench=wrench).states["traction_N"] / 2
+    )
+    shown = cart.picture(None, np.zeros(3), twist, wrench)
+    assert f"traction of a motor, {found.traction[1]:.3g} N at most" in [words for _, words in shown.keys]
+    assert "the tractions of its motors, and of its load" in cart.shown
+    platform = loaded("omniwheel_platform").drives["three-motors"]
+    task = loaded("omniwheel_platform").tasks["push"]
+    done = iv.perform_task(platform, task)
+    other = wheeled.rolled(platform, done.steady, done.pose, done.twist, done.wrench)
+    work = np.sum(other.traction * other.rolling) - platform.rolling_friction * platform.load_of_wheel * np.sum(
+        np.abs(other.rolling)
+    )
+    assert work == pytest.approx(done.wrench @ done.twist + done.steady.losses["rollers"], rel=1e-9)

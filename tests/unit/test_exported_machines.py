@@ -44,6 +44,9 @@ OTHERS = {
     ),
     "serial arm": MACHINES["serial arm"][0],
     "sphere with servo": MACHINES["sphere"][0],
+    "driven cart": replace(
+        loaded("driven_cart").drives["rear"], steering=loaded("guided_cart").drives["cart"].steering
+    ),
 }
 if importlib.util.find_spec("pinocchio"):  # the extra infinivar[robots] has pin
     ROBOTS = Path(__file__).parents[2] / "studies" / "robots"

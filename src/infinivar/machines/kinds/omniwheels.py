@@ -151,7 +151,7 @@ class OmniwheelDrive(Linked):
     held_time: ClassVar[float] = 1.0
     shown: ClassVar[str] = (
         ", from above: wheels along their rolling directions, the axles of the rollers that stand on the ground, and the forces "
-        "on the machine."
+        "on the machine: those of the ground, the tractions of its motors or legs, and of its load."
     )
     MASSES: ClassVar[tuple[str, ...]] = ("mass", "inertia")
     one_of: ClassVar[tuple[str, ...]] = ("leg", "separate")

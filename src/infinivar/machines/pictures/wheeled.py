@@ -108,7 +108,8 @@ class OnGround:
     centre : (2,) float or None        Instant centre, perhaps infinite; None if wheels are not along normals to it. [m]
     axles : (k, 2) float or None       Unit vectors along the axles of the rollers on the ground.
     rolling : (k,) float or None       Speeds at which the wheels roll. [m/s]
-    traction : (k,) float or None      Torques of motors on the axles over the wheels' radii, along the headings. [N]
+    traction : (k,) float or None      Torques on the axles over the wheels' radii, along the headings. [N]
+    driver : str                       What exerts them: "motor" or "leg".
     """
 
     title: str
@@ -125,6 +126,7 @@ class OnGround:
     axles: np.ndarray | None = None
     rolling: np.ndarray | None = None
     traction: np.ndarray | None = None
+    driver: str = "motor"
     notes: tuple[str, ...] = ()
     lever: float = 0.0
 
@@ -229,6 +231,8 @@ def rolled(drive: Any, point: Any, pose: Any, twist: Any, wrench: Any) -> OnGrou
         slip=grip,
         axles=axles,
         rolling=drive.part_speeds(place, rate),
+        traction=np.asarray(point.part_forces) / drive.wheel_radius,
+        driver="motor" if drive.leg is None else "leg",
         lever=drive.lever,
     )
 
@@ -249,14 +253,14 @@ def picture(found: OnGround) -> Picture:
     shown = (
         ("contact-force", "force of the ground on a wheel", True),
         ("limit", "slip limit, to the same scale", found.limit is not None),
-        ("force", f"traction of the motors {_newtons(found)}", found.traction is not None),
+        ("force", f"traction of a {found.driver}, {_newtons(found)} at most", found.traction is not None),
         *((look, _said(found, name, wrench), True) for look, name, wrench in found.applied),
         ("velocity", f"velocity {speed}, turning at {turning}", np.any(found.twist)),
         ("heading", "normal of a heading", found.centre is not None),
         ("axis", "axle of the roller on the ground", found.axles is not None),
     )
     rows = [(name, length(wrench[:2], "N")) for _, name, wrench in found.applied] + [("velocity", speed)]
-    rows += [] if found.traction is None else [("traction of the motors", _newtons(found))]
+    rows += [] if found.traction is None else [(f"largest traction of a {found.driver}", _newtons(found))]
     if found.slip is not None:
         rows += slip_rows((f"wheel {place + 1}" for place in range(len(found.slip))), found.force, found.slip)
     return Picture(
@@ -320,8 +324,8 @@ def _wheels(found: OnGround) -> Iterator[Stroke]:
 
 
 def _newtons(found: OnGround) -> str:
-    """Sum of the tractions of all motors."""
-    return "" if found.traction is None else quantity(float(np.sum(found.traction)), "N")
+    """The largest traction."""
+    return "" if found.traction is None else quantity(float(np.max(np.abs(found.traction))), "N")
 
 
 def _motion(found: OnGround) -> Iterator[Stroke]:
