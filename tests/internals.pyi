@@ -234,11 +234,11 @@ from infinivar.machines.hand import PointGrip
 from infinivar.machines.kind import MovingMachine
 from infinivar.machines.kinds.arm import ArmLoad
 from infinivar.machines.kinds.linked import SeparateMachine, motor_mass
-from infinivar.machines.kinds.platform import PlatformLoad
 from infinivar.machines.linkage import SeparateMechanics
 from infinivar.machines.machine import as_machine
 from infinivar.machines.pictures import rollers as sphere_picture
 from infinivar.machines.pictures import wheeled as wheeled_picture
+from infinivar.machines.platform_load import PlatformLoad
 from infinivar.machines.registry import MACHINES as MOVING_MACHINES
 from infinivar.machines.sampled import SampledSteps
 from infinivar.machines.system import Defaults, Forces, Place, System

@@ -3,6 +3,7 @@
 import os
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ import infinivar as iv  # noqa: E402
 from infinivar import InputError  # noqa: E402
 from internals import DRAWN_STICK_SPEED as STICK_SPEED  # noqa: E402
 from internals import recorded_scene as recorded  # noqa: E402
+from internals import rotation_matrix  # noqa: E402
 from internals import scene_in_space as in_space  # noqa: E402
 from machine_runs import SHOWN, planar, platform, slide  # noqa: E402
 from machines import HEXAPOD  # noqa: E402
@@ -125,6 +127,27 @@ def test_masses_of_a_platform_and_its_links():
     steering = HEXAPOD.servo(STICK_SPEED).inertia
     place = first["wheel_1_steering"]
     np.testing.assert_allclose(full[place, place], steering, rtol=1e-6)
+
+
+def test_rods_with_mass_move_as_in_the_machine():
+    """Inertia about the twist, by MuJoCo's Jacobian of the ties between rods and platform."""
+    machine = replace(HEXAPOD, rod_mass=0.2)
+    found = iv.session(machine, iv.motion.Caster(), user=[5.0, 3.0, 4.0], moment=[0.1, 0.2, -0.1], duration=0.1)
+    model, data, scene = loaded(found)
+    placed(model, data, scene, -1)
+    full, first = inertia(model, data)
+    ties = data.efc_J.reshape(-1, model.nv)[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+    body = first["platform_pose"] + np.arange(6)
+    others = np.setdiff1d(np.arange(model.nv), body)
+    pose = np.array([[found.columns[name][-1] for name in machine.mechanics(STICK_SPEED).configuration]])
+    twist = np.zeros((model.nv, 6))
+    twist[body] = np.eye(6)
+    twist[body[3:], 3:] = rotation_matrix(pose[0, 3:]).T  # turning in axes of the body
+    twist[others] = np.linalg.lstsq(ties[:, others], -ties @ twist, rcond=None)[0]
+    assert np.abs(ties @ twist).max() < 1e-9
+    load = machine.mechanics(STICK_SPEED).load
+    _, known, _ = load.on_links(pose, np.zeros((1, 6)), machine.leg.link_mass)
+    np.testing.assert_allclose(twist.T @ full @ twist, known[0], atol=1e-6 * np.abs(known).max())
 
 
 def test_masses_of_a_cart():

@@ -131,6 +131,28 @@ def rigid_body(mass: float, principal: np.ndarray, turn: np.ndarray, twist: np.n
     return Moved(inertia, bias)
 
 
+def point_masses(masses: np.ndarray, jacobian: np.ndarray, falling: np.ndarray, gravity: np.ndarray) -> Moved:
+    """Point masses that move with coordinates; the bias holds their weights, their energy is not computed.
+
+    Parameters
+    ----------
+    masses : (k,) float             [kg]
+    jacobian : (m, k, 3, d) float   Of the velocity of each.
+    falling : (m, k, 3) float       Its acceleration without one of the coordinates. [m s^-2]
+    gravity : (3,) float            Acceleration of free fall. [m s^-2]
+
+    Returns
+    -------
+    inertia, bias : (m, d, d), (m, d) float
+
+    Source: Newton.
+    """
+    rows = jacobian.reshape(len(jacobian), -1, jacobian.shape[-1])
+    weighted = np.swapaxes(rows * np.repeat(masses, 3)[:, None], -1, -2)
+    fallen = (falling - gravity).reshape(len(jacobian), -1)
+    return Moved(np.matmul(weighted, rows), np.matmul(weighted, fallen[..., None])[..., 0])
+
+
 def joined(one: PlanarBody, other: PlanarBody) -> PlanarBody:
     """Two rigid bodies in a plane as one, in the same axes; one without mass adds its moment of inertia only.
 

@@ -115,6 +115,12 @@ def _with_legs(
     )
 
 
+def lifting(point: TaskPoint, weight: np.ndarray, rates: np.ndarray) -> TaskPoint:
+    """A steady point of which a part of the wrench lifts the machine itself: that power is stored, not delivered."""
+    stored = np.sum(weight * rates, axis=-1) + 0.0 * point.power_out
+    return replace(point, power_out=point.power_out - stored, stored={"machine": stored})
+
+
 def judged_legs(slip: np.ndarray, utilisation: Mapping[Limit, Array], parts: Sequence[str]) -> dict[Demand, np.ndarray]:
     """Demands of legs on a common cylinder: slip (..., n) of each, and others (...,) of wheels, motor and gearhead."""
     demands = worst({Limit.SLIP: slip}, parts)

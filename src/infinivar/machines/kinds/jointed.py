@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.machines.course import MachineCourse
 from infinivar.machines.kinds.linked import Linked
-from infinivar.machines.links import Carried, moved
+from infinivar.machines.links import Carried, lifting, moved
 from infinivar.machines.machine import TaskPoint, rows
 from infinivar.transmission.configuration import Configuration
 
@@ -95,11 +94,7 @@ class Jointed(Linked):
             words="joint",
             units=("N m", "rad/s"),
         )
-        if weight is None:
-            return point
-        # What lifts the arm itself is stored in it.
-        lifting = np.sum(weight * rates, axis=-1) + 0.0 * point.power_out
-        return replace(point, power_out=point.power_out - lifting, stored={"machine": lifting})
+        return point if weight is None else lifting(point, weight, rates)
 
     def carried(self, course: MachineCourse) -> Carried:
         """What the joints carry along a course, with weight and what accelerates the members; beyond reach all is nan.

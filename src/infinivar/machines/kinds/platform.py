@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
-from annotated_types import Gt, Interval
+from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.bounds import FINITE
@@ -25,21 +25,22 @@ from infinivar.drivetrain.drive import axis_of, needed
 from infinivar.errors import InputError, ParameterError, require
 from infinivar.limits import Limit
 from infinivar.machines import bonds
-from infinivar.machines.bodies import angular_velocity, rigid_body, rotation_between, rotation_rate
+from infinivar.machines.bodies import (
+    Moved,
+    rigid_body,
+)
 from infinivar.machines.course import MachineCourse
-from infinivar.machines.hand import Grip, PointGrip
 from infinivar.machines.kinds.linked import Linked, OnCylinder, SeparateMachine, check_leg
-from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load
-from infinivar.machines.links import Carried, moved
+from infinivar.machines.linkage import LeggedMechanics
+from infinivar.machines.links import Carried, lifting, moved
 from infinivar.machines.machine import TaskPoint, rows
 from infinivar.machines.many_legs import LeggedDrive
 from infinivar.machines.pictures import rods
-from infinivar.machines.pictures.rods import OnRods
-from infinivar.machines.pictures.slides import Drum
 from infinivar.machines.pictures.strokes import Picture
-from infinivar.motion.vectors import ROTATIONS, TRANSLATIONS, Point
+from infinivar.machines.platform_load import PlatformLoad
+from infinivar.motion.vectors import Point
 from infinivar.transmission.configuration import Configuration
-from infinivar.transmission.platform import Platform, rotation_matrix
+from infinivar.transmission.platform import Platform
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,72 +98,11 @@ class PlatformGeometry:
         object.__setattr__(self, "platform", made)
 
 
+RODS = "Mass of each rod, uniform between its joints and slender"
+GRAVITY = "Acceleration of free fall along x, y and z, the axis of the cylinder; without it nothing weighs"
+
 _PAIRS = ("base_radius", "joint_radius", "base_spread", "joint_spread")
 _POINTS = ("guideways", "joints")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlatformLoad(Load):
-    """A platform, its origin the centre of mass."""
-
-    platform: Platform
-    mass: float
-    inertia: np.ndarray
-    """About its axes. (3,) [kg m^2]"""
-    coordinates: tuple[str, ...] = (
-        "v_x_m_s",
-        "v_y_m_s",
-        "v_z_m_s",
-        "w_x_rad_s",
-        "w_y_rad_s",
-        "w_z_rad_s",
-    )
-    configuration: tuple[str, ...] = (
-        "x_m",
-        "y_m",
-        "z_m",
-        "theta_x_rad",
-        "theta_y_rad",
-        "theta_z_rad",
-    )
-    demands: tuple[tuple[Limit, str], ...] = ((Limit.LINKAGE, "rods"), (Limit.TRAVEL, "links"))
-
-    turns: ClassVar[bool] = True
-
-    def at(self, pose: np.ndarray, twist: np.ndarray) -> LinkMotion:
-        """Kinematics and inertia; nan beyond the reach of a rod."""
-        position, rotation = pose[:, :3], pose[:, 3:]
-        turn = rotation_matrix(rotation)
-        moves = self.platform.moving(position, turn, twist)
-        changes = self.changes(pose, twist)
-        demand = np.stack([moves.reach, self.platform.travel_demand(moves.link_position)], axis=-1)
-        body = rigid_body(self.mass, self.inertia, turn, twist)
-        return LinkMotion(moves.jacobian, moves.link_speed, moves.bias, changes, body, demand, moves.link_position)
-
-    def twist_of(self, pose: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        """With the angular velocity of the rotation vector."""
-        return np.concatenate([rate[..., :3], angular_velocity(pose[..., 3:], rate[..., 3:])], axis=-1)
-
-    def changes(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-        """With the rate of the rotation vector."""
-        return np.concatenate([twist[:, :3], rotation_rate(pose[:, 3:], twist[:, 3:])], axis=-1)
-
-    def apart(self, pose: np.ndarray, goal: np.ndarray) -> np.ndarray:
-        """With the turn between the rotations."""
-        return np.concatenate([(goal - pose)[:3], rotation_between(pose[3:], goal[3:])])
-
-    @property
-    def links(self) -> int:
-        """Number of links."""
-        return len(self.platform.base)
-
-    def grip(self, coordinates: int) -> Grip:
-        """The origin."""
-        return PointGrip(axes=TRANSLATIONS, turns=ROTATIONS, coordinates=coordinates)
-
-    def outline(self, link_mass: float, drum: Drum | None) -> OnRods:
-        """Platform and rods."""
-        return OnRods(platform=self.platform, mass=self.mass, inertia=self.inertia, link_mass=link_mass, drum=drum)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -179,12 +119,18 @@ class PlatformMachine(OnCylinder):
     platform: Platform = component("Geometry")
     mass: float = quantity("kg", Gt(0), "Mass of the platform with what it carries")
     inertia: Sequence[float] = quantities("kg m^2", Gt(0), "Moments of inertia about its axes x, y and z")
+    rod_mass: float = quantity("kg", Ge(0), RODS, default=0.0)
+    gravity: Sequence[float] | None = quantities("m/s^2", FINITE, GRAVITY, default=None)
+    load_mass: float = quantity("kg", Ge(0), "Part of the mass whose weight is a part of the wrench", default=0.0)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
         check_leg(self.leg)
         require(len(self.inertia) == 3, "inertia", f"{len(self.inertia)} values", "three")
+        _check_gravity(self)
+        most = f"at most mass, {self.mass:g}"
+        require(self.load_mass <= self.mass, "load_mass", f"{self.load_mass:g}", most, "kg")
 
     @property
     def home(self) -> np.ndarray:
@@ -192,7 +138,18 @@ class PlatformMachine(OnCylinder):
         return np.array([0.0, 0.0, self.platform.home, 0.0, 0.0, 0.0])
 
     def bonds(self, stick_speed: float) -> bonds.Bonds:
-        """Platform in its own axes, rods and legs."""
+        """Platform in its own axes, rods and legs.
+
+        Raises
+        ------
+        ParameterError
+            If rods have masses, or there is weight.
+        """
+        for name in ("rod_mass", "gravity"):
+            if getattr(self, name):
+                raise ParameterError(
+                    f"{name} must be left out for a bond graph: in it rods are massless and nothing weighs"
+                )
         mechanics = self.mechanics(stick_speed)
         unrotated = np.zeros((1, 6))
         moves = [bonds.Coordinate(f"v_{one}", f"v_{one}", f"I_v_{one}", "m_p", "kg", "platform") for one in "xyz"]
@@ -217,8 +174,21 @@ class PlatformMachine(OnCylinder):
 
     def mechanics(self, stick_speed: float) -> LeggedMechanics:
         """Contacts and inertia."""
-        load = PlatformLoad(platform=self.platform, mass=self.mass, inertia=np.asarray(self.inertia))
+        load = PlatformLoad(
+            platform=self.platform,
+            mass=self.mass,
+            inertia=np.asarray(self.inertia),
+            rod_mass=self.rod_mass,
+            gravity=None if self.gravity is None else tuple(self.gravity),
+            load_mass=self.load_mass,
+            link_mass=float(self.leg.mass_of_link or 0.0),
+        )
         return self.on_cylinder(load, len(self.platform.base), stick_speed)
+
+
+def _check_gravity(machine: PlatformMachine | PlatformDrive) -> None:
+    row = machine.gravity
+    require(row is None or len(row) == 3, "gravity", f"{len(row or ())} values", "3: along x, y and z")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -244,6 +214,8 @@ class PlatformDrive(Linked):
         "Moments of inertia of the platform about its axes x, y and z, for simulation; its origin is the centre of mass",
         default=None,
     )
+    rod_mass: float = quantity("kg", Ge(0), RODS, default=0.0)
+    gravity: tuple[float, ...] | None = quantities("m/s^2", FINITE, GRAVITY, default=None)
     legs: LeggedDrive | None = field(init=False, repr=False, compare=False, default=None)
 
     __repr__ = brief
@@ -251,6 +223,10 @@ class PlatformDrive(Linked):
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
+        _check_gravity(self)
+        for name in ("rod_mass", "gravity"):
+            if getattr(self, name) and self._massless:
+                raise ParameterError(f"{self._massless} is missing: {name} is stated")
         object.__setattr__(self, "legs", self._legs(self.links))
         if self.inertia is not None:
             require(len(self.inertia) == 3, "inertia", f"{len(self.inertia)} values", "three: about x, y and z")
@@ -312,7 +288,11 @@ class PlatformDrive(Linked):
     def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
         """As `infinivar.machines.machine.Machine.perform`."""
         pose, twist, wrench = rows(self, pose, twist, wrench)
-        return moved(self.configuration(pose), self.legs, self.separate, twist, wrench)
+        if self.gravity is None:
+            return moved(self.configuration(pose), self.legs, self.separate, twist, wrench)
+        weight = self._moved(pose, 0.0 * twist).bias.reshape(twist.shape)
+        point = moved(self.configuration(pose), self.legs, self.separate, twist, wrench + weight)
+        return lifting(point, weight, twist)
 
     def picture(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> Picture:
         """The platform on its rods, in space."""
@@ -336,10 +316,30 @@ class PlatformDrive(Linked):
         load = course.wrench[1:4]
         if not self._massless:
             pose, twist = np.broadcast_arrays(course.pose[1:4], course.twist[1:4])
-            turn = rotation_matrix(pose[..., 3:].reshape(-1, 3))
-            body = rigid_body(self.mass, np.array(self.inertia), turn, twist.reshape(-1, 6))  # type: ignore[arg-type]
-            load = load + body.forces(np.broadcast_to(course.acceleration[1:4], twist.shape))
+            load = load + self._moved(pose, twist).forces(np.broadcast_to(course.acceleration[1:4], twist.shape))
         return Carried(course=course, configuration=self.configuration(course.pose), twist=course.twist, load=load)
+
+    def _moved(self, pose: np.ndarray, twist: np.ndarray) -> Moved:
+        """Inertia of platform and rods, with weights, at poses and twists (..., 6), in rows."""
+        return self._load().at(pose.reshape(-1, 6), twist.reshape(-1, 6)).moved
+
+    def _load(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> PlatformLoad:
+        """Platform and rods, with a load at the end point.
+
+        Raises
+        ------
+        ParameterError
+            If mass or inertia of the platform is missing.
+        """
+        return PlatformLoad(
+            platform=self.platform,
+            mass=needed(self.mass, "mass") + load_mass,
+            inertia=np.array(needed(self.inertia, "inertia")) + load_inertia,
+            rod_mass=self.rod_mass,
+            gravity=self.gravity,
+            load_mass=load_mass,
+            link_mass=0.0 if self.leg is None else float(self.leg.mass_of_link or 0.0),
+        )
 
     def along(self, carried: Carried) -> TaskPoint:
         """See `infinivar.machines.links`."""
@@ -357,11 +357,17 @@ class PlatformDrive(Linked):
         ParameterError
             If an inertia that motion requires is missing, or a separate drive cannot be simulated.
         """
-        mass = needed(self.mass, "mass") + load_mass
-        inertia = [one + load_inertia for one in needed(self.inertia, "inertia")]
+        load = self._load(load_mass, load_inertia)
         if self.leg is None:
             assert self.separate is not None
-            load = PlatformLoad(platform=self.platform, mass=mass, inertia=np.array(inertia))
             return SeparateMachine(separate=self.separate, load=load, home=np.array(self.home))
         needed(self.leg.steering, "leg.steering")
-        return PlatformMachine(leg=self.leg, platform=self.platform, mass=mass, inertia=inertia)
+        return PlatformMachine(
+            leg=self.leg,
+            platform=self.platform,
+            mass=load.mass,
+            inertia=load.inertia.tolist(),
+            rod_mass=load.rod_mass,
+            gravity=load.gravity,
+            load_mass=load_mass,
+        )

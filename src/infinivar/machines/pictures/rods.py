@@ -63,7 +63,7 @@ class OnRods:
     Attributes
     ----------
     platform : Platform
-    mass, link_mass : float   [kg]
+    mass, rod_mass, link_mass : float   [kg]
     inertia : (3,) float      Of the body about its axes. [kg m^2]
     drum : Drum or None
     """
@@ -74,6 +74,7 @@ class OnRods:
     platform: Platform
     mass: float
     inertia: np.ndarray
+    rod_mass: float
     link_mass: float
     drum: Drum | None
 

@@ -195,7 +195,10 @@ def _platform(scene: Scene, parts: Parts, load: OnRods, turning: float) -> Exten
             scene.geom(link, "capsule", "link", fromto=[*(0.3 * hub), 0.0, 0.0, 0.0], size=[0.2 * wheel])
             along = [*np.cross(_Z, out), *_Z]
             _wheel(scene, link, f"wheel_{place + 1}", hub, along, wheel, parts.steering[:, place], turning)
-        rod = scene.body(link, f"rod_{place + 1}", [0.0, 0.0, 0.0], 0.0, _NONE, centre=[0.0, 0.0, 0.5 * length])
+        slender = (*[load.rod_mass * length**2 / 12.0] * 2, 0.0)
+        rod = scene.body(
+            link, f"rod_{place + 1}", [0.0, 0.0, 0.0], load.rod_mass, slender, centre=[0.0, 0.0, 0.5 * length]
+        )
         scene.joint(rod, f"rod_{place + 1}_joint", "ball", _from_z((rods.upper - rods.lower)[:, place] / length))
         scene.geom(rod, "capsule", "rod", fromto=[0.0, 0.0, 0.0, 0.0, 0.0, length], size=[0.2 * wheel])
         SubElement(rod, "site", name=f"rod_{place + 1}_end", pos=text([0.0, 0.0, length]), size=text(0.25 * wheel))
