@@ -131,7 +131,7 @@ def check_machine_options(study: Study, names: Sequence[str], aims: Sequence[str
 
 def weighed(machine: Any) -> bool:
     """Whether the mass of what moves a machine is known."""
-    return hasattr(machine, "bodies")
+    return hasattr(machine, "drivetrain")
 
 
 def _pulley(machine: Any) -> bool:
