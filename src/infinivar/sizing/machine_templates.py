@@ -19,7 +19,6 @@ _INNER = ("leg", "separate")
 _ROLLING, _CROWN = "rolling", "geometry.crown_radius"
 
 _UNUSED = {
-    "tries": "values of machines are not tried",
     "life": "bearings of machines are not searched by their life",
     "wheels": "each leg has one wheel",
 }

@@ -199,6 +199,11 @@ class Linked(MachineDrive):
         return bodies_of_links(own, self.links, service)
 
     @property
+    def links(self) -> int:
+        """Number of links."""
+        raise NotImplementedError
+
+    @property
     def link_lever(self) -> float:
         """Radius over which a link along a line moves a joint; 1 for links that move nothing else. [m]"""
         return 1.0
