@@ -271,6 +271,11 @@ class PlanarDrive(MachineDrive):
         object.__setattr__(self, "machine", PlanarCobot(contacts=contact, positions=points))
 
     @property
+    def commands(self) -> tuple[str, ...]:
+        """Commands that work besides those of all machines."""
+        return () if self.wheel.geometry is None else ("size",)
+
+    @property
     def mechanism(self) -> Mechanism:
         """The kinematic map over x, y and, with several wheels, the angle."""
         return self.machine.mechanism
