@@ -23,6 +23,7 @@ from small_catalogue import SLOW
 LIMITED = {"generations": 3, "top": 4, "slip_margin": 1.0}
 STUDIES = {"two_joint_arm": ("one-motor", "two-motors"), "six_leg_display": ("one-motor", "six-motors")}
 """With a shared motor, and with a motor for each link."""
+MORE = {**STUDIES, "omniwheel_platform": ("one-motor", "three-motors")}
 
 
 @pytest.fixture(scope="module")
@@ -190,11 +191,10 @@ def test_nearest_miss_says_what_is_exceeded_and_what_would_do(name, slow):
         ("two_joint_arm", {"objective": "space"}, "the space of machines is not known"),
         ("two_joint_arm", {"life": 1e6}, "life: bearings of machines are not searched by their life"),
         ("two_joint_arm", {"wheels": [2]}, "wheels: each leg has one wheel"),
-        (
-            "two_joint_arm",
-            {"tries": {"drives.one-motor.pulley_radius": [0.05]}},
-            "tries: values of machines are not tried",
-        ),
+        ("two_joint_arm", {"tries": {"drives.one-motor.leg.transmission.preload": [300.0]}}, "as ranges says"),
+        ("two_joint_arm", {"tries": {"drives.one-motor.leg.motor.voltage": [12.0]}}, "itself chooses the motor"),
+        ("two_joint_arm", {"tries": {"drives.two-motors.motor.scale": [2.0]}}, "has no such value"),
+        ("sphere_joint", {"tries": {"drives.tetrahedral.input_speed": [20.0]}}, "as ranges says"),
         (
             "two_joint_arm",
             {"drive": "two-motors", "ranges": {"preload": (1.0, 2.0)}},
@@ -235,7 +235,7 @@ def sized(study, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("study", "name"), [(study, name) for study, names in STUDIES.items() for name in names])
+@pytest.mark.parametrize(("study", "name"), [(study, name) for study, names in MORE.items() for name in names])
 def test_winner_is_not_beaten_by_a_thousand_random_designs(study, name):
     given, found, random = loaded(study), sized(study, name), np.random.default_rng(7)
     inner = "leg" if name == "one-motor" else "separate"
@@ -258,3 +258,19 @@ def test_winner_is_not_beaten_by_a_thousand_random_designs(study, name):
         powers.append(judged(given, with_values(drive, changed), prepared))
     assert sum(map(np.isfinite, powers)) >= 5
     assert found.best.power <= min(powers)
+
+
+def test_values_of_a_machine_are_tried_each_with_the_whole_search(slow):
+    study, path = loaded("two_joint_arm"), "drives.two-motors.pulley_radius"
+    options = {"drive": "two-motors", "sets": slow, "objective": "energy"}
+    found = iv.size(study, tries={path: [0.04, 0.06, 0.08]}, **options)
+    apart = {}
+    for one in found.searches["two-motors"].tried:
+        changed = with_values(study.drives["two-motors"], {"pulley_radius": one.value})
+        there = iv.size(replace(study, drives={"two-motors": changed}), **options).best
+        apart[one.value] = there.power
+        assert one.power == pytest.approx(there.power, rel=1e-12)
+    assert found.best.power == min(apart.values())
+    assert apart[found.best.free["pulley_radius"].value] == found.best.power
+    again = found.study_of(found.best).drives["two-motors"]
+    assert again.pulley_radius == found.best.free["pulley_radius"].value

@@ -14,8 +14,10 @@ from infinivar._core.result import Frozen, result
 from infinivar.drivetrain.body import Body, open_bodies, total
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import is_machine
 from infinivar.drivetrain.envelope import Envelope
 from infinivar.drivetrain.layout import Layout
+from infinivar.drivetrain.masses import bodies_of
 from infinivar.drivetrain.service import Service
 from infinivar.limits import Demand
 from infinivar.parts.structure.structure import Structure
@@ -180,13 +182,14 @@ def mass_of(drive: Any, service: Service, *, doubted: bool = True) -> WholeMass:
 
     Not `doubted`, it is without the effect of its factors, which takes most of the time.
     """
-    bodies = drive.bodies(service)
+    bodies = bodies_of(drive, service)
     whole, factors = total(bodies), {}
     for name in factor_names() if doubted else ():
-        ends = [total(with_factor(drive, name, by).bodies(service)) for by in (1.0 / DOUBT, DOUBT)]
+        ends = [total(bodies_of(with_factor(drive, name, by), service)) for by in (1.0 / DOUBT, DOUBT)]
         if any(abs(end - whole) > _NEGLIGIBLE * whole for end in ends):
             factors[name] = ends[0], ends[1]
-    return WholeMass(bodies=bodies, layout=drive.layout(service), service=service, factors=FrozenDict(factors))
+    layout = Layout((), ("links of a machine",)) if is_machine(drive) else drive.layout(service)
+    return WholeMass(bodies=bodies, layout=layout, service=service, factors=FrozenDict(factors))
 
 
 def with_factor(drive: Any, name: str, by: float) -> Any:

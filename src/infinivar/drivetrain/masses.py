@@ -34,6 +34,16 @@ def geared_bodies(drive: Any, service: Service) -> tuple[Body, ...]:
     return tuple(GearedBuilding(drive, service))
 
 
+def bodies_of(drive: Any, service: Service) -> tuple[Body, ...]:
+    """Bodies of a drive, or of what moves the links of a machine; of a machine whose structure is not known one without mass."""
+    if hasattr(drive, "drivetrain"):
+        return drive.drivetrain(service)
+    return (UNWEIGHED,) if hasattr(drive, "perform") else drive.bodies(service)
+
+
+UNWEIGHED = Body("machine", None, "derived", "what a machine without links weighs is not known", chosen=True)
+
+
 def shaft_demand(drive: Any, service: Service) -> Mapping[Demand, Array]:
     """Demand over allowance of the room for the shaft of a pulley or pinion; empty of other drives. [-]"""
     return GearedBuilding(drive, service).shaft if hasattr(drive, "stage") else {}

@@ -10,6 +10,7 @@ from infinivar._core.result import Frozen, result
 from infinivar.drivetrain.body import total
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.masses import bodies_of
 from infinivar.drivetrain.service import NO_SERVICE
 from infinivar.limits import Demand, Limit
 from infinivar.sizing.geared.tally import SPARE
@@ -158,9 +159,7 @@ class SizedDrive(Frozen):
     @derived("kg")
     def motor_mass(self) -> float:
         """Of motors and gearheads; nan if one is not known. [kg]"""
-        if not hasattr(self.drive, "bodies"):
-            return math.nan
-        return float(total(body for body in self.drive.bodies(NO_SERVICE) if body.chosen))  # type: ignore[attr-defined]
+        return float(total(body for body in bodies_of(self.drive, NO_SERVICE) if body.chosen))
 
     @property
     def inner_parts(self) -> dict[str, ChosenPart]:

@@ -19,7 +19,6 @@ _INNER = ("leg", "separate")
 _ROLLING, _CROWN = "rolling", "geometry.crown_radius"
 
 _UNUSED = {
-    "tries": "values of machines are not tried",
     "life": "bearings of machines are not searched by their life",
     "wheels": "each leg has one wheel",
 }
@@ -131,7 +130,7 @@ def check_machine_options(study: Study, names: Sequence[str], aims: Sequence[str
 
 def weighed(machine: Any) -> bool:
     """Whether the mass of what moves a machine is known."""
-    return hasattr(machine, "bodies")
+    return hasattr(machine, "drivetrain")
 
 
 def _pulley(machine: Any) -> bool:

@@ -8,13 +8,14 @@ from typing import Any, NamedTuple
 
 from infinivar._core.fields import given
 from infinivar.drivetrain.body import total
+from infinivar.drivetrain.masses import bodies_of
 from infinivar.drivetrain.service import Service
 from infinivar.units import show
 
 
 def mass_of(drive: Any, service: Service) -> float:
-    """Mass of a whole drive; nan if that of a body is not known, as of machines without bodies. [kg]"""
-    return float(total(drive.bodies(service))) if hasattr(drive, "bodies") else math.nan
+    """Mass of a whole drive; nan if that of a body is not known. [kg]"""
+    return float(total(bodies_of(drive, service)))
 
 
 def volume_of(drive: Any, service: Service) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import field, replace
+from typing import Any
 
 from infinivar._core.described import derived, named, reported
 from infinivar._core.result import Result, result
@@ -86,7 +87,8 @@ class Sizing(Result):
         """What the best design like each template weighs, by template; without machines whose structure is not known."""
         study, found = self.study, {}
         for name, design in self.best_of.items():
-            drive, template = design.drive, study.drives[name]
+            drive: Any = design.drive
+            template: Any = study.drives[name]
             if is_machine(drive):
                 if weighed(drive):
                     own = {"leg": tube_as_of(drive.leg, template.leg)} if drive.leg is not None else {}

@@ -52,7 +52,7 @@ from infinivar.study.choices import Variant, variants
 from infinivar.study.study import Study
 from infinivar.units import show
 
-_WORK = {geared: 1.0, cobotic: 4.0, separate: 1.0, legged: 3.0, rolling: 3.0}
+_WORK: dict[Search, float] = {geared: 1.0, cobotic: 4.0, separate: 1.0, legged: 3.0, rolling: 3.0}
 """Parts of the time that the searches take, for the progress."""
 
 

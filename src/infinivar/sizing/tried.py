@@ -62,7 +62,7 @@ def _request_at(request: StudyRequest, point: Point) -> StudyRequest:
             if one.path in SCALES
         },
     }
-    if STANDBY not in [one.path for one in tries]:
+    if STANDBY not in [one.path for one in tries] and any(one.path in SCALES for one in tries):
         drive = _with_amplifiers(drive, *(_motors(drive, one) for one in (request.parts.numbers, numbers)))
     return replace(
         request,

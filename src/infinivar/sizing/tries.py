@@ -13,9 +13,21 @@ import numpy as np
 
 from infinivar._core.bounds import fits, words
 from infinivar._core.fields import quantities_of, with_values
-from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.drive import is_machine
 from infinivar.errors import InputError, ParameterError, nearest, printable, require
-from infinivar.sizing.design import COBOTIC_PATHS, FOLLOWING, ROLES, SCALES, STEERING_RATIO, WHEELS, role_words, shown
+from infinivar.sizing.design import (
+    COBOTIC_PATHS,
+    FOLLOWING,
+    ROLES,
+    SCALES,
+    STEERING_RATIO,
+    WHEELS,
+    architecture_of,
+    role_words,
+    short_path,
+    shown,
+)
+from infinivar.sizing.machine_templates import searched_values, weighed
 from infinivar.study.schema import SCALE
 from infinivar.study.study import Study
 from infinivar.units import parse
@@ -161,7 +173,10 @@ def _refusal(path: str, cobotic: bool) -> str | None:
 def _try(drive: Any, key: str, path: str, said: Any) -> Try:
     """Values of one path."""
     fields = quantities_of(drive) | {one: SCALE for one in SCALES if _has(drive, one)}
-    refusal = _refusal(path, isinstance(drive, CoboticDrive)) if path not in SCALES else None
+    own = searched_values(drive) if is_machine(drive) and not weighed(drive) else []
+    refusal = "the search itself chooses it, as ranges says" if path in own else None
+    if refusal is None and path not in SCALES:
+        refusal = _refusal(short_path(path), architecture_of(drive) == "cobotic")
     if refusal is None and path not in fields:
         refusal = f"drives.{key.split('.')[1]} has no such value{nearest(path, fields)}"
     if refusal is not None:
@@ -177,7 +192,9 @@ def _try(drive: Any, key: str, path: str, said: Any) -> Try:
 
 
 def _has(drive: Any, path: str) -> bool:
-    """Whether a drive has the motor to which a path of `SCALES` leads."""
+    """Whether a drive of one axis has the motor to which a path of `SCALES` leads."""
+    if is_machine(drive):
+        return False
     return path == "motor.scale" or getattr(drive, "steering", None) is not None
 
 

@@ -14,7 +14,6 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.control import CoboticControl, ConventionalControl
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
-from infinivar.drivetrain.layout import Layout
 from infinivar.drivetrain.service import Service
 from infinivar.errors import ParameterError
 from infinivar.machines.control.loops import following_pose, standing
@@ -189,7 +188,7 @@ class Linked(MachineDrive):
             return float("nan")
         return float(self.leg.steering.coulomb_torque(self.leg.transmission))  # type: ignore[union-attr]
 
-    def bodies(self, service: Service) -> tuple[Body, ...]:
+    def drivetrain(self, service: Service) -> tuple[Body, ...]:
         """What moves the links: of legs one cylinder with its bearings and motor, of all else as much as there are links.
 
         Parameters
@@ -199,9 +198,10 @@ class Linked(MachineDrive):
         own = self.separate if self.leg is None else self.leg
         return bodies_of_links(own, self.links, service)
 
-    def layout(self, service: Service) -> Layout:
-        """Nothing is placed: where the links are is the machine's own affair."""
-        return Layout((), ("links of a machine",))
+    @property
+    def links(self) -> int:
+        """Number of links."""
+        raise NotImplementedError
 
     @property
     def link_lever(self) -> float:
@@ -288,7 +288,7 @@ _ONCE = ("cylinder motor", "gearhead", "cylinder", "cylinder bearings")
 
 
 def bodies_of_links(own: Any, links: int, service: Service) -> tuple[Body, ...]:
-    """Bodies of as many legs on one cylinder, or drives, whose values may be arrays of many designs; see `Linked.bodies`."""
+    """Bodies of as many legs on one cylinder, or drives, whose values may be arrays of many designs; see `Linked.drivetrain`."""
     once = _ONCE if isinstance(own, CoboticDrive) else ()
     return tuple(
         body

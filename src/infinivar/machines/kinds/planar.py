@@ -181,6 +181,11 @@ class PlanarDrive(MachineDrive):
         return given(self.pulley_radius, self.wheel.wheel_radius)
 
     @property
+    def commands(self) -> tuple[str, ...]:
+        """Commands that work besides those of all machines."""
+        return () if self.wheel.geometry is None else ("size",)
+
+    @property
     def mechanism(self) -> Mechanism:
         """The kinematic map over x, y and, with several wheels, the angle."""
         return self.machine.mechanism

@@ -270,7 +270,7 @@ class SphereDrive(MachineDrive):
     @property
     def commands(self) -> tuple[str, ...]:
         """Commands that work besides those of all machines."""
-        return ("simulate",)
+        return ("simulate", "size")
 
     @property
     def coordinates(self) -> tuple[str, ...]:

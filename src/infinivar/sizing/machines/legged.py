@@ -110,7 +110,8 @@ class Legs:
             _STEERED: Shaft(
                 turning,
                 np.zeros_like(flat[0]),
-                *flat,
+                flat[0],
+                flat[1],
                 friction["patch"] * one,
                 friction["bell"] * one,
                 None if moment is None else np.broadcast_to(moment, rolled.shape).reshape(1, -1),
@@ -281,6 +282,7 @@ class _Search:
         steerer, gear = self.singles.part(steered)
         space = self.space.with_steering(steerer)
         leg = space.one(values, head)
+        assert leg.steering is not None
         leg = replace(
             leg, motor=motor, gearhead=gearhead, steering=replace(leg.steering, motor=steerer, ratio=float(gear.ratio))
         )

@@ -80,9 +80,9 @@ class _Search:
         parts = [
             self._some(rows[start : start + size], radii[start : start + size]) for start in range(0, len(rows), size)
         ]
-        joined = [np.concatenate(some) for some in zip(*((one.power, one.mass) for one in parts), strict=True)]
+        power, mass = (np.concatenate([getattr(one, name) for one in parts]) for name in ("power", "mass"))
         keys = dict.fromkeys(key for one in parts for key in one.demands)
-        return _Judged(*joined, {key: np.concatenate([one.demands[key] for one in parts]) for key in keys})
+        return _Judged(power, mass, {key: np.concatenate([one.demands[key] for one in parts]) for key in keys})
 
     def _some(self, rows: np.ndarray, radii: np.ndarray) -> _Judged:
         work, carried = self.work, self.work.carried
