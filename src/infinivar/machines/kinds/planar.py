@@ -155,7 +155,8 @@ class PlanarDrive(MachineDrive):
     @property
     def commands(self) -> tuple[str, ...]:
         """Commands that work besides those of all machines."""
-        return () if self.drive is None else ("simulate",)
+        simulated, sized = self.drive is not None, self.wheel.geometry is not None
+        return ("simulate",) * simulated + ("size",) * sized
 
     @property
     def unmoved(self) -> str:  # type: ignore[override]
@@ -179,11 +180,6 @@ class PlanarDrive(MachineDrive):
     def lever(self) -> float:
         """Radius over which a linear drive turns an axle. [m]"""
         return given(self.pulley_radius, self.wheel.wheel_radius)
-
-    @property
-    def commands(self) -> tuple[str, ...]:
-        """Commands that work besides those of all machines."""
-        return () if self.wheel.geometry is None else ("size",)
 
     @property
     def mechanism(self) -> Mechanism:

@@ -233,7 +233,7 @@ def rolled(drive: Any, point: Any, pose: Any, twist: Any, wrench: Any) -> OnGrou
         rolling=drive.part_speeds(place, rate),
         traction=np.asarray(point.part_forces) / drive.wheel_radius,
         driver="motor" if drive.leg is None else "leg",
-        lever=drive.lever,
+        lever=drive.link_lever,
     )
 
 
