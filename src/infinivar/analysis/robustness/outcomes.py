@@ -16,8 +16,8 @@ import numpy as np
 from infinivar import power
 from infinivar._core.array_namespace import Array, namespace
 from infinivar.analysis.cycles import performance
-from infinivar.analysis.cycles.duty_cycle import duty_cycle, heating, warmed
-from infinivar.analysis.cycles.performance import AnyDrive, motors_of
+from infinivar.analysis.cycles.duty_cycle import duty_cycle, warmed
+from infinivar.analysis.cycles.performance import AnyDrive, heating, motors_of
 from infinivar.analysis.plane import place
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import MovingPoint

@@ -259,9 +259,7 @@ async function askStudy() {
     const { tables } = waiting;
     waiting = null;
     store.put(tables);
-    return;
-  }
-  askView();
+  } else askView();
   welcome();
 }
 

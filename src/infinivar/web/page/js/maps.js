@@ -1,6 +1,7 @@
 // The maps of the drives side by side: one figure a drive, with the pinned state beside it or as the difference to it.
 import { byId, digits, make } from "./dom.js";
 import { changed, lossReachOf, paintAxes, paintCells, paintContours, paintEdges, paintNames, paintPoint, paintRequired, paintScale, reachOf, regionsOf, share, tint } from "./paint.js";
+import { same } from "./store.js";
 import { colour } from "./theme.js";
 
 const MARGIN = { left: 50, right: 10, top: 6, bottom: 38 };
@@ -107,7 +108,9 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     const readout = make("p", { className: "readout" });
     const legend = make("ul", { className: "legend", aria: { label: `Limits on the map of ${title}` } });
     const figure = make("figure", { className: "map", data: { drive: name } }, make("figcaption", {}, make("span", { className: "letter" }, letter), heading, cover), pairs, readout, legend);
-    return { name, title, figure, now, then, pair, cover, readout, legend };
+    /** What was painted, and how many cells each limit has there: a map that stays is not painted again. */
+    const [painted, counts] = [[], null];
+    return { name, title, figure, now, then, pair, cover, readout, legend, painted, counts };
   }
 
   /** Where to look first: well within the required region, else within the plane. */
@@ -192,14 +195,18 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
       const beside = old !== undefined && mode === "side";
       figure.pair[0].hidden = !beside;
       figure.pair[1].firstChild.hidden = !beside;
-      if (map?.header.fault) { tellFault(figure, map); continue; }
+      if (map?.header.fault) { figure.painted = []; tellFault(figure, map); continue; }
       const width = beside ? (figure.figure.clientWidth - 8) / (innerWidth <= 560 ? 1 : 2) : figure.figure.clientWidth;
       layOut(figure.now, Math.floor(width), beside);
-      if (map === undefined) { paintWaiting(figure); continue; }
+      if (map === undefined) { figure.painted = []; paintWaiting(figure); continue; }
       const subtract = difference && comparable(map, old);
-      const counts = paintMap(figure.now, map, colours, subtract ? { before: old, reach } : { lossReach });
-      if (beside) { layOut(figure.then, Math.floor(width), beside); paintMap(figure.then, old, colours, { lossReach }); }
-      tellLimits(figure, map, counts, subtract);
+      const painted = [map, old, mode, subtract ? reach : lossReach, theme.dark, plane, requirement, laidFor, width];
+      if (painted.some((one, k) => one !== figure.painted[k])) {
+        figure.painted = painted;
+        figure.counts = paintMap(figure.now, map, colours, subtract ? { before: old, reach } : { lossReach });
+        if (beside) { layOut(figure.then, Math.floor(width), beside); paintMap(figure.then, old, colours, { lossReach }); }
+      }
+      tellLimits(figure, map, figure.counts, subtract);
     }
     if (plane !== null) tellScale(difference, reach, lossReach);
     paintOver();
@@ -333,7 +340,11 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
       soon();
     },
     /** Ends, names and units of the axes, the requirement or null, and how many cells the maps have along each axis. */
-    setPlane(next, required, count) { [plane, requirement, cells] = [next, required, count]; soon(); },
+    setPlane(next, required, count) {
+      if (!same([next, required], [plane, requirement])) [plane, requirement] = [next, required];
+      cells = count;
+      soon();
+    },
     /** Grey maps of these drives until those of another study are known. */
     expect(drives) { [plane, requirement, maps, before, stale] = [null, null, new Map(), null, false]; this.setDrives(drives); },
     /** Paint these maps at once, so that they are in the next frame; `then` is called with it. */
