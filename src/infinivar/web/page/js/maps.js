@@ -1,6 +1,6 @@
 // The maps of the drives side by side: one figure a drive, with the pinned state beside it or as the difference to it.
 import { byId, digits, make } from "./dom.js";
-import { changed, lossReachOf, paintAxes, paintCells, paintContours, paintEdges, paintNames, paintPoint, paintRequired, paintScale, reachOf, regionsOf, share, tint } from "./paint.js";
+import { changed, lossReachOf, paintAxes, paintCells, paintContours, paintEdges, paintNames, paintPoint, paintRequired, paintScale, reachOf, share, tint } from "./paint.js";
 import { same } from "./store.js";
 import { colour } from "./theme.js";
 
@@ -153,9 +153,8 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
   function paintMap(plot, map, colours, options = {}) {
     const context = cleared(plot.base, plot);
     const own = { ...plane, ...map.plane };
-    const { area, edge } = regionsOf(plot.box, map);
-    const counts = paintCells(context, plot.box, map, area, { dark: theme.dark, surface: colours.surface, ...options });
-    paintEdges(context, plot.box, map, edge, colours.edge, colours.muted);
+    const counts = paintCells(context, plot.box, map, { dark: theme.dark, surface: colours.surface, ...options });
+    paintEdges(context, plot.box, map, colours.edge, colours.muted);
     if (!options.before) paintContours(context, plot.box, map);
     paintNames(context, plot.box, own, map, theme.dark, colours.outsideText);
     if (requirement !== null) paintRequired(context, plot.box, own, requirement, colours.required);

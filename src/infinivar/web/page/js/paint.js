@@ -5,7 +5,6 @@ import { digits } from "./dom.js";
 const EFFICIENCY = table("440154470d6048186a482374472e7c4538824241863e4a893a548c365d8d32658e2e6d8e2b758e287d8e25848e228c8d1f948c1e9c8920a38625ab822eb37c3aba7648c16e58c7656ccd5a7fd34e93d741a8db34c0df25d5e21aeae51afde725");
 const CHANGE = table("67001f960f27bb2a34d25849e58368f5ac8bfbceb7fbe6daf6f7f7deebf2c0dceb98c8e068abd03e8cbf2870b115508d053061");
 const LOSS = table("fffedffff9c6fff0adfee493fed26dfebd49fea332f88a21ed7215");
-const SMALL = 3;  // side of a cell [pixels]
 const HATCH = 7;  // distance of its lines [pixels]
 const LEVELS = [0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 
@@ -59,130 +58,89 @@ export function reachOf(largest) {
   return [0.01, 0.02, 0.05, 0.1, 0.2, 0.5].find((end) => largest <= end) ?? 1;
 }
 
-/** A canvas with the colours of cells, and how to paint it scaled to a box. */
-function layer() {
-  const canvas = document.createElement("canvas");
-  let image = null;
-  return {
-    pixels(count) { image = new ImageData(count, count); return new Uint32Array(image.data.buffer); },
-    paint(context, box, quality) {
-      if (canvas.width !== image.width) [canvas.width, canvas.height] = [image.width, image.width];
-      canvas.getContext("2d").putImageData(image, 0, 0);
-      context.imageSmoothingEnabled = image.width < 0.9 * box.width;
-      context.imageSmoothingQuality = quality;
-      context.drawImage(canvas, box.left, box.top, box.width, box.height);
-    },
-  };
+const scratch = document.createElement("canvas");
+
+/** Paint an image scaled to a box. */
+function paintImage(context, box, image) {
+  if (scratch.width !== image.width || scratch.height !== image.height) [scratch.width, scratch.height] = [image.width, image.height];
+  scratch.getContext("2d").putImageData(image, 0, 0);
+  context.imageSmoothingEnabled = image.width < 0.9 * box.width;
+  context.imageSmoothingQuality = "high";
+  context.drawImage(scratch, box.left, box.top, box.width, box.height);
 }
 
-const [inner, outer] = [layer(), layer()];
-
-/** Give pixels without a colour that of a neighbour: the line between two regions crosses cells, and each reaches up to it. */
+/** Give pixels without a colour that of a neighbour: the line of a limit crosses cells, and colours reach up to it. */
 function spread(pixels, count) {
   const from = pixels.slice();
   for (let at = 0; at < from.length; at += 1) if (from[at] === 0) pixels[at] = (at % count && from[at - 1]) || ((at + 1) % count && from[at + 1]) || from[at - count] || from[at + count] || 0;
 }
 
-/** Paint the cells of a map, and over them the regions beyond limits with a hatching; returns how many cells each limit has. */
-export function paintCells(context, box, map, beyond, { dark, surface, before = null, reach = 0.1, lossReach = 0 }) {
+/** Paint the cells of a map, and over them what is beyond limits; returns how many cells each limit has. */
+export function paintCells(context, box, map, { dark, surface, before = null, reach = 0.1, lossReach = 0 }) {
   const { efficiency, limit, loss, count } = map;
   const { limit_names: names } = map.header;
-  const pixels = inner.pixels(count);
-  // Where cells are small, their corners are below the line of the limit.
-  const size = Math.max(box.width, box.height) / count;
-  const outside = size < SMALL ? pixels : outer.pixels(count);
-  const tints = names.map((name) => ofHex(tint(name, dark)));
+  const image = new ImageData(count, count);
+  const pixels = new Uint32Array(image.data.buffer);
   const blank = ofHex(surface);
   const lossScale = lossReach > 0 ? 255 / lossReach : 0;
   const counts = new Uint32Array(names.length);
   const better = ofHex(changed(dark).better);
-  const worse = ofHex(changed(dark).worse);
   for (let i = 0, index = 0; i < count; i += 1) {
     for (let j = count - 1; j >= 0; j -= 1, index += 1) {
       const cell = i * count + (count - 1 - j);
       const target = j * count + i;
       const code = limit[cell];
       counts[code] += 1;
+      if (code !== 0) continue;
       const value = efficiency[cell];
       if (before !== null) {
-        const wasOk = before.limit[cell] === 0;
-        if (code !== 0) outside[target] = wasOk ? worse : tints[code];
-        else if (!wasOk) pixels[target] = better;
+        if (before.limit[cell] !== 0) pixels[target] = better;
         else {
           const change = value - before.efficiency[cell];
           pixels[target] = Number.isNaN(change) ? blank : CHANGE[Math.max(0, Math.min(255, Math.round(127.5 + (127.5 * change) / reach)))];
         }
-      } else if (code !== 0) outside[target] = tints[code];
-      else if (value === value) pixels[target] = EFFICIENCY[Math.max(0, Math.min(255, Math.round(255 * value)))];
+      } else if (value === value) pixels[target] = EFFICIENCY[Math.max(0, Math.min(255, Math.round(255 * value)))];
       else if (loss !== undefined && loss[cell] === loss[cell]) pixels[target] = LOSS[Math.max(0, Math.min(255, Math.round(lossScale * loss[cell])))];
       else pixels[target] = blank;
     }
   }
-  if (outside !== pixels) for (const own of [pixels, outside]) for (let ring = 0; ring < 2; ring += 1) spread(own, count);
-  inner.paint(context, box, "high");
-  if (outside !== pixels) {
-    context.save();
-    context.clip(beyond);
-    outer.paint(context, box, "low");
-    context.restore();
-  }
-  context.fillStyle = hatching(context, dark);
-  context.fill(beyond);
+  for (let ring = 0; ring < 2; ring += 1) spread(pixels, count);
+  paintImage(context, box, image);
+  paintBeyond(context, box, map, [...names.map((name) => tint(name, dark)), changed(dark).worse], (cell) => (before !== null && before.limit[cell] === 0 ? names.length : limit[cell]), dark);
   return counts;
 }
 
-/** Oblique lines over what is beyond a limit, whatever its colour. */
-function hatching(context, dark) {
-  const tile = document.createElement("canvas");
-  [tile.width, tile.height] = [HATCH, HATCH];
-  const own = tile.getContext("2d");
-  own.strokeStyle = dark ? "rgb(255 255 255 / 13%)" : "rgb(30 40 60 / 13%)";
-  for (const shift of [-HATCH, 0, HATCH]) { own.moveTo(shift - 1, HATCH + 1); own.lineTo(shift + HATCH + 1, -1); }
-  own.stroke();
-  return context.createPattern(tile, "repeat");
-}
-
-/** Where margins fall below 1, by straight lines between the centres of cells: the area beyond limits, and the line around it. */
-export function regionsOf(box, { margin, count }) {
-  const [area, edge] = [new Path2D(), new Path2D()];
-  const [x, y] = placesOf(box, count);
-  const nodes = [0];
-  for (let i = stepOf(count); i < count - 1; i += stepOf(count)) nodes.push(i);
-  nodes.push(count - 1);
-  // The outer half of the cells at the ends has their margin.
-  const [places, last] = [[0, ...nodes, count - 1], nodes.length + 1];
-  const xs = places.map((i, k) => (k === 0 ? box.left : k === last ? box.left + box.width : x(i)));
-  const ys = places.map((j, k) => (k === 0 ? box.top + box.height : k === last ? box.top : y(j)));
-  for (let k = 0; k < last; k += 1) {
-    const [left, right] = [places[k] * count, places[k + 1] * count];
-    let from = -1;  // where a run of squares begins that are beyond limits as a whole
-    const close = (l) => { if (from >= 0) area.rect(xs[k], ys[from], xs[k + 1] - xs[k], ys[l] - ys[from]); from = -1; };
-    for (let l = 0; l < last; l += 1) {
-      const [low, high] = [places[l], places[l + 1]];
-      const all = (margin[left + low] < 1) + (margin[right + low] < 1) + (margin[right + high] < 1) + (margin[left + high] < 1);
-      if (all === 4) { if (from < 0) from = l; continue; }
-      close(l);
-      if (all === 0) continue;
-      const values = [margin[left + low], margin[right + low], margin[right + high], margin[left + high]];
-      const below = values.map((value) => value < 1);
-      const corners = [[xs[k], ys[l]], [xs[k + 1], ys[l]], [xs[k + 1], ys[l + 1]], [xs[k], ys[l + 1]]];
-      const points = [];
-      for (let corner = 0; corner < 4; corner += 1) {
-        const next = (corner + 1) % 4;
-        if (below[corner]) points.push({ at: corners[corner] });
-        if (below[corner] === below[next]) continue;
-        const part = (1 - values[corner]) / (values[next] - values[corner]);
-        points.push({ at: [0, 1].map((axis) => corners[corner][axis] + part * (corners[next][axis] - corners[corner][axis])), leaves: below[corner] });
-      }
-      points.forEach(({ at, leaves }, place) => {
-        if (place === 0) area.moveTo(...at); else area.lineTo(...at);
-        if (leaves) { edge.moveTo(...at); edge.lineTo(...points[(place + 1) % points.length].at); }
-      });
-      area.closePath();
+/** Paint what is beyond limits, pixel by pixel, where margins fall below 1 between the centres of cells; oblique lines tell it without
+ *  colours. `placeOf` is the place of a cell's colour among colours, as #rrggbb. */
+function paintBeyond(context, box, { margin, limit, count }, colours, placeOf, dark) {
+  const ratio = context.getTransform().a;
+  const [width, height] = [box.width, box.height].map((side) => Math.round(side * ratio));
+  const image = new ImageData(width, height);
+  const pixels = new Uint32Array(image.data.buffer);
+  const plain = colours.map(ofHex);
+  const lined = colours.map((hex) => pixel(...[1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16) + (dark ? 22 : -22))));
+  const [period, line] = [HATCH, 1].map((one) => Math.round(one * ratio));
+  // The cell before a place along an axis, and how far the place is on the way to the next; beyond the outer centres, these.
+  const along = (place, size) => {
+    const at = Math.min(Math.max(((place + 0.5) / size) * count - 0.5, 0), count - 1);
+    const first = Math.min(Math.floor(at), count - 2);
+    return [first, at - first];
+  };
+  const columns = Array.from({ length: width }, (_, x) => along(x, width));
+  for (let y = 0; y < height; y += 1) {
+    const [j, up] = along(height - 1 - y, height);
+    for (let x = 0; x < width; x += 1) {
+      const [i, right] = columns[x];
+      const at = i * count + j;
+      const below = margin[at] + right * (margin[at + count] - margin[at]);
+      const above = margin[at + 1] + right * (margin[at + count + 1] - margin[at + 1]);
+      if (below + up * (above - below) >= 1) continue;
+      const nearest = at + (right < 0.5 ? 0 : count) + (up < 0.5 ? 0 : 1);
+      const cell = limit[nearest] ? nearest : [at, at + 1, at + count, at + count + 1].find((one) => limit[one]);
+      pixels[y * width + x] = ((x + y) % period < line ? lined : plain)[placeOf(cell)];
     }
-    close(last);
   }
-  return { area, edge };
+  paintImage(context, box, image);
 }
 
 /** Add the lines where values pass rising levels to a path, and call `seen` with a point of each piece and the place of its level;
@@ -225,9 +183,11 @@ const placesOf = (box, count) => [
 ];
 
 /** Lines between the regions of limits: bold where a limit is reached, dotted between two limits. */
-export function paintEdges(context, box, { limit, count }, edge, colour, faint) {
+export function paintEdges(context, box, { limit, margin, count }, colour, faint) {
+  const bold = new Path2D();
   const thin = new Path2D();
   const [x, y] = placesOf(box, count);
+  trace(bold, margin, count, stepOf(count), [1], x, y);
   for (let i = 0; i < count - 1; i += 1) {
     for (let j = 0, at = i * count; j < count - 1; j += 1, at += 1) {
       const a = limit[at];
@@ -242,7 +202,7 @@ export function paintEdges(context, box, { limit, count }, edge, colour, faint) 
   context.lineWidth = 2;
   context.lineCap = "round";
   context.strokeStyle = colour;
-  context.stroke(edge);
+  context.stroke(bold);
 }
 
 /** Lines of equal efficiency with their percentages. */
