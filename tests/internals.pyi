@@ -198,6 +198,7 @@ from infinivar.figures import displays as displays_figure
 from infinivar.figures import duty_cycle as duty_cycle_figure
 from infinivar.figures import energy_flow, moving_machine, operating_map, session_motion, style, time_history
 from infinivar.figures import gear_points as gear_points_figure
+from infinivar.figures import kinds as kinds_figure
 from infinivar.figures import least_loss as least_loss_figure
 from infinivar.figures import losses as losses_figure
 from infinivar.figures import machine as machine_figure
@@ -236,6 +237,7 @@ from infinivar.machines.kinds.arm import ArmLoad
 from infinivar.machines.kinds.linked import SeparateMachine, motor_mass
 from infinivar.machines.linkage import SeparateMechanics
 from infinivar.machines.machine import as_machine
+from infinivar.machines.pictures import robots as robot_picture
 from infinivar.machines.pictures import rollers as sphere_picture
 from infinivar.machines.pictures import wheeled as wheeled_picture
 from infinivar.machines.platform_load import PlatformLoad

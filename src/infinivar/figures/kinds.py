@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from infinivar.analysis.machine_tasks import TaskResult
+from infinivar.analysis.machine_tasks import PathResult, TaskResult
 from infinivar.analysis.sphere_efficiency import sphere_map
 from infinivar.drivetrain.drive import type_words
 from infinivar.figures import arm, machine, pictures, wrench_set
 from infinivar.figures import sphere_map as sphere_figure
 from infinivar.machines.kinds.arm import ArmDrive
 from infinivar.machines.kinds.platform import PlatformDrive
+from infinivar.machines.kinds.robot import RobotDrive
 from infinivar.machines.kinds.sphere import SphereDrive
+from infinivar.machines.pictures import robots
 
 Drawing = tuple[str, Callable[[], Any], str]
 """Name, function that draws, and caption of a figure."""
@@ -23,7 +25,14 @@ _SHARE = 0.95
 """Largest load of a sphere map, over the slip force."""
 
 
-def drawings(name: str, title: str, drive: Any, task: TaskResult | None, assumed: str = "") -> Iterator[Drawing]:
+def drawings(
+    name: str,
+    title: str,
+    drive: Any,
+    task: TaskResult | None,
+    assumed: str = "",
+    paths: Mapping[str, PathResult] | None = None,
+) -> Iterator[Drawing]:
     """Yield the figures of a drive of a study; none of a kind that has none.
 
     Parameters
@@ -32,6 +41,7 @@ def drawings(name: str, title: str, drive: Any, task: TaskResult | None, assumed
     drive : object
     task : TaskResult     The task drawn, if there is one.
     assumed : str         What its captions say of its dimensions.
+    paths : mapping       Results on paths, by name, shown behind a robot.
     """
     kind, shown = type_words(drive), getattr(drive, "shown", "")
     if kind == SphereDrive.WORD:
@@ -46,7 +56,10 @@ def drawings(name: str, title: str, drive: Any, task: TaskResult | None, assumed
     def draw() -> Any:
         if kind == ArmDrive.WORD:
             return arm.draw_all(drive, task.steady, task.pose, task.twist, task.wrench)
-        return pictures.draw_all(drive.picture(task.steady, task.pose, task.twist, task.wrench))
+        picture = drive.picture(task.steady, task.pose, task.twist, task.wrench)
+        if kind == RobotDrive.WORD:
+            picture = robots.traced(picture, drive, {one.title: one.pose for one in (paths or {}).values()})
+        return pictures.draw_all(picture)
 
     yield f"machine-{name}", draw, f"{title}, task {task.title}{shown}{assumed}"
 

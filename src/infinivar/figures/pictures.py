@@ -50,14 +50,16 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "load-force": {"color": style.COLOURS[3]},
     "contact-force": {"color": style.COLOURS[1]},
     "velocity": {"color": style.COLOURS[2]},
+    "gravity": {"color": "#888888"},
+    "track": {"color": style.COLOURS[0], "lw": 5.0, "alpha": 0.5, "solid_capstyle": "round"},
 }
 """How matplotlib paints each look."""
 
 _ANCHORS = {"start": "left", "middle": "center", "end": "right"}
 _RISES = {1: "bottom", 0: "center", -1: "top"}
 
-_WIDTH, _AROUND, _PAD = 6.4, 1.5, 0.1
-"""Width of a figure, height of what stands around the drawing, and room above its title. [inch]"""
+_WIDTH, _AROUND, _BARE, _PAD = 6.4, 1.5, 0.9, 0.1
+"""Width of a figure, height of what stands around the drawing with and without a heading, and room above that. [inch]"""
 
 _ROOM, _LITTLE = 0.16, 0.06
 """Margins over the extent of what is drawn, beside it, and above and below what has no axes."""
@@ -143,4 +145,9 @@ def draw_all(picture: Picture) -> Figure:
         made.get_layout_engine().set(h_pad=_PAD)  # type: ignore[union-attr]
         made.set_figheight(_WIDTH * min(1.2, 0.85 * (high - low) / (right - left)) + _AROUND)
         made.legend(handles=handles(picture), loc="outside lower center", ncols=2)
+        if picture.axes is None:
+            # Words beside what is drawn take width, so that it needs less height.
+            made.get_layout_engine().execute(made)  # type: ignore[union-attr]
+            wide = _WIDTH * ax.get_position(original=True).width
+            made.set_figheight(wide * (high - low) / (right - left) + (_AROUND if picture.heading else _BARE))
     return made

@@ -118,7 +118,7 @@ def drawings(comparison: MachineComparison) -> Iterator[Drawing]:
         assumed = (
             " Dimensions of its rods and joints are assumed." if any(row.kind == "assumed" for row in rows) else ""
         )
-        yield from kinds.drawings(name, one.title, one.machine, _drawn(one), assumed)
+        yield from kinds.drawings(name, one.title, one.machine, _drawn(one), assumed, one.paths)
 
 
 def _maps(comparison: MachineComparison) -> dict[str, PoseMap]:

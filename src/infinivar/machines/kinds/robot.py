@@ -24,7 +24,10 @@ from infinivar.machines.hand import Grip, Held, Turned
 from infinivar.machines.kinds.jointed import Jointed, check_payload
 from infinivar.machines.kinds.linked import OnCylinder, SeparateMachine, check_leg
 from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load
+from infinivar.machines.machine import TaskPoint
 from infinivar.machines.many_legs import LeggedDrive
+from infinivar.machines.pictures import robots
+from infinivar.machines.pictures.strokes import Picture
 from infinivar.motion.vectors import ROTATIONS, TRANSLATIONS
 from infinivar.transmission.mjcf_arm import SUFFIXES, read_mjcf_arm
 from infinivar.transmission.turning_chain import TurningChain
@@ -158,6 +161,9 @@ class RobotDrive(Jointed):
     """
 
     WORD: ClassVar[str] = "robot"
+    shown: ClassVar[str] = (
+        ", drawn from the places and axes in its file: torques of the joints on the load, force and velocity of the tool."
+    )
     FILES: ClassVar[tuple[str, ...]] = ("model",)
     """Fields that name a file beside the study."""
     MASSES: ClassVar[tuple[str, ...]] = ()
@@ -302,6 +308,10 @@ class RobotDrive(Jointed):
         if limits:
             utilisation[Limit.TRAVEL] = np.nan_to_num(np.max(np.stack(limits), axis=0), nan=np.inf)
         return angles, utilisation
+
+    def picture(self, point: TaskPoint, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> Picture:
+        """Its members in space, with axes and torques of its joints."""
+        return robots.picture(self, point, pose, twist, wrench)
 
     def _jacobian(self, angles: np.ndarray) -> np.ndarray:
         row = np.reshape(angles, (-1, self.links))

@@ -98,7 +98,11 @@ def picture(drive: Any, point: Any, pose: Any, twist: Any, wrench: Any) -> Pictu
     return Picture(
         title="Arm, with the torques of its joints",
         axes=("x [m]", "y [m]"),
-        strokes=(*members(points, pulley), *_arrows(points, velocity, force), *_labels(points, point, pulley)),
+        strokes=(
+            *members(points, pulley),
+            *arrows(end, _reach(points), normalised(velocity), normalised(force)),
+            *_labels(points, point, pulley),
+        ),
         keys=(
             ("force", f"on the load: {', '.join(words)}"),
             ("velocity", f"velocity {length(velocity, 'm/s')}{turning}"),
@@ -116,7 +120,12 @@ def members(points: np.ndarray, pulley: float = 0.0) -> Iterator[Stroke]:
     if pulley:
         yield from (Disc(spot, pulley, "pulley") for spot in points[:-1])
     yield Line(points, "member")
-    yield from (Disc(spot, 0.022 * reach, "joint") for spot in points[:-1])
+    yield from joints(points[:-1], reach)
+
+
+def joints(points: np.ndarray, reach: float) -> Iterator[Stroke]:
+    """Joints at points (n, 2) of an arm of a length."""
+    yield from (Disc(spot, 0.022 * reach, "joint") for spot in points)
 
 
 def _reach(points: np.ndarray) -> float:
@@ -124,13 +133,13 @@ def _reach(points: np.ndarray) -> float:
     return float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
 
 
-def _arrows(points: np.ndarray, velocity: np.ndarray, force: np.ndarray) -> Iterator[Stroke]:
-    end, reach = points[-1], _reach(points)
+def arrows(end: np.ndarray, reach: float, velocity: np.ndarray, force: np.ndarray) -> Iterator[Stroke]:
+    """End point (2,) of an arm of a length, with its velocity and force: unit vectors as they are seen (2,), or 0."""
     yield Disc(end, 0.009 * reach, "point")
     hidden = float(normalised(velocity) @ normalised(force)) > _ALONG
     for look, vector, share in (("velocity", velocity, 1.0), ("force", force, _SHORT if hidden else 1.0)):
         if np.any(vector):
-            yield Arrow(end, end + share * _ARROW * reach * normalised(vector), look)
+            yield Arrow(end, end + share * _ARROW * reach * vector, look)
 
 
 def _labels(points: np.ndarray, point: Any, pulley: float) -> Iterator[Stroke]:
@@ -141,10 +150,10 @@ def _labels(points: np.ndarray, point: Any, pulley: float) -> Iterator[Stroke]:
         side = 1 if sum(points[one][1] - spot[1] for one in near) < 0.0 else -1
         at = off(spot, 0.0, side * max(1.2 * pulley, 0.04 * _reach(points)))
         words = f"joint {place + 1}: {quantity(torque, 'N m')}"
-        yield Label(at, words, more=_most(point.demands, part), rises=side)
+        yield Label(at, words, more=most(point.demands, part), rises=side)
 
 
-def _most(demands: Mapping[Any, Any], part: str) -> str:
+def most(demands: Mapping[Any, Any], part: str) -> str:
     """Words for the largest demand on a part."""
     own = {limit: float(demand) for (limit, what), demand in demands.items() if what == part}
     known = {limit: demand for limit, demand in own.items() if np.isfinite(demand)}

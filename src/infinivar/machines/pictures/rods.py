@@ -291,9 +291,14 @@ def _frame(found: Standing) -> Iterator[Stroke]:
     size = round_number(span)
     everything = VIEW(np.concatenate([found.lower, [[0.0, 0.0, found.ends[0]]]]))
     start = np.array([everything[:, 0].min() - 0.75 * size, everything[:, 1].min() - 0.35 * span])
+    yield from axes(start, size, -0.5 * size)
+
+
+def axes(start: np.ndarray, size: float, left: float) -> Iterator[Stroke]:
+    """Axes x, y and z from a point (2,), and below them a scale of a size, from a place to the right. [m]"""
     for name, way in zip("xyz", np.eye(3), strict=True):
         yield Line(np.stack([start, start + 0.6 * size * VIEW(way)]), "scale")
         yield Label(start + 0.75 * size * VIEW(way), name)
-    left = np.array([-0.5 * size, start[1] - 0.1 * size])
-    yield Line(np.stack([left, off(left, size, 0.0)]), "scale")
-    yield Label(off(left, 0.5 * size, -0.12 * size), f"{1e3 * size:g} mm", rises=-1)
+    begin = np.array([left, start[1] - 0.1 * size])
+    yield Line(np.stack([begin, off(begin, size, 0.0)]), "scale")
+    yield Label(off(begin, 0.5 * size, -0.12 * size), f"{1e3 * size:g} mm", rises=-1)

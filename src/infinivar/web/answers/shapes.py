@@ -23,7 +23,7 @@ _FASTEST_TURN = 9.0
 _SHORTEST_PASS = 2.5
 """Shortest time in which a slide passes its whole range, as painted. [s]"""
 
-_ARROWS = frozenset({"force", "load-force", "contact-force", "velocity"})
+_ARROWS = frozenset({"force", "load-force", "contact-force", "velocity", "gravity"})
 """Looks that a page lists with what they stand for."""
 
 
