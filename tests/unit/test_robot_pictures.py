@@ -10,10 +10,12 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar.motion import Pose
+from internals import DRAWN_STICK_SPEED as STICK_SPEED
 from internals import drawing_answer as drawing
 from internals import kinds_figure as kinds
+from internals import moving_machine, robot_picture
 from internals import pictures_figure as pictures
-from internals import robot_picture
+from internals import recorded_scene as recorded
 
 pin = pytest.importorskip("pinocchio", reason="the extra infinivar[robots] has pin")
 PICK = Path(__file__).parents[2] / "studies" / "robots" / "pick_and_place.toml"
@@ -128,3 +130,41 @@ def test_each_stroke_has_a_look_on_the_page_and_a_pose_out_of_reach_says_so(stud
     far = replace(study.tasks["wait"], pose=Pose(x=3.0), time_share=None)
     beyond = replace(study, tasks={"wait": far}, paths={})
     assert "does not reach" in drawing.drawing(beyond, {"drive": "geared-80", "task": "wait"})["reason"]
+
+
+@pytest.fixture(scope="module")
+def swayed(drive):
+    """Pushed by a user."""
+    return iv.session(drive.moving(load_mass=1.0, load_inertia=2e-3), user=[60.0, 200.0, -80.0], duration=0.02)
+
+
+@pytest.mark.slow
+def test_the_scene_of_a_robot_in_motion_has_its_places_and_inertia(swayed):
+    mujoco = pytest.importorskip("mujoco", reason="the extra infinivar[robots] has it")
+    scene = recorded(swayed)
+    model = mujoco.MjModel.from_xml_string(scene.scene)
+    data = mujoco.MjData(model)
+    mechanics = swayed.machine.mechanics(STICK_SPEED)
+    for place in (0, len(swayed.time) // 2, -1):
+        data.qpos[:] = scene.qpos[place]
+        mujoco.mj_forward(model, data)
+        assert_allclose(data.site("handle").xpos, scene.parts.handle[place], atol=1e-12)
+        full = np.zeros((6, 6))
+        for column, unit in enumerate(np.eye(6)):
+            mujoco.mj_mulM(model, data, full[column], unit)
+        load = mechanics.load.inertia(scene.parts.configuration[[place]], np.zeros((1, 6))).inertia[0]
+        assert_allclose(full - np.diag(model.dof_armature), load, atol=1e-6 * np.abs(load).max())
+
+
+@pytest.mark.slow
+def test_frames_of_a_robot_in_motion_show_it_where_it_is(swayed, tmp_path):
+    time = np.linspace(0.0, swayed.time[-1], 3)
+    numbers = moving_machine.data(swayed, time)
+    assert numbers["kind"] == "space"
+    low, high = numbers["machine"]["bounds"]
+    for place in range(3):
+        frame = numbers["frame"](place)
+        (member,) = (one for one in frame if one.look == "member")
+        assert_allclose(1e3 * member.points[-1], robot_picture.VIEW(numbers["machine"]["handle"][place]), atol=1e-9)
+        assert np.all((1e3 * member.points >= low) & (1e3 * member.points <= high))
+    assert swayed.save_video(tmp_path / "robot.gif", frame_rate=100.0).stat().st_size > 1000

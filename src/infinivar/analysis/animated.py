@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Animated:
-    """Base of results with the motion of a planar cobot, slide, platform or arm; no other machine is drawn in motion."""
+    """Base of results with the motion of a planar cobot, slide, platform, arm or robot; no other machine is drawn in motion."""
 
     __slots__ = ()
     _presenter: Callable[..., Any]

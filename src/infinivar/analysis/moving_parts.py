@@ -13,11 +13,12 @@ from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.sessions.session_result import Session
 from infinivar.errors import InputError
 from infinivar.machines.pictures.jointed import Chain
+from infinivar.machines.pictures.robots import TurningMembers
 from infinivar.machines.pictures.rods import OnRods
 from infinivar.machines.pictures.slides import Slides
 from infinivar.machines.pictures.wheeled import Wheeled
 
-Outline = Wheeled | OnRods | Chain | Slides
+Outline = Wheeled | OnRods | Chain | TurningMembers | Slides
 
 STICK_SPEED = 1e-4
 """With which mechanics are made where only their geometry and inertia count. [m s^-1]"""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from annotated_types import Ge, Gt
@@ -27,6 +27,8 @@ from infinivar.machines.linkage import LeggedMechanics, LinkMotion, Load
 from infinivar.machines.machine import TaskPoint
 from infinivar.machines.many_legs import LeggedDrive
 from infinivar.machines.pictures import robots
+from infinivar.machines.pictures.robots import TurningMembers
+from infinivar.machines.pictures.slides import Drum
 from infinivar.machines.pictures.strokes import Picture
 from infinivar.motion.vectors import ROTATIONS, TRANSLATIONS
 from infinivar.transmission.mjcf_arm import SUFFIXES, read_mjcf_arm
@@ -74,10 +76,14 @@ class RobotLoad(Load):
         ends = zip(self.chain.names, self.chain.ranges, strict=True)
         return tuple((Limit.TRAVEL, f"joint {name}") for name, range_ in ends if range_ is not None)
 
+    @property
+    def _held(self) -> SpatialBody:
+        """The load at the tool."""
+        return SpatialBody(self.load_mass, self.chain.tool_place, self.load_inertia * np.eye(3))
+
     def inertia(self, angles: np.ndarray, rates: np.ndarray) -> Moved:
         """Of the arm without pulleys and links; the bias holds its weight."""
-        held = SpatialBody(self.load_mass, self.chain.tool_place, self.load_inertia * np.eye(3))
-        return spatial_arm(self.chain, self.chain.standing(angles), self.bodies, held, rates, self.gravity)
+        return spatial_arm(self.chain, self.chain.standing(angles), self.bodies, self._held, rates, self.gravity)
 
     def at(self, pose: np.ndarray, twist: np.ndarray) -> LinkMotion:
         """Kinematics and inertia."""
@@ -90,8 +96,15 @@ class RobotLoad(Load):
         """The origin of the tool."""
         return ToolGrip(chain=self.chain, coordinates=coordinates)
 
-    def outline(self, link_mass: float, drum: Any) -> None:
-        """Not drawn."""
+    def outline(self, link_mass: float, drum: Drum | None) -> TurningMembers:
+        """Members and pulleys."""
+        return TurningMembers(
+            chain=self.chain,
+            members=(*self.bodies[:-1], joined_in_space(self.bodies[-1], self._held)),
+            pulleys=self.pulleys,
+            link_mass=link_mass,
+            drum=drum,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
 from infinivar.errors import InputError
+from infinivar.machines.bodies import SpatialBody
 from infinivar.machines.pictures.geometry import normalised, off, round_number
 from infinivar.machines.pictures.jointed import arrows, joints, most
 from infinivar.machines.pictures.rods import VIEW, axes
+from infinivar.machines.pictures.slides import Drum
 from infinivar.machines.pictures.strokes import Arrow, Disc, Label, Line, Picture, Stroke, bounds
 from infinivar.machines.pictures.words import length, part_rows, quantity
 from infinivar.motion.vectors import ROTATIONS, TRANSLATIONS
@@ -41,6 +43,40 @@ def spots_of(chain: TurningChain, angles: np.ndarray) -> Spots:
     at = chain.standing(angles)
     tool = chain.tool(at)[0]
     return Spots(np.stack([0.0 * tool, *at.place, tool], axis=1), np.stack(at.axis, axis=1))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TurningMembers:
+    """Members in space, each turning about an axis of the one before, over pulleys.
+
+    Attributes
+    ----------
+    chain : TurningChain
+    members : n bodies     With what the last one carries, in axes of their joints.
+    pulleys : (n,) float   Radii over which links move the joints. [m]
+    link_mass : float      [kg]
+    drum : Drum or None
+    """
+
+    shape: ClassVar[Literal["robot"]] = "robot"
+    seen: ClassVar[Literal["space"]] = "space"
+
+    chain: TurningChain
+    members: Sequence[SpatialBody]
+    pulleys: np.ndarray
+    link_mass: float
+    drum: Drum | None
+
+    def link_positions(self, configuration: np.ndarray) -> np.ndarray:
+        """Of the links since their position 0. (t, n) [m]"""
+        return self.pulleys * configuration
+
+    def frames(
+        self, configuration: np.ndarray, steering: np.ndarray, slips: np.ndarray, turned: np.ndarray | None
+    ) -> Callable[[int], list[Stroke]]:
+        """Members at a place among joint angles (t, n)."""
+        found = spots_of(self.chain, configuration)
+        return lambda place: list(arm(found.points[place], found.axes[place], self.chain.reach))
 
 
 def picture(drive: Any, point: Any, pose: Any, twist: Any, wrench: Any) -> Picture:

@@ -81,11 +81,18 @@ class Scene:
         centre: Any = (0.0, 0.0, 0.0),
         axes: Any = None,
     ) -> Element:
-        """A body with its mass, and moments of inertia about its centre of mass along its axes; axes: its x and y."""
+        """A body with its mass, and moments of inertia about its centre of mass along its axes, or (3, 3); axes: its x and y."""
         turned = {} if axes is None else {"xyaxes": text(axes)}
         made = SubElement(parent, "body", {"name": name, "pos": text(at), **turned})
-        moments = np.maximum(np.asarray(inertia, dtype=float), LEAST_INERTIA)
-        SubElement(made, "inertial", pos=text(centre), mass=text(max(mass, LEAST)), diaginertia=text(moments))
+        moments, own = np.asarray(inertia, dtype=float), {}
+        if moments.ndim == 2:
+            moments, turn = np.linalg.eigh(moments)
+            own = {"xyaxes": text(turn[:, :2].T)}
+            # Rounded numbers of a file may be of no body, by a little; the third axis may point either way.
+            moments[2] = min(moments[2], moments[0] + moments[1])
+        moments = np.maximum(moments, LEAST_INERTIA)
+        given = {"pos": text(centre), "mass": text(max(mass, LEAST)), "diaginertia": text(moments), **own}
+        SubElement(made, "inertial", given)
         return made
 
     def joint(

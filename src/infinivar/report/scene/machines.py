@@ -15,6 +15,7 @@ from infinivar.analysis.moving_parts import STICK_SPEED, Parts
 from infinivar.errors import ParameterError
 from infinivar.machines.bodies import PlanarBody, joined
 from infinivar.machines.pictures.jointed import Chain
+from infinivar.machines.pictures.robots import TurningMembers, spots_of
 from infinivar.machines.pictures.rods import OnRods, heights
 from infinivar.machines.pictures.slides import Drum, Slides
 from infinivar.machines.pictures.wheeled import Wheeled
@@ -37,7 +38,7 @@ class Extent(NamedTuple):
 
 def add_machine(scene: Scene, machine: Any, parts: Parts) -> Extent:
     """Add the bodies of a machine with their joints."""
-    shapes = {"planar": _planar, "platform": _platform, "arm": _arm, "slide": _slide}
+    shapes = {"planar": _planar, "platform": _platform, "arm": _arm, "robot": _robot, "slide": _slide}
     return shapes[parts.outline.shape](scene, parts, parts.outline, _servo_inertia(machine))
 
 
@@ -255,3 +256,31 @@ def _arm(scene: Scene, parts: Parts, load: Chain, turning: float) -> Extent:
     points = load.points(parts.configuration).reshape(-1, 2)
     low, high = points.min(axis=0), points.max(axis=0)
     return Extent(np.append(0.5 * (low + high), 0.0), 0.5 * float(np.max(high - low)) + 0.15 * reach)
+
+
+def _robot(scene: Scene, parts: Parts, load: TurningMembers, turning: float) -> Extent:
+    """Members with their joints; links of legs count as inertia of the joints."""
+    chain, thick = load.chain, 0.02 * load.chain.reach
+    ends = [*chain.places, chain.tool_place]
+    parent = scene.world
+    _bar(scene, parent, ends[0], thick)
+    scene.geom(scene.world, "box", "link", pos=[0.0, 0.0, -0.5 * thick], size=[4.0 * thick, 4.0 * thick, 0.5 * thick])
+    for place, own in enumerate(load.members):
+        turn, name = chain.turns[place], f"member_{place + 1}"
+        axes = [*turn[:, 0], *turn[:, 1]]
+        parent = scene.body(parent, name, ends[place], own.mass, own.inertia, centre=own.centre, axes=axes)
+        link = float(load.link_mass * load.pulleys[place] ** 2)
+        scene.joint(parent, f"joint_{place + 1}", "hinge", parts.configuration[:, place], chain.axes[place], link)
+        half = 1.6 * thick * chain.axes[place]
+        scene.geom(parent, "cylinder", "cylinder", fromto=[*-half, *half], size=[1.2 * thick])
+        _bar(scene, parent, ends[place + 1], thick)
+    scene.handle(parent, ends[-1], 1.2 * thick)
+    points = spots_of(chain, parts.configuration).points.reshape(-1, 3)
+    low, high = points.min(axis=0), points.max(axis=0)
+    return Extent(0.5 * (low + high), 0.5 * float(np.max(high - low)) + 0.15 * chain.reach)
+
+
+def _bar(scene: Scene, body: Element, end: np.ndarray, thick: float) -> None:
+    """A member from the origin of a body to a place in it, unless that is there."""
+    if np.linalg.norm(end) > 1e-3 * thick:
+        scene.geom(body, "capsule", "link", fromto=[0.0, 0.0, 0.0, *end], size=[0.7 * thick])
