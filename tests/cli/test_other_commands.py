@@ -176,7 +176,7 @@ def test_init_copies_a_shipped_study(infinivar, tmp_path):
     assert iv.load_study(tmp_path / "mine.toml").drives == iv.load_study("hand_controller").drives
     outcome = infinivar("init", "other", "--like", "hand_controler")
     assert (outcome.code, outcome.out) == (2, "")
-    assert "(did you mean 'hand_controller'?); shipped studies: ankle_walking, guided_cart, " in outcome.err
+    assert "(did you mean 'hand_controller'?); shipped studies: ankle_walking, driven_cart, " in outcome.err
     assert not (tmp_path / "other.toml").exists()
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from explorer_pages import chromium
+from explorer_pages import started
 from sampled import sampled
 
 VOID = {"br", "img"}
@@ -132,7 +132,7 @@ def test_titles_are_text(knee):
 def test_a_browser_shows_it_without_an_error(knee, tmp_path):
     file = tmp_path / "notebook.html"
     file.write_text(f'<!doctype html><meta charset="utf-8"><title>notebook</title>{knee._repr_html_()}', "utf-8")
-    with chromium() as browser:
+    with started() as browser:
         page = browser.new_page(viewport={"width": 900, "height": 900})
         problems = []
         page.on("pageerror", lambda problem: problems.append(str(problem)))

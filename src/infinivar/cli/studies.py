@@ -204,7 +204,7 @@ def size(
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
-    """Find the best geared and cobotic drives, or machines, for a study.
+    """Find the best drives or machines for a study, part by part.
 
     Judge motors, gearheads and pulley radii, or motors, gearhead, bearing and values of the wheel, by the requirement and the
     duty cycles of the study; of machines by its tasks and paths. Write a report, and each design as a study file that the other

@@ -132,7 +132,7 @@ def picture(drive: Any, point: Any, pose: Any, twist: Any, wrench: Any) -> Pictu
             ("force", f"on the load: {length(force, 'N')}{moments}"),
             *([("velocity", f"velocity {length(motion[:3], 'm/s')}{turning}")] if np.any(motion) else []),
             ("axis", "axes of the joints"),
-            *([("gravity", f"free fall, {length(drive.gravity, 'm/s²')}")] if np.any(drive.gravity) else []),
+            *([("gravity", f"gravity, {length(drive.gravity, 'm/s²')}")] if np.any(drive.gravity) else []),
         ),
         rows=(
             *((name, ", ".join(filter(None, (said, share)))) for (name, said), share in zip(rows, shares, strict=True)),
