@@ -111,3 +111,29 @@ def test_a_driven_cart_has_no_session_and_a_pushed_one_no_battery():
         replace(cart, drive=None, driven_wheels=None)
     assert (cart.source, replace(cart, battery=None).source) == ("battery", "supply")
     assert loaded("planar_cart").drives["two-wheels"].source == "push"
+
+
+@pytest.mark.parametrize("name", STUDY.drives)
+def test_what_a_battery_cannot_give_is_infeasible(name):
+    """Beyond U^2/4R there is no power, so that the machine neither does the task nor wins."""
+    drive = STUDY.drives[name]
+    weak = replace(drive, battery=replace(drive.battery, resistance=1.2, largest_current=None))
+    found = iv.perform_task(weak, STUDY.tasks["corner"])
+    assert (found.feasible, found.demand, found.margin) == (False, (Limit.BATTERY, "battery"), 0.0)
+    assert 0.0 < found.bears < 1.0
+    assert "no steady operation: battery" in found.tightest_words
+    assert not iv.follow_path(weak, STUDY.paths["there"]).feasible
+
+
+def test_a_largest_current_beyond_that_of_the_largest_power_is_refused():
+    with pytest.raises(iv.ParameterError, match="largest_current must be <= 300 A"):
+        iv.parts.Battery(voltage=24.0, energy=1.0, resistance=0.04, largest_current=301.0)
+
+
+def test_power_that_an_amplifier_cannot_take_is_infeasible():
+    drive = loaded("hand_controller").drives["motor2-gear4"]
+    task = iv.motion.MachineTask(title="back", twist=iv.motion.Twist(x=0.3), wrench=iv.motion.Wrench(x=-20.0))
+    closed = replace(drive, amplifier=replace(drive.amplifier, regeneration="none"))
+    assert iv.perform_task(drive, task).feasible
+    found = iv.perform_task(closed, task)
+    assert (found.feasible, found.demand[0], found.margin) == (False, Limit.REGENERATION, 0.0)

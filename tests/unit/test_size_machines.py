@@ -274,3 +274,27 @@ def test_values_of_a_machine_are_tried_each_with_the_whole_search(slow):
     assert apart[found.best.free["pulley_radius"].value] == found.best.power
     again = found.study_of(found.best).drives["two-motors"]
     assert again.pulley_radius == found.best.free["pulley_radius"].value
+
+
+@pytest.mark.slow
+def test_carts_on_wheels_of_known_geometry_are_sized(slow):
+    """Pushed or driven, by preload and radii of the wheels; random designs are not better."""
+    roller = loaded("sphere_joint").drives["tetrahedral"].roller
+    pushed, driven = loaded("planar_cart"), loaded("driven_cart")
+    light = replace(driven.tasks["corner"], wrench=iv.motion.Wrench(x=20.0), box=None, time_share=1.0)
+    carts = {
+        "two-wheels": replace(pushed, drives={"two-wheels": replace(pushed.drives["two-wheels"], wheel=roller)}),
+        "rear": replace(
+            driven, drives={"rear": replace(driven.drives["rear"], wheel=roller)}, tasks={"corner": light}, paths={}
+        ),
+    }
+    ranges = {"preload": (300.0, 2000.0), "wheel_radius": (0.02, 0.04), "crown_radius": (0.008, 0.016)}
+    random = np.random.default_rng(5)
+    for name, study in carts.items():
+        found = iv.size(study, drive=name, ranges=ranges, generations=8, objective="energy")
+        assert found.best.power == pytest.approx(judged(study, found.best.drive), rel=1e-9)
+        tried = [
+            {f"wheel.{key}": random.uniform(*ends) for key, ends in ranges.items() if key != "crown_radius"}
+            for _ in range(60)
+        ]
+        assert found.best.power <= min(judged(study, with_values(study.drives[name], one)) for one in tried)

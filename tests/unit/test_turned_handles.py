@@ -369,3 +369,15 @@ def test_a_study_states_an_arm_that_turns(named):
 def test_bad_moments_have_one_clear_message(given, message):
     with pytest.raises(iv.ParameterError, match=message):
         iv.session(duration=0.01, **given)
+
+
+def test_an_arm_that_wants_the_handle_turned_beyond_half_a_turn_is_named():
+    """The shortest turn from handle to intention changes its direction there."""
+    with pytest.raises(iv.ParameterError, match=r"half a turn or more from where it is, at 0\.3"):
+        iv.session(
+            HEXAPOD,
+            iv.motion.HoldingTask(),
+            user=Grips(turning_stiffness=0.05),
+            turned=lambda at: [0.0, 0.0, 10.0 * at],
+            duration=0.4,
+        )

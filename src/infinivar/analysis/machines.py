@@ -176,10 +176,13 @@ class MachineComparison(Result):
 def change_lines(comparison: MachineComparison) -> Iterator[str]:
     """Yield what would make each infeasible machine feasible, if that was sought."""
     for name, found in comparison.changes.items():
-        none = (
-            "nothing tried: no other size of wheel, cylinder or gear, preload, speed or motor, nor two of them together"
+        title = comparison.results[name].title
+        yield (
+            f"{title} would be feasible with {', or with '.join(found)}."
+            if found
+            else f"{title}: no change of one or two values of wheel, cylinder, gear or motor, from a fifth to five times "
+            "the present ones, makes it feasible."
         )
-        yield f"{comparison.results[name].title} would be feasible with {', or with '.join(found) or none}."
 
 
 def judged_machine(found: MachineResult, power: str = "mean_power") -> Judged:

@@ -38,7 +38,7 @@ def tightest_of(demands: Mapping[Demand, float]) -> tuple[Demand, float]:
             [key for key in demands if key[0] is first],
         )
         return worst, 1.0 / _size(demands[worst])
-    known = {key: value for key, value in demands.items() if np.isfinite(value) and value > _LOADED}
+    known = {key: value for key, value in demands.items() if value > _LOADED}  # infinite where an allowance is zero
     if not known:
         return _NO_DEMAND, float("inf")
     most = max(known.values())
@@ -58,7 +58,7 @@ def tight_words(demand: Demand, margin: float) -> str:
     if margin == 0.0 and demand[0] is Limit.LINKAGE:
         return "singular pose: the links leave a motion of the machine free"
     if margin == 0.0:
-        return f"no steady motion: {words_of(demand)}"
+        return f"no steady {'motion' if demand[0] in LEADING else 'operation'}: {words_of(demand)}"
     share = "just under 100" if margin >= 0.995 else f"{100 * margin:.0f}" if margin >= 0.005 else "less than 1"
     return f"tightest limit: {words_of(demand)}, {share} % of the demand"
 

@@ -22,6 +22,9 @@ _SHADES = {Limit.LINKAGE: "#d9d9d9", Limit.TRAVEL: "#f0c9b0", Limit.THERMAL: "#f
 _OTHER = "#d7c9e6"
 """Shades of limits in maps of positions."""
 
+_FAR = 1.0
+"""Displacement beyond which lengths are shown in metres. [m]"""
+
 
 def data(comparison: MachineComparison, key: str) -> dict[str, Any]:
     """Losses and source power [W] by machine in a task or on a path, such as "tasks.lift", with the limit exceeded, if any."""
@@ -67,10 +70,11 @@ def path_data(found: Mapping[str, PathResult]) -> dict[str, Any]:
 def draw_path(axes: Sequence[Axes], numbers: Mapping[str, Any]) -> None:
     """Draw the motion above the powers."""
     above, below = axes
+    far = any(np.max(np.abs(values)) > _FAR for name, values in numbers["moved"].items() if name in ("x", "y", "z"))
     for place, (name, values) in enumerate(numbers["moved"].items()):
         turns = name not in ("x", "y", "z")
-        shown = np.degrees(values) if turns else 1e3 * values
-        above.plot(numbers["time"], shown, color=style.colour(place), label=f"{name} [{'degrees' if turns else 'mm'}]")
+        scale, unit = (180.0 / np.pi, "degrees") if turns else (1.0, "m") if far else (1e3, "mm")
+        above.plot(numbers["time"], scale * values, color=style.colour(place), label=f"{name} [{unit}]")
     above.set_title(numbers["title"])
     above.set_ylabel("displacement")
     if numbers["moved"]:

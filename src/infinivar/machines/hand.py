@@ -294,6 +294,11 @@ class Hand:
         jacobian = np.concatenate([held.jacobian, about.jacobian], axis=-2)
         return _Ways(held.position, jacobian, lambda: np.concatenate([held.bias(), about.bias], axis=-1), about)
 
+    def apart(self, intended: Any, intending: Any, configuration: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """From the handle to where its arm wants it. (m, d + k) [m], [rad]"""
+        assert self.arm is not None
+        return self._held(configuration, rates).apart(self.arm.start, intended, intending)[0]
+
     def act(self, pushed: Any, intended: Any, intending: Any, configuration: np.ndarray, rates: np.ndarray) -> Grasp:
         """Forces, inertia and powers at rows, by the force over time and the arm's intention with its rate, (m, d + k) each."""
         held, arm = self._held(configuration, rates), self.arm

@@ -10,6 +10,7 @@ from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import check, given, quantity
+from infinivar.errors import require
 from infinivar.limits import Limit
 
 
@@ -50,6 +51,10 @@ class Battery:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
+        most = self.voltage / (2.0 * self.resistance) if self.resistance > 0.0 else float("inf")
+        if self.largest_current is not None:
+            fits, said = self.largest_current <= most, f"<= {most:g} A, beyond which the power at the terminals falls"
+            require(fits, "largest_current", f"{self.largest_current:g}", said)
 
     @property
     def usable_energy(self) -> float:
@@ -75,7 +80,7 @@ class Battery:
         gives = square >= 0.0
         current = 2.0 * power / u / (1.0 + xp.sqrt(xp.where(gives, square, xp.nan)))
         peak = u / (2.0 * r) if r > 0.0 else xp.inf
-        most = min(given(self.largest_current, peak), peak)
+        most = given(self.largest_current, peak)
         demand = xp.where(power > 0.0, xp.where(gives, current / most, xp.inf), 0.0)
         if self.largest_charging_current is not None:
             demand = xp.where(power < 0.0, -current / self.largest_charging_current, demand)

@@ -310,6 +310,11 @@ def _machine(one: SessionTask, drive: Any, where: str, drive_where: str) -> Any:
     except ParameterError as problem:
         said = str(problem)
         raise ParameterError(said if said.startswith(where) else f"{drive_where}.{_inside(drive, said)}") from None
+    if getattr(drive, "drive", None) is not None:
+        raise ParameterError(
+            f"{drive_where}.drive: motors drive the cart, but sessions are of carts that a user pushes; leave it out, or run "
+            "infinivar simulate"
+        )
     raise ParameterError(
         f"{drive_where} is a machine of type {type_words(drive)}, which has no handle; sessions need a planar, platform or arm "
         "machine, or a drive of one axis"

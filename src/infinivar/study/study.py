@@ -85,7 +85,7 @@ class Study(Frozen):
         self._check()
         made = {
             "title": self.title or self.name,
-            "titles": _distinct({name: self.titles.get(name, name) for name in self.drives}),
+            "titles": _distinct({name: self.titles.get(name) or name for name in self.drives}),
             "scenarios": _named(self.scenarios, self.requirement),
             "duty": _named(self.duty, self.requirement),
             **_distinguished(named(self.tasks), named(self.paths)),

@@ -387,6 +387,19 @@ def _hand(setup: Setup, home: Held) -> Hand:
     )
 
 
+def _check_turn(time: np.ndarray, apart: np.ndarray) -> None:
+    """Raise ParameterError where the turn (t, k) to where an arm wants the handle passes half a turn: it would pull back."""
+    if apart.shape[-1] < 2:  # about one axis, turns add up
+        return
+    far = np.linalg.norm(apart, axis=-1) > 0.5 * np.pi
+    jumped = far[1:] & far[:-1] & (np.sum(apart[1:] * apart[:-1], axis=-1) < 0.0)
+    if np.any(jumped):
+        raise ParameterError(
+            f"the arm wants the handle turned by half a turn or more from where it is, at {time[1:][jumped][0]:.3g} s, and would "
+            "turn it back: lower the turn that it wants, or raise its turning_stiffness"
+        )
+
+
 def _felt(system: System, motion: Motion | None, found: Record, inputs: Sequence[Any]) -> np.ndarray:
     """Force and moment of the user on the handle at the results. (t, d + k)"""
     first, second, _ = system.places
@@ -396,6 +409,7 @@ def _felt(system: System, motion: Motion | None, found: Record, inputs: Sequence
     acceleration = np.zeros_like(nu)
     outside = system.outside(found.time)
     if hand.arm is not None:
+        _check_turn(found.time, hand.apart(outside.intended, outside.intending, c, nu)[:, len(hand.grip.axes) :])
         derivative = derivative_of(system, motion)
         for row, one in enumerate(inputs):
             acceleration[row] = derivative(one, outside.row(row), found.states[row])[first:second]

@@ -101,6 +101,9 @@ class PlatformGeometry:
 RODS = "Mass of each rod, uniform between its joints and slender"
 GRAVITY = "Acceleration of free fall along x, y and z, the axis of the cylinder; without it nothing weighs"
 
+_ROUNDED = 0.01
+"""Part of the largest moment of inertia by which the other two may fall short of it, as rounded values of a flat body do."""
+
 _PAIRS = ("base_radius", "joint_radius", "base_spread", "joint_spread")
 _POINTS = ("guideways", "joints")
 
@@ -230,6 +233,16 @@ class PlatformDrive(Linked):
         object.__setattr__(self, "legs", self._legs(self.links))
         if self.inertia is not None:
             require(len(self.inertia) == 3, "inertia", f"{len(self.inertia)} values", "three: about x, y and z")
+            third = max(self.inertia)
+            fits = (1.0 - _ROUNDED) * third <= sum(self.inertia) - third
+            said = ", ".join(f"{one:g}" for one in self.inertia)
+            require(
+                fits,
+                "inertia",
+                said,
+                "moments of which two add up to no less than the third, as of all bodies",
+                "kg m^2",
+            )
         if self.separate is not None and axis_of(self.separate) is not LINEAR:
             raise ParameterError(
                 f"separate must move a link along a line, not a joint: give it a {joined(ALONG_A_LINE, 'or')}"

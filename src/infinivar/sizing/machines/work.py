@@ -52,7 +52,7 @@ class MachineWork:
         machine, wanted = study.drives[name], tasks_and_paths(study)
         prepared = Prepared(machine, wanted)
         shares = study.machine_shares or dict.fromkeys(wanted, 1.0 / len(wanted))
-        service = _service(machine, prepared) if hasattr(machine, "carried") else NO_SERVICE
+        service = _service(machine, prepared) if hasattr(machine, "link_positions") else NO_SERVICE
         return cls(
             machine=machine,
             prepared=prepared,
