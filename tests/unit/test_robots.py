@@ -1,8 +1,10 @@
 """Arms in space from URDF files: against Pinocchio, MuJoCo and closed forms, in studies, in motion, and messages."""
 
+import importlib.metadata
 import pickle
 import re
 import time
+import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 from pathlib import Path
 
@@ -72,6 +74,30 @@ def random_robot(count, seed):
     return f'<robot name="random">{"".join(parts)}</robot>'
 
 
+PUBLIC = {
+    "ur5": ("ur_description/urdf/ur5_robot.urdf", "tool0", HOME),
+    "ur10": ("ur_description/urdf/ur10_robot.urdf", "tool0", HOME),
+    "kinova": ("kinova_description/robots/kinova.urdf", "j2s6s200_end_effector", (0.1, 2.0, 2.0, 0.5, 1.0, 0.3)),
+}
+"""Robots of the package example-robot-data, with tool and home angles."""
+
+
+def public(name, folder):
+    """File of a public robot without its meshes, its tool and home angles."""
+    file, tool, home = PUBLIC[name]
+    try:
+        known = importlib.metadata.files("example-robot-data")
+    except importlib.metadata.PackageNotFoundError:
+        pytest.skip("public robots are in the package example-robot-data, of 131 MB, which is not installed")
+    tree = ElementTree.parse(next(one for one in known or () if str(one).endswith(file)).locate())
+    for one in tree.iter("link"):
+        for drawn in ("visual", "collision"):
+            for shape in one.findall(drawn):
+                one.remove(shape)
+    tree.write(folder / f"{name}.urdf")
+    return folder / f"{name}.urdf", tool, home
+
+
 @pytest.fixture(scope="module")
 def robots(tmp_path_factory):
     """Three robots by name: file, joints and home angles."""
@@ -85,13 +111,14 @@ def robots(tmp_path_factory):
 
 
 ROBOTS = ["six", "random 6", "random 3"]
+EVERY = [*ROBOTS, *PUBLIC]
 
 
 @pytest.fixture
-def of(robots):
+def of(robots, tmp_path):
     def made(name="six", **changes):
-        file, home = robots[name]
-        known = {"model": str(file), "tool": "tool", "home_angles": home, "pulley_radius": 0.05, "separate": MOTOR}
+        file, tool, home = public(name, tmp_path) if name in PUBLIC else (robots[name][0], "tool", robots[name][1])
+        known = {"model": str(file), "tool": tool, "home_angles": home, "pulley_radius": 0.05, "separate": MOTOR}
         return RobotDrive(**(known | changes))
 
     return made
@@ -102,7 +129,7 @@ def pin_model(drive):
     whole = pin.buildModelFromUrdf(drive.model)
     locked = [place for place, name in enumerate(whole.names) if place and name not in drive.chain.names]
     model = pin.buildReducedModel(whole, locked, pin.neutral(whole))
-    tool = model.frames[model.getFrameId("tool", pin.FrameType.BODY)]
+    tool = model.frames[model.getFrameId(drive.tool, pin.FrameType.BODY)]
     held = pin.Inertia(
         drive.payload_mass, np.array(drive.payload_centre or (0, 0, 0)), drive.payload_inertia * np.eye(3)
     )
@@ -119,7 +146,7 @@ def in_pin(model, angles):
     return found
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", EVERY)
 def test_inverse_dynamics_of_moving_states_are_those_of_pinocchio(of, name):
     drive = of(name, **PAYLOAD)
     model, data = pin_model(drive)
@@ -138,7 +165,7 @@ def test_inverse_dynamics_of_moving_states_are_those_of_pinocchio(of, name):
     assert found.potential.min() >= 0.0
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", EVERY)
 def test_inverse_dynamics_of_moving_states_are_those_of_mujoco(of, name):
     mujoco = pytest.importorskip("mujoco", reason="MuJoCo is an extra")
     drive = of(name)
@@ -155,11 +182,11 @@ def test_inverse_dynamics_of_moving_states_are_those_of_mujoco(of, name):
         assert_allclose(torques[place], data.qfrc_inverse[to], atol=1e-9 * (1.0 + np.abs(torques[place]).max()))
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", EVERY)
 def test_tool_and_its_motion_are_those_of_pinocchio(of, name):
     drive = of(name)
     model, data = pin_model(drive)
-    frame = model.getFrameId("tool", pin.FrameType.BODY)
+    frame = model.getFrameId(drive.tool, pin.FrameType.BODY)
     angles, rates, _ = states(drive.links)
     at = drive.chain.standing(angles)
     jacobian, (place, turn), drift = drive.chain.jacobian(at), drive.chain.tool(at), drive.chain.drift(at, rates)
