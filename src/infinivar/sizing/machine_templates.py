@@ -19,8 +19,8 @@ _INNER = ("leg", "separate")
 _ROLLING, _CROWN = "rolling", "geometry.crown_radius"
 
 _UNUSED = {
-    "life": "bearings of machines are not searched by their life",
-    "wheels": "each leg has one wheel",
+    "life": "bearings of machines are not searched by their life; leave it out",
+    "wheels": "each leg has one wheel; leave it out",
 }
 """Options for drives of one axis only."""
 

@@ -61,14 +61,15 @@ class Omniwheels:
         check(self)
         points = real_array("positions", self.positions)
         fits = points.ndim == 2 and points.shape[1:] == (2,) and len(points) >= 3
-        require(fits, "positions", f"shape {points.shape}", "one row of x and y for each of three wheels or more")
+        said = f"{len(points)}" if points.ndim == 2 else f"shape {points.shape}"
+        require(fits, "positions", said, "one row of x and y for each of three wheels or more")
         angles = {}
         for name in ("headings", "roller_angles"):
             values = real_array(name, getattr(self, name))
             require(
                 values.shape == (len(points),),
                 name,
-                f"shape {values.shape}",
+                f"{values.size}",
                 f"one value for each of {len(points)} wheels",
             )
             angles[name] = values
