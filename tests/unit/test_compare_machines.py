@@ -244,7 +244,7 @@ def test_a_singular_platform_is_said_to_be_so(low, high, turned, tmp_path):
     study = iv.load_study(tmp_path / "p.toml")
     found = iv.perform_task(study.drives["p"], study.tasks["hold"])
     assert not found.feasible
-    assert found.tightest_words == "singular pose: the links leave a motion of the machine free"
+    assert found.tightest_words == "pose out of reach, or singular, where the links leave a motion of the machine free"
     platform = study.drives["p"].platform
     assert np.linalg.cond(platform.at([0.0, 0.0, platform.home]).jacobian) > 1e8
 

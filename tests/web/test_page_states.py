@@ -126,9 +126,10 @@ def test_rows_of_a_list_are_edited_and_the_saved_file_keeps_its_comments(page, t
 def test_the_address_follows_the_state(page, browser):
     assert "#" not in page.page.url
     page.enter("Preload", "543 N")
-    page.by_id("glance").get_by_role("button", name="Motor 2, 4:1").click()
     page.page.keyboard.press("Alt+m")
     page.page.keyboard.press("ArrowRight")
+    page.by_id("glance").get_by_role("button", name="Motor 2, 4:1").click()
+    page.field("Preload").wait_for(state="detached")
     point = page.point()
 
     page.page.wait_for_timeout(2000)  # the address follows after a pause

@@ -56,7 +56,7 @@ def tight_words(demand: Demand, margin: float) -> str:
     if margin >= 1.0:
         return f"tightest limit: {words_of(demand)} (margin {margin_words(margin)})"
     if margin == 0.0 and demand[0] is Limit.LINKAGE:
-        return "singular pose: the links leave a motion of the machine free"
+        return "pose out of reach, or singular, where the links leave a motion of the machine free"
     if margin == 0.0:
         return f"no steady {'motion' if demand[0] in LEADING else 'operation'}: {words_of(demand)}"
     share = "just under 100" if margin >= 0.995 else f"{100 * margin:.0f}" if margin >= 0.005 else "less than 1"

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from annotated_types import Ge, Interval
+from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.arrays import Whole
 from infinivar._core.fields import check, check_kind, check_real, component, given, quantity, several, tagged
@@ -21,6 +21,7 @@ from infinivar.errors import InputError, ParameterError
 from infinivar.motion.motion import PeriodicMotion
 from infinivar.motion.motions import Hold, Reaches, Sinusoid, Tremor
 from infinivar.motion.recordings import Recording
+from infinivar.motion.through import Most, MoveProfile, Through, through
 from infinivar.motion.vectors import COORDINATES, ROTATIONS, TRANSLATIONS, Pose, Twist, Vector, Wrench
 
 MOTIONS: dict[str, type] = {kind.shape: kind for kind in (Hold, Sinusoid, Reaches, Tremor, Recording)}
@@ -33,6 +34,8 @@ _PER_WAVE = 40
 _MOST = 20_000
 _SAME = 1e-9
 """Relative difference of periods that counts as rounding."""
+
+_OF_WAYPOINTS = ("speed", "acceleration", "turning_speed", "turning_acceleration", "pause", "profile", "back")
 
 _SHARE = "Share of the time spent in it; those of all tasks and paths add up to 100 %"
 
@@ -136,17 +139,37 @@ class MachinePath(Whole):
     ry: PeriodicMotion | None = tagged("Motion about y, added to the pose", MOTIONS, default=None)
     rz: PeriodicMotion | None = tagged("Motion about z, added to the pose", MOTIONS, default=None)
     angle: PeriodicMotion | None = tagged("Motion of the angle, added to the pose", MOTIONS, default=None)
+    waypoints: tuple[Pose, ...] | None = several(
+        "Places visited in turn along straight lines, added to the pose, in place of motions by coordinate",
+        Pose,
+        default=None,
+    )
+    speed: float | None = quantity("m/s", Gt(0), "Largest speed between waypoints", default=None)
+    acceleration: float | None = quantity("m/s^2", Gt(0), "Largest acceleration between waypoints", default=None)
+    turning_speed: float | None = quantity("rad/s", Gt(0), "Largest rate of turning between waypoints", default=None)
+    turning_acceleration: float | None = quantity(
+        "rad/s^2", Gt(0), "Largest angular acceleration between waypoints", default=None
+    )
+    pause: float | None = quantity("s", Ge(0), "Pause at each waypoint; default: none", default=None)
+    profile: MoveProfile | None = component(
+        "Profile of the speed between waypoints; minimum-jerk by default", default=None
+    )
+    back: bool | None = component("Whether it returns to the first waypoint, the default, or is a run", default=None)
+    _through: Mapping[str, Through] = dataclasses.field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
         check_real(self)
         check(self)
+        self._check_waypoints()
         moving = self.motions
         if not moving:
             raise InputError(
                 'no coordinate moves: state the motion of one, such as z = { shape = "sinusoid", distance = "10 mm", '
-                'frequency = "1 Hz" }'
+                'frequency = "1 Hz" }, or waypoints'
             )
+        if self.waypoints is not None:
+            return
         for name, motion in moving.items():
             check_kind(name, motion, MOTIONS, "derivatives")
             rotary = name not in TRANSLATIONS
@@ -162,9 +185,27 @@ class MachinePath(Whole):
                     f"{name} must have the period of {first}, {moving[first].period:g} s, got {motion.period:g} s"
                 )
 
+    def _check_waypoints(self) -> None:
+        """Make the motions through waypoints, or raise ParameterError for what does not go with them."""
+        if self.waypoints is None:
+            for name in _OF_WAYPOINTS:
+                if getattr(self, name) is not None:
+                    raise ParameterError(f"{name} does not apply without waypoints; remove it")
+            return
+        for name in COORDINATES:
+            if getattr(self, name) is not None:
+                raise ParameterError(f"{name} and waypoints exclude each other: state the whole motion by one of them")
+        along = None if self.speed is None else Most(self.speed, self.acceleration)
+        turning = None if self.turning_speed is None else Most(self.turning_speed, self.turning_acceleration)
+        profile, back = given(self.profile, "minimum-jerk"), given(self.back, True)
+        found = through(self.waypoints, profile, given(self.pause, 0.0), back, along, turning)
+        object.__setattr__(self, "_through", found)
+
     @property
     def motions(self) -> Mapping[str, PeriodicMotion]:
         """Motions by coordinate."""
+        if self.waypoints is not None:
+            return self._through
         found = {name: getattr(self, name) for name in COORDINATES}
         return {name: motion for name, motion in found.items() if motion is not None}
 

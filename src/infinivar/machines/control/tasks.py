@@ -80,7 +80,9 @@ def guide_of_wheels(task: HandleTask) -> Any:
         return WallGuide(wall=task.surface)
     if isinstance(task, Caster):
         if task.inertia is not None:
-            raise ParameterError("inertia does not apply: wheels render a mass across the motion, no inertia; leave it out")
+            raise ParameterError(
+                "inertia does not apply: wheels render a mass across the motion, no inertia; leave it out"
+            )
         return CasterGuide(mass=task.mass)
     if isinstance(task, Fixture):
         return PlanarFixtureGuide(allowed=task.allowed)

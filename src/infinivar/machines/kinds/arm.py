@@ -228,7 +228,9 @@ class ArmDrive(Jointed):
     """Fields of which exactly one is given."""
 
     lengths: tuple[float, ...] = quantities("m", Gt(0), "Lengths of the members, from the base")
-    pulley_radius: float = quantity("m", Gt(0), "Radius of the pulley by which a leg or linear drive moves each joint")
+    pulley_radius: float | None = quantity(
+        "m", Gt(0), "Radius of the pulley by which a leg or linear drive moves each joint", default=None
+    )
     elbow: Elbow = component("Side to which the elbow points, seen from the base to the end point", default="right")
     leg: CoboticDrive | None = component("One leg with the motor of the common cylinder", default=None)
     separate: ConventionalDrive | None = component("Drive of each joint, with a motor of its own", default=None)
@@ -254,6 +256,7 @@ class ArmDrive(Jointed):
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
+        self._check_pulley()
         require(1 <= len(self.lengths) <= 3, "lengths", f"{len(self.lengths)} members", "one to three members")
         self._check_masses()
         object.__setattr__(self, "arm", PlanarArm(lengths=self.lengths))
@@ -354,7 +357,7 @@ class ArmDrive(Jointed):
 
     def _members(self) -> ArmLoad:
         """Masses of the arm; the payload is a part of the last member."""
-        load = arm_load(self, np.full(self.links, self.pulley_radius))
+        load = arm_load(self, np.full(self.links, self.link_lever))
         if not self.payload_mass:
             return load
         held = np.array([self.lengths[-1], 0.0]) + np.array(self.payload_centre or (0.0, 0.0))
@@ -385,7 +388,7 @@ class ArmDrive(Jointed):
         load = self._members()
         if self.leg is None:
             assert self.separate is not None
-            rim = 1.0 if axis_of(self.separate).rotary else self.pulley_radius
+            rim = 1.0 if axis_of(self.separate).rotary else self.link_lever
             load = replace(load, pulleys=np.full(self.links, rim), tip_mass=load_mass, tip_inertia=load_inertia)
             return SeparateMachine(separate=self.separate, load=load, home=np.zeros(self.links))
         needed(self.leg.steering, "leg.steering")

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.array_namespace import Array
+from infinivar._core.fields import given
+from infinivar.drivetrain.drive import axis_of
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.machines.course import MachineCourse
@@ -28,7 +30,7 @@ class Jointed(Linked):
 
     __slots__ = ()
 
-    pulley_radius: float
+    pulley_radius: float | None
     gravity: tuple[float, ...] | None
 
     @property
@@ -64,16 +66,22 @@ class Jointed(Linked):
 
     @property
     def link_lever(self) -> float:
-        """Radius of the pulley of a joint. [m]"""
-        return self.pulley_radius
+        """Radius of the pulley of a joint; of one that a drive turns directly any. [m]"""
+        return given(self.pulley_radius, 1.0)
+
+    def _check_pulley(self) -> None:
+        """Raise ParameterError if links or belts move the joints over pulleys of no radius."""
+        over = self.leg is not None or (self.separate is not None and not axis_of(self.separate).rotary)
+        if over and self.pulley_radius is None:
+            raise ParameterError("pulley_radius is missing: a leg or a linear drive moves each joint over a pulley")
 
     def link_positions(self, pose: np.ndarray) -> np.ndarray:
         """See `Linked.link_positions`: along the rims of the pulleys."""
-        return self.pulley_radius * np.unwrap(self._solved(pose)[0], axis=0)
+        return self.link_lever * np.unwrap(self._solved(pose)[0], axis=0)
 
     def part_speeds(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
         """Of the links, or of belts at the joints' pulleys; nan beyond reach. (..., n) [m s^-1]"""
-        return self.pulley_radius * self._placed(pose, twist, 0.0 * twist)[1]
+        return self.link_lever * self._placed(pose, twist, 0.0 * twist)[1]
 
     def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
         """As `infinivar.machines.machine.Machine.perform`; beyond reach all is nan."""
@@ -90,7 +98,7 @@ class Jointed(Linked):
             self.separate,
             rates,
             torques if weight is None else torques + weight,
-            lever=self.pulley_radius,
+            lever=self.link_lever,
             words="joint",
             units=("N m", "rad/s"),
         )
@@ -111,7 +119,7 @@ class Jointed(Linked):
 
     def along(self, carried: Carried) -> TaskPoint:
         """See `infinivar.machines.links`."""
-        return self._along(carried, self.pulley_radius, "joint", ("N m", "rad/s"))
+        return self._along(carried, self.link_lever, "joint", ("N m", "rad/s"))
 
     def _placed(
         self, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray
@@ -123,7 +131,7 @@ class Jointed(Linked):
         jacobian = np.where(within[..., None, None], self._jacobian(safe), np.eye(n))
         rates = np.linalg.solve(jacobian, twist[..., None])[..., 0]
         torques = np.matmul(np.swapaxes(jacobian, -1, -2), wrench[..., None])[..., 0]
-        rim = np.diag(np.full(n, self.pulley_radius))
+        rim = np.diag(np.full(n, self.link_lever))
         configuration = Configuration(jacobian=np.where(within[..., None, None], rim, np.nan), utilisation=utilisation)
         return safe, rates, torques, configuration
 

@@ -187,7 +187,9 @@ class RobotDrive(Jointed):
     home_angles: tuple[float, ...] = quantities(
         "rad", FINITE, "Angles of the joints at home, from the base; no singular pose"
     )
-    pulley_radius: float = quantity("m", Gt(0), "Radius of the pulley by which a leg or linear drive moves each joint")
+    pulley_radius: float | None = quantity(
+        "m", Gt(0), "Radius of the pulley by which a leg or linear drive moves each joint", default=None
+    )
     tool: str = component(
         "Link whose origin is the end point, or site of an MJCF file; by default the last link", default=""
     )
@@ -224,6 +226,7 @@ class RobotDrive(Jointed):
     def __post_init__(self) -> None:
         """Validate the fields and read the file."""
         check(self)
+        self._check_pulley()
         for name in ("payload_centre", "gravity"):
             row = getattr(self, name)
             if row is not None:
@@ -342,7 +345,7 @@ class RobotDrive(Jointed):
         return RobotLoad(
             chain=self.chain,
             bodies=tuple(bodies),
-            pulleys=np.full(self.links, self.pulley_radius),
+            pulleys=np.full(self.links, self.link_lever),
             gravity=np.array(self.gravity),
         )
 
@@ -368,7 +371,7 @@ class RobotDrive(Jointed):
         )
         if self.leg is None:
             assert self.separate is not None
-            rim = 1.0 if axis_of(self.separate).rotary else self.pulley_radius
+            rim = 1.0 if axis_of(self.separate).rotary else self.link_lever
             return SeparateMachine(
                 separate=self.separate, load=replace(load, pulleys=np.full(self.links, rim)), home=home
             )
