@@ -328,7 +328,7 @@ class Tremor(AlongOrAbout, PeriodicMotion):
         return Series(self.period, cosine, sine).derivatives(time, orders)
 
 
-def reach(profile: Profile, distance: float, duration: float, since: Any, orders: int) -> list[Any]:
+def reach(profile: Profile, distance: Any, duration: Any, since: Any, orders: int) -> list[Any]:
     """Position of a reach and its time derivatives up to an order, at most the sixth.
 
     Parameters
@@ -349,12 +349,12 @@ def reach(profile: Profile, distance: float, duration: float, since: Any, orders
     return [distance / duration**order * _SMOOTH.deriv(order)(share) for order in range(orders + 1)]
 
 
-def least_jerk(distance: float, duration: float, since: Any) -> tuple[Any, Any, Any, Any, Any]:
+def least_jerk(distance: Any, duration: Any, since: Any) -> tuple[Any, Any, Any, Any, Any]:
     """Evaluate the minimum-jerk motion: a fifth-order polynomial that starts and ends at rest without acceleration.
 
     Parameters
     ----------
-    distance, duration : float   Distance and time from rest to rest. [m], [s]
+    distance, duration : (...,) float   Distance and time from rest to rest. [m], [s]
     since : (...,) float         Time since the start, 0 to `duration`. [s]
 
     Returns

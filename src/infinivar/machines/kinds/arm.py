@@ -396,7 +396,7 @@ class ArmDrive(Jointed):
         return ArmMachine(
             leg=self.leg,
             arm=self.arm,
-            pulley_radius=self.pulley_radius,
+            pulley_radius=self.link_lever,
             member_masses=load.masses.tolist(),
             member_centres=centres[0],
             member_offsets=centres[1],
