@@ -23,6 +23,13 @@ function at(drive, speed, force) {
   return [...view(Float64Array, "found", 5)];
 }
 
+/** Where the share of cells within limits around each passes a half, the painter draws the limit: the law gives limits, no margins. */
+function marginOf(limit) {
+  const inside = (i, j) => limit[Math.min(Math.max(i, 0), CELLS - 1) * CELLS + Math.min(Math.max(j, 0), CELLS - 1)] === 0;
+  const near = [-1, 0, 1].flatMap((down) => [-1, 0, 1].map((right) => [down, right]));
+  return Float32Array.from(limit, (_, at) => (2 / 9) * near.filter(([down, right]) => inside(Math.floor(at / CELLS) + down, (at % CELLS) + right)).length);
+}
+
 /** A map in the form that the painter expects. */
 function mapOf(drive) {
   give(drive);
@@ -36,7 +43,7 @@ function mapOf(drive) {
   const limit = codes.map((code) => present.indexOf(code));
   const largest = loss.reduce((most, one) => (one > most ? one : most), 0);
   return {
-    count: CELLS, efficiency: view(Float32Array, "efficiency", size).slice(), loss: largest > 0 ? loss : undefined, limit,
+    count: CELLS, efficiency: view(Float32Array, "efficiency", size).slice(), loss: largest > 0 ? loss : undefined, limit, margin: marginOf(limit),
     header: { limit_names: names.map(([name]) => name), limits: names.map(([, words]) => words), labels: [], largest_loss: largest / 1.5 },
     share: limit.reduce((count, code) => count + (code === 0), 0) / size,
   };
