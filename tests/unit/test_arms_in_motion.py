@@ -168,3 +168,16 @@ def test_an_arm_of_one_joint_still_has_no_load_of_a_mass():
         ArmDrive(lengths=(0.3,), pulley_radius=0.05, member_masses=(0.4,), separate=MOTOR, gravity=(0.0, -9.81)).moving(
             0.1
         )
+
+
+def test_motors_that_turn_the_joints_need_no_pulley():
+    """Any pulley gives the same powers, and none is drawn."""
+    turned = loaded("driven_cart").drives["omniwheels"].separate
+    arm = ArmDrive(lengths=(0.3, 0.25), separate=turned)
+    task = iv.motion.MachineTask(pose=iv.motion.Pose(x=0.3, y=0.2), wrench=iv.motion.Wrench(y=5.0))
+    found, over = (iv.perform_task(one, task) for one in (arm, replace(arm, pulley_radius=0.05)))
+    assert found.mean_power == pytest.approx(over.mean_power, rel=1e-12)
+    shown = arm.picture(found.steady, found.pose, found.twist, found.wrench)
+    assert (shown.notes, shown.lever) == ((), 0.0)
+    with pytest.raises(iv.ParameterError, match="pulley_radius is missing"):
+        ArmDrive(lengths=(0.3, 0.25), separate=loaded("hand_controller").drives["motor2-gear4"])

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
+from infinivar._core.fields import given
 from infinivar.errors import InputError
 from infinivar.machines.bodies import PlanarBody
 from infinivar.machines.pictures.geometry import normalised, off, unit
@@ -89,7 +90,7 @@ def picture(drive: Any, point: Any, pose: Any, twist: Any, wrench: Any) -> Pictu
     if row.shape != (n,) or not np.all(np.isfinite([*angles, *np.asarray(point.part_forces)])):
         raise InputError("an arm is drawn at one pose within reach, and does not reach this one")
     points = points_of(np.asarray(drive.lengths), angles[None])[0]
-    end, pulley = points[-1], drive.pulley_radius
+    end, pulley = points[-1], given(drive.pulley_radius, 0.0)
     force = load[:2] if n > 1 else np.zeros(2)
     velocity = rate[:2] if n > 1 else rate[0] * np.array([-end[1], end[0]])
     words = [length(force, "N")] * (n > 1) + [quantity(load[-1], "N m")] * (n != 2)
@@ -108,7 +109,7 @@ def picture(drive: Any, point: Any, pose: Any, twist: Any, wrench: Any) -> Pictu
             ("velocity", f"velocity {length(velocity, 'm/s')}{turning}"),
         ),
         rows=(*part_rows(point), *((f"angle of joint {place}", one) for place, one in enumerate(degrees, 1))),
-        notes=("circles at the joints are the pulleys, to scale",),
+        notes=("circles at the joints are the pulleys, to scale",) if pulley else (),
         lever=pulley,
     )
 

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
+from infinivar._core.fields import given
 from infinivar.errors import InputError
 from infinivar.machines.bodies import SpatialBody
 from infinivar.machines.pictures.geometry import normalised, off, round_number
@@ -139,7 +140,7 @@ def picture(drive: Any, point: Any, pose: Any, twist: Any, wrench: Any) -> Pictu
             *zip(names, degrees, strict=True),
         ),
         notes=("members are drawn as straight lines between the joints",),
-        lever=drive.pulley_radius,
+        lever=given(drive.pulley_radius, 0.0),
     )
 
 
